@@ -1,0 +1,1 @@
+"""MJCF and materials."""

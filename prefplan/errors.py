@@ -1,0 +1,35 @@
+"""Every error the planner raises on purpose, under one root."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class PrefplanError(Exception):
+    """Root of all errors meant for a user: what is wrong, where, and what would be right."""
+
+
+class FormulaError(PrefplanError):
+    """A formula that cannot be read, or is not co-safe."""
+
+
+class ModelError(PrefplanError):
+    """A transition system, grid or manipulation model that makes no sense."""
+
+
+class PreferenceError(PrefplanError):
+    """A preference that does not fit the tasks."""
+
+
+class ScenarioError(PrefplanError):
+    """A scenario file that cannot be used; the message starts with the file and the key."""
+
+
+def choices(wrong: str, valid: Iterable[str]) -> str:
+    """Return the bracketed end of a message: the nearest valid name, else all of them."""
+    valid = list(valid)
+    near = difflib.get_close_matches(wrong, valid, n=1)
+    if near:
+        return f"(did you mean {near[0]!r}?)"
+    return f"(valid: {', '.join(valid)})" if valid else "(there are none)"

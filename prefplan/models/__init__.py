@@ -1,0 +1,1 @@
+"""Robot models that make a transition system: explicit graphs, grids and manipulation."""

@@ -1,0 +1,63 @@
+"""Exact costs: numbers as integers, in quanta of a common power of ten."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from decimal import Decimal, InvalidOperation
+
+from prefplan.errors import ModelError
+
+Number = int | float | Decimal
+
+LIMIT = 2**62
+"""Costs of this many quanta or more are refused: sums of them could overflow an int64."""
+
+
+def exact(value: Number) -> Decimal:
+    """Return a number as the decimal a person would write for it (0.1 is one tenth).
+
+    Raises:
+        ModelError: if it is not a finite number.
+    """
+    try:
+        number = Decimal(repr(value)) if isinstance(value, float) else Decimal(str(value))
+    except InvalidOperation:
+        raise ModelError(f"{value!r} is not a number") from None
+    if not number.is_finite():
+        raise ModelError(f"{value!r} is not a finite number")
+    return number
+
+
+def decimals_of(values: Iterable[Number]) -> int:
+    """Return how many decimal places are needed to write every value exactly."""
+    return max((max(0, -int(exact(v).normalize().as_tuple().exponent)) for v in values), default=0)
+
+
+def to_quanta(values: Iterable[Number], decimals: int | None = None) -> tuple[list[int], int]:
+    """Return values as integers in quanta of 10**-decimals, and decimals.
+
+    Args:
+        values: finite numbers.
+        decimals: exponent of the quantum; the smallest exact one unless given.
+
+    Raises:
+        ModelError: if a value is not finite or too large to be held exactly.
+    """
+    values = list(values)
+    if decimals is None:
+        decimals = decimals_of(values)
+    scaled = [int(exact(v).scaleb(decimals)) for v in values]
+    for value, quanta in zip(values, scaled, strict=True):
+        if abs(quanta) >= LIMIT:
+            raise ModelError(f"{value} with {decimals} decimal places is too large to be held exactly")
+    return scaled, decimals
+
+
+def from_quanta(quanta: int | float, decimals: int) -> int | float:
+    """Return quanta in the user's units: an int where it is whole, else the nearest float."""
+    if isinstance(quanta, float) and not quanta.is_integer():
+        return quanta / 10**decimals
+    whole, rest = divmod(int(quanta), 10**decimals)
+    return whole if rest == 0 else float(Decimal(int(quanta)).scaleb(-decimals))
+
+

@@ -1,0 +1,192 @@
+"""Weighted transition systems (Definition 1), held as arrays so that 10^6 states are no burden."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import networkx as nx
+import numpy as np
+
+from prefplan.errors import ModelError
+from prefplan.quanta import Number, from_quanta, to_quanta
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W"})
+
+
+@dataclass(frozen=True)
+class TransitionSystem:
+    """A weighted transition system T = (S, s0, A, delta, c, AP, L) (Definition 1).
+
+    States are 0 .. S-1; the actions of state s are the edges `offsets[s]:offsets[s + 1]`, in the model's order.
+
+    Attributes:
+        states: (S,) what each state is called in plans; any sequence, so that names may be made on demand.
+        start: index of s0.
+        offsets: (S + 1,) int64.
+        targets: (E,) int32, state each edge leads to.
+        actions: (E,) int32, index into `action_names`.
+        costs: (E,) int64 >= 0, in quanta of 10**-decimals.
+        decimals: exponent of the cost quantum.
+        labels: (S,) int32, index into `label_sets`.
+        action_names: names of the actions.
+        label_sets: distinct sets of propositions; a state's label is one of them.
+        propositions: every name that may be used in a formula over this system.
+    """
+
+    states: Sequence[Hashable]
+    start: int
+    offsets: np.ndarray
+    targets: np.ndarray
+    actions: np.ndarray
+    costs: np.ndarray
+    decimals: int
+    labels: np.ndarray
+    action_names: tuple[str, ...]
+    label_sets: tuple[frozenset[str], ...]
+    propositions: frozenset[str]
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.offsets) - 1
+
+    def label(self, state: int) -> frozenset[str]:
+        """Return L(state): the propositions true in a state."""
+        return self.label_sets[self.labels[state]]
+
+    def edges(self, state: int) -> range:
+        """Return the indices of the edges that leave a state, in the model's action order."""
+        return range(self.offsets[state], self.offsets[state + 1])
+
+    def step(self, state: int, action: str) -> tuple[int, Number]:
+        """Return the state an action leads to and its cost in the user's units.
+
+        Raises:
+            ModelError: if the action does not exist in that state.
+        """
+        for edge in self.edges(state):
+            if self.action_names[self.actions[edge]] == action:
+                return int(self.targets[edge]), from_quanta(int(self.costs[edge]), self.decimals)
+        raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
+
+    @classmethod
+    def from_transitions(
+        cls,
+        transitions: Iterable[tuple[Hashable, str, Hashable, Number]],
+        *,
+        start: Hashable,
+        labels: Mapping[Hashable, Iterable[str]] | None = None,
+        propositions: Iterable[str] = (),
+    ) -> TransitionSystem:
+        """Build a system from (source, action, target, cost) tuples; the order of a state's actions is kept.
+
+        Args:
+            transitions: every edge; states are created as they are named.
+            start: the start state; may have no edge.
+            labels: propositions true in a state; states not listed have none.
+            propositions: names that may be used although no label carries them.
+
+        Raises:
+            ModelError: for a negative cost, the same action twice in a state, a label on an unknown state, or
+                a proposition that is not a name.
+        """
+        index: dict[Hashable, int] = {start: 0}
+        action_index: dict[str, int] = {}
+        edges: list[tuple[int, int, int]] = []
+        costs: list[Number] = []
+        seen: set[tuple[int, int]] = set()
+        for source, action, target, cost in transitions:
+            s = index.setdefault(source, len(index))
+            t = index.setdefault(target, len(index))
+            a = action_index.setdefault(action, len(action_index))
+            if (s, a) in seen:
+                raise ModelError(f"action {action!r} leaves state {source!r} twice")
+            if cost < 0:
+                raise ModelError(f"action {action!r} from state {source!r}: negative cost {cost}")
+            seen.add((s, a))
+            edges.append((s, a, t))
+            costs.append(cost)
+        label_of = {}
+        for state, names in (labels or {}).items():
+            if state not in index:
+                raise ModelError(f"label on unknown state {state!r}")
+            label_of[index[state]] = frozenset(names)
+        known = frozenset(propositions).union(*label_of.values())
+        check_names(known)
+        quanta, decimals = to_quanta(costs)
+        order = sorted(range(len(edges)), key=lambda e: edges[e][0])
+        sources = np.array([edges[e][0] for e in order], dtype=np.int64)
+        distinct = list(dict.fromkeys([frozenset[str](), *label_of.values()]))
+        position = {names: i for i, names in enumerate(distinct)}
+        return cls(
+            states=tuple(index),
+            start=0,
+            offsets=np.searchsorted(sources, np.arange(len(index) + 1)).astype(np.int64),
+            targets=np.array([edges[e][2] for e in order], dtype=np.int32),
+            actions=np.array([edges[e][1] for e in order], dtype=np.int32),
+            costs=np.array([quanta[e] for e in order], dtype=np.int64),
+            decimals=decimals,
+            labels=np.array([position[label_of.get(s, frozenset())] for s in range(len(index))], dtype=np.int32),
+            action_names=tuple(action_index),
+            label_sets=tuple(distinct),
+            propositions=known,
+        )
+
+    @classmethod
+    def from_networkx(cls, graph: nx.DiGraph, *, start: Hashable, propositions: Iterable[str] = ()) -> TransitionSystem:
+        """Build a system from a networkx graph.
+
+        Args:
+            graph: a DiGraph or MultiDiGraph. Nodes may carry `labels` (an iterable of propositions); edges carry
+                `cost` (1 unless given) and `action` (the target's name unless given).
+            start: the start node.
+            propositions: names that may be used although no label carries them.
+
+        Raises:
+            ModelError: if the start is not a node, or as in `from_transitions`.
+        """
+        if start not in graph:
+            raise ModelError(f"start {start!r} is not a node of the graph")
+        transitions = [
+            (source, str(data.get("action", target)), target, data.get("cost", 1))
+            for source, target, data in graph.edges(data=True)
+        ]
+        linked = {start} | {node for edge in transitions for node in (edge[0], edge[2])}
+        labels = {node: data.get("labels", ()) for node, data in graph.nodes(data=True)}
+        everything = frozenset(propositions).union(*labels.values())
+        return cls.from_transitions(
+            transitions,
+            start=start,
+            labels={node: names for node, names in labels.items() if node in linked},
+            propositions=everything,
+        )
+
+    def to_networkx(self) -> nx.MultiDiGraph:
+        """Return the system as a MultiDiGraph with node `labels` (sorted) and edge `action` and `cost`."""
+        graph = nx.MultiDiGraph(start=self.states[self.start])
+        for state in range(self.size):
+            graph.add_node(self.states[state], labels=sorted(self.label(state)))
+        for state in range(self.size):
+            for edge in self.edges(state):
+                graph.add_edge(
+                    self.states[state],
+                    self.states[self.targets[edge]],
+                    action=self.action_names[self.actions[edge]],
+                    cost=from_quanta(int(self.costs[edge]), self.decimals),
+                )
+        return graph
+
+
+def check_names(names: Iterable[Any], *, what: str = "proposition") -> None:
+    """Raise ModelError for a name that a formula could not mention."""
+    for name in sorted(names, key=str):
+        if not isinstance(name, str) or not NAME.match(name):
+            raise ModelError(f"{what} {name!r} is not a name (letters, digits and _, not starting with a digit)")
+        if name in RESERVED:
+            raise ModelError(f"{what} {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")
+
+

@@ -1,0 +1,1 @@
+"""A Franka Panda in MuJoCo that carries plans out."""

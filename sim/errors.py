@@ -1,0 +1,13 @@
+"""Errors of the simulation, under the planner's root."""
+
+from __future__ import annotations
+
+from prefplan.errors import PrefplanError
+
+
+class SimulationError(PrefplanError):
+    """A scene that cannot be built or carried out, e.g. a location out of the arm's reach."""
+
+
+class RenderingError(PrefplanError):
+    """No picture can be made on this machine; the message names what mends it."""

@@ -1,0 +1,76 @@
+"""What one execution of a plan leaves behind: states to replay, steps, events and measures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from prefplan.models.manipulation import ManipulationState
+
+FRAME_RATE = 30
+"""Recorded (and rendered) states a simulated second."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One symbolic action as it was carried out.
+
+    Attributes:
+        action: as in the plan, e.g. `transport blue san`.
+        start: simulated time at which it began, s.
+        end: simulated time at which it ended, s.
+        predicted: the state the model expects afterwards.
+        observed: the state read back from the simulation afterwards.
+    """
+
+    action: str
+    start: float
+    end: float
+    predicted: ManipulationState
+    observed: ManipulationState
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something worth telling about a run: a grasp with its force, a correction, a mismatch.
+
+    Attributes:
+        time: simulated time, s.
+        kind: one word, e.g. `grasped`, `placed`, `mismatch`.
+        detail: measured values by name, JSON-ready.
+    """
+
+    time: float
+    kind: str
+    detail: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """One execution of a plan.
+
+    Attributes:
+        completed: whether every action was carried out and observed as predicted.
+        reason: why not, in one sentence; None when completed.
+        steps: the actions that were carried out, in order.
+        events: in order of time.
+        times: (T,) s, when each recorded state was taken; `FRAME_RATE` a second.
+        qpos: (T, nq) recorded positions of the scene's MuJoCo model.
+        glow: (T,) index into the model's locations of the marking location at work, -1 for none.
+        sim_seconds: simulated time in all.
+        wall_seconds: real time in all.
+        placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
+    """
+
+    completed: bool
+    reason: str | None
+    steps: tuple[Step, ...]
+    events: tuple[Event, ...]
+    times: np.ndarray
+    qpos: np.ndarray
+    glow: np.ndarray
+    sim_seconds: float
+    wall_seconds: float
+    placement_error: float
