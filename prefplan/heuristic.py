@@ -35,7 +35,7 @@ def max_min(product: Product) -> Heuristic:
 def distance_to_satisfaction(product: Product, task: int) -> list[list[float]]:
     """Return d_j by backward Dijkstra on T x A_j: entry [q][s] is the least cost in quanta, or infinity."""
     system, delta, goal = product.problem.system, product.delta[task], product.accepting[task]
-    costs = [[math.inf] * system.size for _ in delta]
+    costs: list[list[float]] = [[math.inf] * system.size for _ in delta]
     if goal is None:
         return costs
     scale = 10 ** (product.problem.decimals - system.decimals)
@@ -50,7 +50,7 @@ def distance_to_satisfaction(product: Product, task: int) -> list[list[float]]:
                 before[after][label].append(q)
     labels = system.labels.tolist()
     costs[goal] = [0] * system.size
-    queue = [(0, s, goal) for s in range(system.size)]
+    queue: list[tuple[float, int, int]] = [(0, s, goal) for s in range(system.size)]
     while queue:
         cost, s, q = heapq.heappop(queue)
         if cost > costs[q][s]:

@@ -80,5 +80,3 @@ class Problem:
     def measure(self) -> Measure:
         """The preference function over costs in quanta."""
         return self.preference.bind(self.names, self.decimals)
-
-

@@ -59,5 +59,3 @@ def from_quanta(quanta: int | float, decimals: int) -> int | float:
         return quanta / 10**decimals
     whole, rest = divmod(int(quanta), 10**decimals)
     return whole if rest == 0 else float(Decimal(int(quanta)).scaleb(-decimals))
-
-

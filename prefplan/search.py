@@ -92,9 +92,7 @@ def boa_star(
             continue
         for edge, step, state in product.successors(label.state):
             cost = label.cost + step
-            task_costs = tuple(
-                [c if done else c + step for c, done in zip(label.task_costs, satisfied, strict=True)]
-            )
+            task_costs = tuple([c if done else c + step for c, done in zip(label.task_costs, satisfied, strict=True)])
             preference = measure(task_costs)
             if preference > max_preference or preference >= min(best, smallest.get(state, math.inf)):
                 continue

@@ -79,7 +79,7 @@ class TransitionSystem:
         transitions: Iterable[tuple[Hashable, str, Hashable, Number]],
         *,
         start: Hashable,
-        labels: Mapping[Hashable, Iterable[str]] | None = None,
+        labels: Mapping[Any, Iterable[str]] | None = None,
         propositions: Iterable[str] = (),
     ) -> TransitionSystem:
         """Build a system from (source, action, target, cost) tuples; the order of a state's actions is kept.
@@ -188,5 +188,3 @@ def check_names(names: Iterable[Any], *, what: str = "proposition") -> None:
             raise ModelError(f"{what} {name!r} is not a name (letters, digits and _, not starting with a digit)")
         if name in RESERVED:
             raise ModelError(f"{what} {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")
-
-

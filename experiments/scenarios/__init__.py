@@ -1,1 +1,29 @@
-"""Scenario files that ship with prefplan."""
+"""Scenario files that ship with prefplan, and how they are found by name."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from prefplan.errors import ScenarioError, choices
+from prefplan.scenario import Scenario, load
+
+FOLDER = Path(str(files(__package__)))
+
+
+def names() -> list[str]:
+    """Return the names of the scenarios that ship."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def find(scenario: str) -> Scenario:
+    """Read a scenario by the name of one that ships, or by a path.
+
+    Raises:
+        ScenarioError: if there is no such scenario, or something in it is wrong.
+    """
+    if scenario in names():
+        return load(FOLDER / f"{scenario}.toml")
+    if Path(scenario).suffix or Path(scenario).exists() or len(Path(scenario).parts) > 1:
+        return load(scenario)
+    raise ScenarioError(f"no scenario named {scenario!r} {choices(scenario, names())}; a path ends in .toml")

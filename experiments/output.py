@@ -1,0 +1,105 @@
+"""Fronts and plans as tables for people and as JSON for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import Any
+
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from prefplan.front import Front, Plan, Stats
+from prefplan.quanta import Number
+from prefplan.scenario import Scenario
+
+
+def number(value: Number) -> str:
+    """Return a cost as a person would write it."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def condense(actions: Sequence[str]) -> str:
+    """Return a plan on one line; a move repeated n times in a row is written `n x move`, on grids `nMOVE`."""
+    runs = [(action, len(list(run))) for action, run in groupby(actions)]
+    if all(len(action) == 1 for action in actions):
+        return " ".join(action if n == 1 else f"{n}{action}" for action, n in runs)
+    return ", ".join(action if n == 1 else f"{n} x {action}" for action, n in runs)
+
+
+def plan_json(plan: Plan) -> dict[str, Any]:
+    """Return one point of a front as in the documented JSON."""
+    return {
+        "cost": plan.cost,
+        "preference": plan.preference,
+        "task_costs": plan.task_costs,
+        "plan": list(plan.actions),
+    }
+
+
+def stats_json(stats: Stats) -> dict[str, Any]:
+    """Return the work a search did as in the documented JSON."""
+    return {
+        "states": stats.states,
+        "expanded": stats.expanded,
+        "generated": stats.generated,
+        "build_seconds": round(stats.build_seconds, 6),
+        "seconds": round(stats.seconds, 6),
+    }
+
+
+def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
+    """Return a front as the documented JSON object."""
+    result = _heading(scenario) | {"complete": front.complete, "front": [plan_json(plan) for plan in front]}
+    if front.reason:
+        reason = {
+            "kind": front.reason.kind,
+            "tasks": list(front.reason.tasks),
+            "smallest": front.reason.smallest,
+        }
+        result["reason"] = reason
+    return result | {"stats": stats_json(front.stats)}
+
+
+def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any]:
+    """Return one plan as the documented JSON object."""
+    return _heading(scenario) | {"complete": True, "plan": plan_json(plan), "stats": stats_json(stats)}
+
+
+def _heading(scenario: Scenario) -> dict[str, Any]:
+    return {
+        "scenario": scenario.name,
+        "tasks": [task.name for task in scenario.tasks],
+        "contract": scenario.preference.contract,
+    }
+
+
+def show_front(console: Console, scenario: Scenario, front: Front) -> None:
+    """Print a front as a table, the plans below it."""
+    table = Table(title=f"{scenario.name}: every best trade-off of cost and preference", title_justify="left")
+    table.add_column("#", justify="right")
+    table.add_column("cost", justify="right", style="bold")
+    table.add_column("preference", justify="right", style="bold")
+    for task in scenario.tasks:
+        table.add_column(task.name, justify="right")
+    for i, plan in enumerate(front):
+        table.add_row(
+            str(i), number(plan.cost), number(plan.preference), *(number(c) for c in plan.task_costs.values())
+        )
+    console.print(table)
+    console.print(
+        f"A task's column is its cost: what was spent until it was satisfied. {front.stats.seconds:.2f} s, "
+        f"{front.stats.expanded} labels expanded.",
+        style="dim",
+    )
+    for i, plan in enumerate(front):
+        console.print(Group(Text(f"\nPlan {i} ({len(plan.actions)} actions)"), Text(condense(plan.actions))))
+
+
+def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
+    """Print one plan, an action a line where it is short, with what was spent and which task is satisfied then."""
+    console.print(f"{scenario.name}: cost {number(plan.cost)}, preference {number(plan.preference)}", style="bold")
+    for name, cost in plan.task_costs.items():
+        console.print(f"  {name} satisfied at cost {number(cost)}")
+    console.print(Text(condense(plan.actions) or "(nothing to do)"))

@@ -1,0 +1,67 @@
+"""Explicit model: the transition system written out, edge by edge."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from prefplan.errors import ModelError, choices
+from prefplan.quanta import Number
+from prefplan.transition_system import TransitionSystem
+
+
+@dataclass(frozen=True)
+class Transition:
+    """One edge; `action` None stands for the target's name."""
+
+    source: str
+    target: str
+    action: str | None = None
+    cost: Number = 1
+
+
+@dataclass(frozen=True)
+class GraphModel:
+    """Named states and the transitions between them.
+
+    Attributes:
+        start: a state that some transition names.
+        transitions: in the order in which a state's actions are tried.
+        labels: propositions by state; states not listed have none.
+        propositions: names that may be used in formulas although no state carries them.
+
+    Raises:
+        ModelError: (on construction) for a start or label that names no state.
+    """
+
+    start: str
+    transitions: tuple[Transition, ...]
+    labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    propositions: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        """Check that every state named exists, and every transition is well formed."""
+        states = dict.fromkeys(name for edge in self.transitions for name in (edge.source, edge.target))
+        if self.transitions and self.start not in states:
+            raise ModelError(f"start: unknown state {self.start!r} {choices(self.start, states)}")
+        states[self.start] = None
+        for name in self.labels:
+            if name not in states:
+                raise ModelError(f"labels: unknown state {name!r} {choices(name, states)}")
+        seen: set[tuple[str, str]] = set()
+        for i, edge in enumerate(self.transitions):
+            action = (edge.source, edge.action or edge.target)
+            if action in seen:
+                raise ModelError(f"transitions[{i}]: action {action[1]!r} leaves state {edge.source!r} twice")
+            if edge.cost < 0:
+                raise ModelError(f"transitions[{i}].cost: negative cost {edge.cost}")
+            seen.add(action)
+
+    def transition_system(self) -> TransitionSystem:
+        """Return the graph as a weighted transition system."""
+        return TransitionSystem.from_transitions(
+            ((e.source, e.action or e.target, e.target, e.cost) for e in self.transitions),
+            start=self.start,
+            labels=self.labels,
+            propositions=self.propositions,
+        )

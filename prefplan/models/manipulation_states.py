@@ -1,0 +1,232 @@
+"""The reachable states of a manipulation model, generated a whole breadth-first layer at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from prefplan.errors import ModelError
+from prefplan.quanta import to_quanta
+from prefplan.transition_system import TransitionSystem
+
+if TYPE_CHECKING:
+    from prefplan.models.manipulation import ManipulationModel
+
+ACTION_KINDS = ("transit", "grasp", "transport", "release")
+
+
+@dataclass(frozen=True)
+class ManipulationState:
+    """One symbolic state.
+
+    Attributes:
+        hand: location the hand is over, or the start pose's name.
+        held: object in the hand, or None.
+        places: (object, location) for every object that rests somewhere, in the model's order.
+        marks: (object, mark) for every mark an object carries.
+    """
+
+    hand: str
+    held: str | None
+    places: tuple[tuple[str, str], ...]
+    marks: frozenset[tuple[str, str]] = frozenset()
+
+    @property
+    def place(self) -> dict[str, str]:
+        """The location of every object that rests somewhere."""
+        return dict(self.places)
+
+    def __str__(self) -> str:
+        """Return the state on one line."""
+        parts = [f"hand at {self.hand}"]
+        if self.held:
+            parts.append(f"holding {self.held}")
+        parts += [f"{o} on {place}" for o, place in self.places]
+        parts += [f"{o} {mark}" for o, mark in sorted(self.marks)]
+        return ", ".join(parts)
+
+
+class _Codes(Sequence[ManipulationState]):
+    """Reachable states by number, decoded on demand."""
+
+    def __init__(self, builder: _Builder, codes: np.ndarray) -> None:
+        self._builder, self._codes = builder, codes
+
+    def __len__(self) -> int:
+        return len(self._codes)
+
+    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+        if isinstance(index, slice):
+            return [self._builder.decode(int(code)) for code in self._codes[index]]
+        return self._builder.decode(int(self._codes[index]))
+
+
+class _Builder:
+    """Codes of states, and the edges between them.
+
+    A state is one mixed-radix integer: the hand's pose, then each object's place (the last one: in the hand),
+    then one bit for each object and mark.
+    """
+
+    def __init__(self, model: ManipulationModel) -> None:
+        self.model = model
+        self.names = [place.name for place in model.locations]
+        self.things = [thing.name for thing in model.objects]
+        self.hands = self.names + ([model.start] if model.start not in self.names else [])
+        self.held = len(self.names)
+        radices = [len(self.hands)] + [self.held + 1] * len(self.things) + [2] * (len(self.things) * len(model.marks))
+        self.weights = [1]
+        for radix in radices[:-1]:
+            self.weights.append(self.weights[-1] * radix)
+        if self.weights[-1] * radices[-1] >= 2**62:
+            raise ModelError(f"{len(self.things)} objects and {self.held} locations are more than a state can hold")
+        self.radices = radices
+
+    def mark_digit(self, thing: int, mark: str) -> int:
+        """Return the digit that holds whether an object carries a mark."""
+        return 1 + len(self.things) + thing * len(self.model.marks) + self.model.marks.index(mark)
+
+    def digit(self, codes: np.ndarray, d: int) -> np.ndarray:
+        """Return one digit of every code."""
+        return codes // self.weights[d] % self.radices[d]
+
+    def decode(self, code: int) -> ManipulationState:
+        """Return the state a code stands for."""
+        digits = [code // w % r for w, r in zip(self.weights, self.radices, strict=True)]
+        places = digits[1 : 1 + len(self.things)]
+        return ManipulationState(
+            hand=self.hands[digits[0]],
+            held=next((o for o, p in zip(self.things, places, strict=True) if p == self.held), None),
+            places=tuple((o, self.names[p]) for o, p in zip(self.things, places, strict=True) if p != self.held),
+            marks=frozenset(
+                (thing, mark)
+                for o, thing in enumerate(self.things)
+                for mark in self.model.marks
+                if digits[self.mark_digit(o, mark)]
+            ),
+        )
+
+    def start_code(self) -> int:
+        """Return the code of the start state."""
+        code = self.hands.index(self.model.start)
+        for o, thing in enumerate(self.model.objects):
+            code += self.weights[1 + o] * self.names.index(thing.start)
+        return code
+
+    def successors(self, codes: np.ndarray) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+        """Return (kind, action, mask, target codes of the masked) for every action, in the model's order."""
+        hand = self.digit(codes, 0)
+        place = [self.digit(codes, 1 + o) for o in range(len(self.things))]
+        count = [sum((p == x).astype(np.int8) for p in place) for x in range(self.held)]
+        room = [count[x] < where.capacity for x, where in enumerate(self.model.locations)]
+        for x, where in enumerate(self.model.locations):
+            for support in where.on:
+                room[x] = room[x] & (count[self.names.index(support)] > 0)
+        clear = [np.ones(len(codes), dtype=bool) for _ in self.names]
+        for x, where in enumerate(self.model.locations):
+            for support in where.on:
+                clear[self.names.index(support)] &= count[x] == 0
+        empty = np.logical_and.reduce([p != self.held for p in place]) if place else np.ones(len(codes), dtype=bool)
+        found = []
+        for x, name in enumerate(self.names):
+            mask = empty & (hand != x)
+            found.append(("transit", f"transit {name}", mask, codes[mask] + (x - hand[mask])))
+        for o, movable in enumerate(self.model.objects):
+            mask = empty & (place[o] == hand) & (hand < self.held)
+            mask &= _pick(clear, hand) & (not movable.fixed)
+            found.append(
+                (
+                    "grasp",
+                    f"grasp {movable.name}",
+                    mask,
+                    codes[mask] + self.weights[1 + o] * (self.held - place[o][mask]),
+                )
+            )
+        for o, thing in enumerate(self.things):
+            for x, name in enumerate(self.names):
+                mask = (place[o] == self.held) & (hand != x) & room[x]
+                found.append(("transport", f"transport {thing} {name}", mask, codes[mask] + (x - hand[mask])))
+        for o, thing in enumerate(self.things):
+            for x, spot in enumerate(self.model.locations):
+                mask = (place[o] == self.held) & (hand == x) & room[x]
+                target = codes[mask] + self.weights[1 + o] * (x - self.held)
+                if spot.marks:
+                    d = self.mark_digit(o, spot.marks)
+                    target = target + self.weights[d] * (1 - self.digit(codes[mask], d))
+                found.append(("release", f"release {thing} {spot.name}", mask, target))
+        return found
+
+    def build(self) -> TransitionSystem:
+        """Generate the reachable states layer by layer and gather their edges, sorted by source."""
+        kinds, decimals = to_quanta([self.model.costs[kind] for kind in ACTION_KINDS])
+        cost_of = dict(zip(ACTION_KINDS, kinds, strict=True))
+        layer = np.array([self.start_code()], dtype=np.int64)
+        layers, known = [layer], layer
+        sources, targets, actions, costs = [], [], [], []
+        action_names: list[str] = []
+        while len(layer):
+            found = self.successors(layer)
+            action_names = [action for _, action, _, _ in found]
+            for a, (kind, _, mask, target) in enumerate(found):
+                sources.append(layer[mask])
+                targets.append(target)
+                actions.append(np.full(len(target), a, dtype=np.int32))
+                costs.append(np.full(len(target), cost_of[kind], dtype=np.int64))
+            reached = np.unique(np.concatenate([target for *_, target in found]))
+            layer = reached[~_member(reached, known)]
+            known = np.union1d(known, layer)
+            layers.append(layer)
+        codes = np.concatenate(layers)
+        rank = np.argsort(codes)
+        source = rank[np.searchsorted(codes, np.concatenate(sources), sorter=rank)]
+        target = rank[np.searchsorted(codes, np.concatenate(targets), sorter=rank)]
+        action = np.concatenate(actions)
+        order = np.lexsort((action, source))
+        labels, label_sets = self.labels(codes)
+        return TransitionSystem(
+            states=_Codes(self, codes),
+            start=0,
+            offsets=np.searchsorted(source[order], np.arange(len(codes) + 1)).astype(np.int64),
+            targets=target[order].astype(np.int32),
+            actions=action[order],
+            costs=np.concatenate(costs)[order],
+            decimals=decimals,
+            labels=labels,
+            action_names=tuple(action_names),
+            label_sets=label_sets,
+            propositions=self.propositions(),
+        )
+
+    def propositions(self) -> frozenset[str]:
+        """Return every proposition of the model."""
+        names = {f"holding_{thing}" for thing in self.things}
+        for place in (*self.names, *self.model.marks):
+            names |= {f"{thing}_{place}" for thing in self.things}
+        return frozenset(names) | self.model.propositions
+
+    def labels(self, codes: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
+        """Return each state's label as an index, and the distinct labels: all but the hand's pose matters."""
+        keys, labels = np.unique(codes // self.radices[0], return_inverse=True)
+        sets = []
+        for key in keys:
+            state = self.decode(int(key) * self.radices[0])
+            names = {f"{thing}_{place}" for thing, place in (*state.places, *state.marks)}
+            sets.append(frozenset(names | ({f"holding_{state.held}"} if state.held else set())))
+        return labels.astype(np.int32), tuple(sets)
+
+
+def reachable(model: ManipulationModel) -> TransitionSystem:
+    """Return every state of a manipulation model that is reachable from its start."""
+    return _Builder(model).build()
+
+
+def _pick(rows: list[np.ndarray], index: np.ndarray) -> np.ndarray:
+    return np.array(rows)[np.minimum(index, len(rows) - 1), np.arange(len(index))]
+
+
+def _member(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    at = np.minimum(np.searchsorted(known, values), len(known) - 1)
+    return known[at] == values

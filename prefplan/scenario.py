@@ -1,0 +1,292 @@
+"""Scenario files: TOML decoded strictly into a model, tasks and a preference."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from prefplan.errors import PrefplanError, ScenarioError, choices
+from prefplan.models.graph import GraphModel, Transition
+from prefplan.models.grid import Box, GridModel
+from prefplan.models.manipulation import Location, ManipulationModel, Object
+from prefplan.preference import Deadline, Due, Order, Preference, WeightedSum
+from prefplan.problem import Problem, Task
+
+Model = GraphModel | GridModel | ManipulationModel
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario file's contents.
+
+    Attributes:
+        name: the file's name without its ending.
+        path: where it was read.
+        model: what the robot can do.
+        tasks: in the order of the file.
+        preference: how they would best be done.
+    """
+
+    name: str
+    path: Path
+    model: Model
+    tasks: tuple[Task, ...]
+    preference: Preference
+
+    @cached_property
+    def _problem(self) -> Problem:
+        try:
+            system = self.model.transition_system()
+        except PrefplanError as error:
+            raise ScenarioError(f"{self.path}: model.{error}") from None
+        try:
+            return Problem(system, self.tasks, self.preference)
+        except PrefplanError as error:
+            raise ScenarioError(f"{self.path}: {error}") from None
+
+    def problem(self) -> Problem:
+        """Return the planning problem, building the model's transition system at the first call.
+
+        Raises:
+            ScenarioError: if a formula or the preference does not fit; the message names the file and the key.
+        """
+        return self._problem
+
+
+def load(path: str | Path) -> Scenario:
+    """Read a scenario file.
+
+    Raises:
+        ScenarioError: if there is no such file, it is not TOML, or something in it is wrong; the message names the
+            file and the key and says what would be valid.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
+    except FileNotFoundError:
+        raise ScenarioError(f"{path}: no such file") from None
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path}: not TOML: {error}") from None
+    return from_dict(data, name=path.stem, path=path)
+
+
+def from_dict(data: Mapping[str, Any], *, name: str = "scenario", path: Path | None = None) -> Scenario:
+    """Return a scenario from the contents of a file, as a TOML reader gives them.
+
+    Raises:
+        ScenarioError: as in `load`.
+    """
+    path = path or Path(name)
+    try:
+        file = _File.model_validate(data)
+    except ValidationError as error:
+        raise ScenarioError(f"{path}: {_first_problem(error, data)}") from None
+    try:
+        model = file.model.build()
+    except PrefplanError as error:
+        raise ScenarioError(f"{path}: model.{error}") from None
+    tasks = tuple(Task(task.name, task.formula) for task in file.tasks)
+    return Scenario(name, path, model, tasks, file.preference.build())
+
+
+_KINDS: dict[Any, list[str]] = {
+    "model": ["graph", "grid", "manipulation"],
+    "preference": ["order", "weighted-sum", "deadline"],
+}
+
+
+class _Table(BaseModel):
+    """A table of the file: no unknown keys, no conversion between types."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, arbitrary_types_allowed=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        if isinstance(data, Mapping):
+            valid = [field.alias or name for name, field in cls.model_fields.items()]
+            for key in data:
+                if key not in valid:
+                    raise PydanticCustomError(
+                        "unknown_key",
+                        "{message}",
+                        {"key": key, "message": f"unknown key {choices(key, valid)}"},
+                    )
+        return data
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float, Decimal)):
+        raise PydanticCustomError("number", "must be a number, not {value}", {"value": repr(value)})
+    return value
+
+
+_Cost = Annotated[Any, BeforeValidator(_number)]
+_Metres = Annotated[float, BeforeValidator(lambda value: float(_number(value)))]
+_Tuple = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
+"""TOML has arrays only; everything else is left to the type's own error."""
+
+
+def _boxes(value: Any) -> Any:
+    """One box or several, as a tuple of tuples."""
+    if isinstance(value, list) and value and not isinstance(value[0], list):
+        value = [value]
+    return tuple(tuple(box) if isinstance(box, list) else box for box in value) if isinstance(value, list) else value
+
+
+_Boxes = Annotated[tuple[Box, ...], BeforeValidator(_boxes)]
+
+
+class _Transition(_Table):
+    source: str = Field(alias="from")
+    target: str = Field(alias="to")
+    action: str | None = None
+    cost: _Cost = 1
+
+
+class _Graph(_Table):
+    kind: Literal["graph"]
+    start: str
+    transitions: Annotated[tuple[_Transition, ...], _Tuple]
+    labels: dict[str, list[str]] = {}
+    propositions: list[str] = []
+
+    def build(self) -> GraphModel:
+        edges = tuple(Transition(t.source, t.target, t.action, t.cost) for t in self.transitions)
+        return GraphModel(self.start, edges, self.labels, frozenset(self.propositions))
+
+
+class _Grid(_Table):
+    kind: Literal["grid"]
+    size: Annotated[tuple[int, int], _Tuple]
+    start: Annotated[tuple[int, int], _Tuple]
+    cost: _Cost = 1
+    regions: dict[str, _Boxes] = {}
+    obstacles: dict[str, _Boxes] = {}
+    propositions: list[str] = []
+
+    def build(self) -> GridModel:
+        propositions = frozenset(self.propositions)
+        return GridModel(self.size, self.start, self.cost, self.regions, self.obstacles, propositions)
+
+
+class _Location(_Table):
+    at: Annotated[tuple[_Metres, _Metres] | None, _Tuple] = None
+    on: Annotated[tuple[str, ...], _Tuple] = ()
+    capacity: int = 1
+    marks: str | None = None
+    kind: str | None = None
+
+
+class _Object(_Table):
+    start: str
+    fixed: bool = False
+    rgba: Annotated[tuple[_Metres, _Metres, _Metres, _Metres] | None, _Tuple] = None
+
+
+class _Manipulation(_Table):
+    kind: Literal["manipulation"]
+    start: str
+    costs: dict[str, _Cost]
+    locations: dict[str, _Location]
+    objects: dict[str, _Object]
+    propositions: list[str] = []
+
+    def build(self) -> ManipulationModel:
+        return ManipulationModel(
+            self.start,
+            self.costs,
+            tuple(Location(name, x.at, x.on, x.capacity, x.marks, x.kind) for name, x in self.locations.items()),
+            tuple(Object(name, x.start, x.fixed, x.rgba) for name, x in self.objects.items()),
+            frozenset(self.propositions),
+        )
+
+
+class _Task(_Table):
+    name: str
+    formula: str
+
+
+def _groups(value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(tuple(entry) if isinstance(entry, list) else entry for entry in value)
+    return value
+
+
+class _Order(_Table):
+    kind: Literal["order"]
+    order: Annotated[tuple[str | tuple[str, ...], ...] | None, BeforeValidator(_groups)] = None
+
+    def build(self) -> Order:
+        return Order(self.order)
+
+
+class _WeightedSum(_Table):
+    kind: Literal["weighted-sum"]
+    weights: dict[str, _Cost]
+
+    def build(self) -> WeightedSum:
+        return WeightedSum(self.weights)
+
+
+class _Due(_Table):
+    by: _Cost
+    weight: _Cost = 1
+
+
+class _Deadline(_Table):
+    kind: Literal["deadline"]
+    deadlines: dict[str, _Due]
+
+    def build(self) -> Deadline:
+        return Deadline({name: Due(due.by, due.weight) for name, due in self.deadlines.items()})
+
+
+class _File(_Table):
+    model: Annotated[_Graph | _Grid | _Manipulation, Field(discriminator="kind")]
+    tasks: Annotated[tuple[_Task, ...], _Tuple]
+    preference: Annotated[_Order | _WeightedSum | _Deadline, Field(discriminator="kind")]
+
+
+def _first_problem(error: ValidationError, data: Any) -> str:
+    """Return the first problem as `key.path: what is wrong`."""
+    problem = error.errors()[0]
+    context, location = problem.get("ctx", {}), problem["loc"]
+    match problem["type"]:
+        case "unknown_key":
+            return f"{_key_path(location, data, context['key'])}: {context['message']}"
+        case "missing" if isinstance(location[-1], int):
+            return f"{_key_path(location[:-1], data)}: too few entries, at least {location[-1] + 1} are needed"
+        case "missing":
+            return f"{_key_path(location[:-1], data, location[-1])}: missing"
+        case "union_tag_not_found":
+            return f"{_key_path(location, data, 'kind')}: missing {choices('', _KINDS[location[-1]])}"
+        case "union_tag_invalid":
+            wrong = str(context["tag"])
+            return f"{_key_path(location, data, 'kind')}: unknown kind {wrong!r} {choices(wrong, _KINDS[location[-1]])}"
+    message = problem["msg"].removeprefix("Input ").replace("tuple", "list")
+    return f"{_key_path(location, data)}: {message[0].lower()}{message[1:]}"
+
+
+def _key_path(location: Sequence[Any], data: Any, key: Any = None) -> str:
+    """Return a path of keys as a person would write it, leaving out the decoder's own steps into unions."""
+    text = ""
+    for step in location:
+        if isinstance(step, int) and isinstance(data, Sequence) and step < len(data):
+            text += f"[{step}]"
+        elif isinstance(data, Mapping) and step in data:
+            text += f".{step}"
+        else:
+            continue
+        data = data[step]
+    return (text if key is None else f"{text}.{key}").removeprefix(".")
