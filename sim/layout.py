@@ -2,119 +2,118 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from prefplan.errors import choices
 from prefplan.models.manipulation import Location, ManipulationModel
+from sim.clearance import blocked, check_apart, check_fingers, check_reach, lamp_foot
 from sim.errors import SimulationError
+from sim.places import (
+    BIN_MARGIN,
+    BLOCK_HALF,
+    FINGERS_HALF,
+    FLOOR,
+    KINDS,
+    PAD_MARGIN,
+    ROW_PITCH,
+    SUPPORT_OVERLAP,
+    Layout,
+    Slot,
+    Station,
+)
+from sim.rectangle import Rectangle
 
-BLOCK_HALF = 0.0225
-"""Half the edge of an object, a cube of 4.5 cm that the open hand (8 cm) takes with room to spare, m."""
-
-REACH = 0.80
-"""Farthest horizontal distance from the base at which the hand can point down, m (arm almost straight)."""
-
-NEAREST = 0.28
-"""Nearest horizontal distance from the base at which the hand clears the robot's own foot, m."""
-
-ROW_PITCH = 0.064
-"""Distance between neighbouring slots of one location, m: 19 mm between blocks."""
-
-KINDS = ("spot", "pad", "bin")
-"""What a location on the table looks like: a marking, a raised plate, a box with walls."""
-
-FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003}
-"""Height above the table of the surface on which objects rest, m."""
-
-
-@dataclass(frozen=True)
-class Slot:
-    """Room for one object.
-
-    Attributes:
-        location: the location it belongs to.
-        index: 0 .. capacity - 1 within the location.
-        position: (3,) where the object's centre rests, m, robot base frame (z = 0 is the table top).
-        yaw: heading about z of the line along which the fingers close, rad; both sides are free of walls and
-            neighbours. The object rests square to it: its yaw is this one modulo 90 degrees.
-    """
-
-    location: str
-    index: int
-    position: np.ndarray
-    yaw: float
+NEIGHBOURHOOD = 0.12
+"""A location nearer than this to another keeps its fingers out of the gap between them, m."""
 
 
-def kind_of(place: Location) -> str | None:
-    """Return how a location looks: its `kind`, else `pad` if it marks, `spot` on the table, None on others."""
-    if place.on:
-        return None
-    return place.kind or ("pad" if place.marks else "spot")
-
-
-def layout(model: ManipulationModel) -> dict[str, tuple[Slot, ...]]:
-    """Return the slots of every location, in the order of the file.
+def arrange(model: ManipulationModel) -> Layout:
+    """Return where everything goes.
 
     Raises:
-        SimulationError: a location out of reach, of an unknown kind, or without a definite place.
+        SimulationError: a location out of reach, of an unknown kind, without a definite place, or in the way of
+            another. The message starts with the location's key.
     """
-    slots: dict[str, tuple[Slot, ...]] = {}
+    grounded = [place for place in model.locations if place.at is not None]
+    stations = {place.name: _station(place, _yaws(place, grounded)[0]) for place in grounded}
+    for place in grounded:
+        others = [station for name, station in stations.items() if name != place.name]
+        options = [_station(place, yaw) for yaw in _yaws(place, grounded)]
+        stations[place.name] = next((option for option in options if not blocked(option, others)), options[0])
+    slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
-        _place(place.name, model, slots)
-    return {place.name: slots[place.name] for place in model.locations}
+        _stack(place, model, slots)
+    check_reach(slots)
+    check_apart(list(stations.values()))
+    check_fingers(model, list(stations.values()), slots)
+    for place in grounded:
+        if place.marks:
+            foot = lamp_foot(stations[place.name], list(stations.values()), slots)
+            stations[place.name] = replace(stations[place.name], lamp=foot)
+    return Layout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
 
 
-def _place(name: str, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> None:
-    if name in slots:
-        return
-    place = model.location(name)
-    for support in place.on:
-        _place(support, model, slots)
-    slots[name] = _stacked(place, slots) if place.on else _on_table(place, model)
+def _yaws(place: Location, grounded: list[Location]) -> list[float]:
+    """Return closing lines to try: past a near neighbour rather than towards it, else along y, else along x."""
+    yaws = [np.pi / 2, 0.0]
+    apart = [np.subtract(other.at, place.at) for other in grounded if other.name != place.name]
+    nearest = min(apart, key=lambda d: float(np.hypot(*d)), default=np.full(2, np.inf))
+    if np.hypot(*nearest) < NEIGHBOURHOOD:
+        yaws.insert(0, float(np.round(np.arctan2(-nearest[0], nearest[1]), 6) % np.pi))
+    return yaws
 
 
-def _on_table(place: Location, model: ManipulationModel) -> tuple[Slot, ...]:
-    where = f"locations.{place.name}"
-    kind = kind_of(place)
+def _station(place: Location, yaw: float) -> Station:
+    kind = place.kind or ("pad" if place.marks else "spot")
     if kind not in KINDS:
-        raise SimulationError(f"{where}.kind: unknown kind {kind!r} {choices(str(kind), KINDS)}")
-    assert place.at is not None
-    yaw = _closing_yaw(place, model)
-    along = np.array([-np.sin(yaw), np.cos(yaw)])
+        raise SimulationError(f"locations.{place.name}.kind: unknown kind {kind!r} {choices(kind, KINDS)}")
+    centre = np.array(place.at, dtype=float)
+    across = np.array([-np.sin(yaw), np.cos(yaw)])
     offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * ROW_PITCH
+    z = FLOOR[kind] + BLOCK_HALF
     slots = tuple(
-        Slot(place.name, i, np.array([*(place.at + offset * along), FLOOR[kind] + BLOCK_HALF]), yaw)
-        for i, offset in enumerate(offsets)
+        Slot(place.name, i, np.array([*(centre + offset * across), z]), yaw) for i, offset in enumerate(offsets)
     )
-    for slot in slots:
-        distance = float(np.hypot(*slot.position[:2]))
-        if distance > REACH:
+    half = np.array([BLOCK_HALF, BLOCK_HALF + offsets[-1]])
+    if kind == "pad":
+        half = half + PAD_MARGIN
+    elif kind == "bin":
+        inside = FINGERS_HALF[0] + 0.004
+        half = np.maximum(half + BIN_MARGIN, inside)
+    return Station(place.name, kind, Rectangle(centre, half, yaw), slots)
+
+
+def _stack(place: Location, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> None:
+    """Add the slot of a location on others, theirs first: midway between them and one object higher."""
+    if place.name in slots:
+        return
+    where = f"locations.{place.name}"
+    if place.capacity > 1:
+        raise SimulationError(f"{where}.capacity: what lies on other objects has room for 1, not {place.capacity}")
+    if place.kind or place.marks:
+        key = "kind" if place.kind else "marks"
+        raise SimulationError(f"{where}.{key}: only a location on the table can have one")
+    for support in place.on:
+        _stack(model.location(support), model, slots)
+        if len(slots[support]) > 1:
             raise SimulationError(
-                f"{where}: {distance:.2f} m from the robot's base, beyond its reach of {REACH:.2f} m"
+                f"{where}.on: {support!r} has room for {len(slots[support])}, so nothing has a fixed place on it"
             )
-        if distance < NEAREST:
-            raise SimulationError(
-                f"{where}: {distance:.2f} m from the robot's base, nearer than {NEAREST:.2f} m"
-            )
-    return slots
-
-
-def _closing_yaw(place: Location, model: ManipulationModel) -> float:
-    """Return a closing line that keeps the fingers out of the gap to the nearest neighbour."""
-    assert place.at is not None
-    others = [
-        np.subtract(o.at, place.at) for o in model.locations if o.at is not None and o.name != place.name
-    ]
-    near = [d for d in others if np.hypot(*d) < 0.12]
-    if not near:
-        return float(np.pi / 2)
-    d = min(near, key=lambda d: float(np.hypot(*d)))
-    return float((np.arctan2(d[1], d[0]) + np.pi / 2 + 1e-9) % np.pi - 1e-9)
-
-
-def _stacked(place: Location, slots: dict[str, tuple[Slot, ...]]) -> tuple[Slot, ...]:
     below = [slots[support][0] for support in place.on]
-    position = np.mean([slot.position for slot in below], axis=0) + [0.0, 0.0, 2 * BLOCK_HALF]
-    return (Slot(place.name, 0, position, below[0].yaw),)
+    position = np.mean([slot.position for slot in below], axis=0)
+    for slot in below:
+        if abs(slot.position[2] - position[2]) > 1e-6:
+            raise SimulationError(f"{where}.on: {below[0].location!r} and {slot.location!r} differ in height")
+        apart = position[:2] - slot.position[:2]
+        if (
+            np.abs(Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes @ apart).max()
+            > 2 * BLOCK_HALF - SUPPORT_OVERLAP
+        ):
+            raise SimulationError(
+                f"{where}.on: its middle is {np.hypot(*apart):.3f} m from {slot.location!r}, "
+                f"so an object of {2 * BLOCK_HALF:.3f} m would not rest on it"
+            )
+    yaw = below[0].yaw
+    slots[place.name] = (Slot(place.name, 0, position + [0.0, 0.0, 2 * BLOCK_HALF], yaw),)

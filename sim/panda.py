@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 
 import mujoco
 import numpy as np
+import trimesh
+
+from sim.meshes import mesh_folder, surfaces
 
 ARM_JOINTS = tuple(f"joint{i}" for i in range(1, 8))
 """Arm joints from base to wrist; the position actuators bear the same names (commands in rad)."""
@@ -27,31 +29,69 @@ PADS = ("left_pad", "right_pad")
 """Geoms that touch what is grasped."""
 
 VELOCITY_LIMITS = np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61])
-"""(7,) greatest joint speeds, rad/s (Franka Control Interface, limits for Panda)."""
+"""(7,) greatest joint speeds, rad/s (Franka Control Interface documentation, limits for Panda)."""
 
 HOME = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 """(7,) rad, Franka's ready pose: the hand points down in front of the base."""
 
-PACKAGE = Path(__file__).parent.parent / "assets"
-LINKS = (*(f"link{i}" for i in range(8)), "hand")
+VISIBLE, HIDDEN = 2, 3
+"""Geom groups: what is drawn, and what only collides."""
+
+MJCF = Path(__file__).parent.parent / "assets" / "panda.xml"
 
 
-def mesh_folder() -> Path | None:
-    """Return the folder with `visual` and `collision` STL files, or None when they are not installed."""
-    found = importlib.util.find_spec("gymnasium_robotics")
-    if found is None or not found.submodule_search_locations:
-        return None
-    folder = Path(found.submodule_search_locations[0], "envs/assets/kitchen_franka/franka_assets/meshes")
-    return folder if folder.is_dir() else None
-
-
-def panda_spec(*, meshes: bool) -> mujoco.MjSpec:
-    """Return the robot, its base frame at the origin.
+def panda_spec(*, meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return the robot, its base frame at the origin; materials `panda_shell`, ... are left to the caller.
 
     Args:
-        meshes: dress it with meshes; otherwise it keeps its capsules. Kinematics, pads and inertia are the same.
+        meshes: dress it with meshes, or leave it its capsules; None for meshes where they are installed.
+            Kinematics, inertia, fingers and pads are the same either way.
+
+    Raises:
+        FileNotFoundError: meshes are asked for and not installed.
     """
-    spec = mujoco.MjSpec.from_file(str(PACKAGE / "panda.xml"))
-    if meshes:
-        pass
+    spec = mujoco.MjSpec.from_file(str(MJCF))
+    folder = mesh_folder()
+    if meshes and folder is None:
+        raise FileNotFoundError("the Panda's meshes come with the package gymnasium-robotics")
+    if folder is not None and meshes is not False:
+        _dress(spec, folder)
     return spec
+
+
+def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
+    """Give every link its visual and collision meshes instead of capsules; the fingers keep their boxes."""
+    bodies = {body.name: [body] for body in spec.bodies if body.name.startswith(("link", "hand"))}
+    bodies["finger"] = [spec.body("left_finger"), spec.body("right_finger")]
+    for geom in list(spec.geoms):
+        if geom.parent.name in bodies:
+            spec.delete(geom)
+        else:
+            geom.group = HIDDEN
+    for link in bodies.keys() - {"finger"}:
+        hull = trimesh.load_mesh(folder / "collision" / f"{link}.stl")
+        _add_mesh(spec, f"{link}_hull", hull.vertices, hull.faces)
+        _add_geom(spec, bodies[link][0], f"{link}_hull", group=HIDDEN)
+    for surface in surfaces(folder):
+        name = f"{surface.link}_{surface.finish}"
+        _add_mesh(spec, name, surface.vertices, surface.faces, surface.normals)
+        for body in bodies[surface.link]:
+            geom = _add_geom(spec, body, name, group=VISIBLE)
+            geom.material = f"panda_{surface.finish}"
+            geom.contype = geom.conaffinity = 0
+            geom.rgba = [0.5, 0.5, 0.5, 1]
+
+
+def _add_mesh(
+    spec: mujoco.MjSpec, name: str, vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray | None = None
+) -> None:
+    mesh = spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel())
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    if normals is not None:
+        mesh.usernormal, mesh.userfacenormal = normals.ravel(), faces.ravel()
+
+
+def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: str, *, group: int) -> mujoco.MjsGeom:
+    geom = body.add_geom(spec.find_default("panda"))
+    geom.type, geom.meshname, geom.group = mujoco.mjtGeom.mjGEOM_MESH, mesh, group
+    return geom

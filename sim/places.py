@@ -1,0 +1,112 @@
+"""Dimensions of what stands on the table, and the places of a model as values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.rectangle import Rectangle
+
+BLOCK_HALF = 0.0225
+"""Half the edge of an object, a cube of 4.5 cm that the open hand (8 cm) takes with room to spare, m."""
+
+REACH = 0.80
+"""Farthest horizontal distance from the base at which the hand can point down, m (arm almost straight)."""
+
+NEAREST = 0.28
+"""Nearest horizontal distance from the base at which the hand stays clear of the robot's foot, m."""
+
+HIGHEST = 0.40
+"""Greatest height of an object's centre above the table that the hand still reaches from above, m."""
+
+WIDEST = np.radians(150)
+"""Greatest bearing from straight ahead, rad: the base turns 166 degrees and the wrist needs some of it."""
+
+ROW_PITCH = 0.064
+"""Distance between neighbouring slots of one location, m: 19 mm between blocks."""
+
+BLOCK_GAP = 0.012
+"""Least distance between objects of different locations, m: both may start 5 mm and 5 degrees off."""
+
+FINGERS_HALF = np.array([0.062, 0.0145])
+"""Half the open hand's fingers on the table: along their closing line, and across with 4 mm to spare, m."""
+
+FINGER_TIPS = 0.014
+"""How far the finger tips reach below the centre of the object between them, with 5 mm to spare, m."""
+
+PALM_HALF = np.array([0.110, 0.038])
+"""Half the palm seen from above with 5 mm to spare, m."""
+
+PALM_CLEARANCE = 0.030
+"""The palm's height over the centre of the object in the fingers, with 7 mm to spare, m."""
+
+BIN_MARGIN = 0.0125
+"""From the last object of a row to a bin's wall, m."""
+
+PAD_MARGIN = 0.0375
+"""From an object to the edge of a pad, m."""
+
+SUPPORT_OVERLAP = 0.010
+"""Least length by which an object rests on each of its supports, m."""
+
+LAMP_DISTANCE = 0.19
+"""From the nearest slot to a lamp's post, m: the hand hit one at 11 cm and cleared 17 cm."""
+
+LAMP_HALF = 0.04
+"""Half the width of a lamp's foot, m."""
+
+KINDS = ("spot", "pad", "bin")
+"""What a location on the table may look like: an outline, a raised plate, a box with walls."""
+
+FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003}
+"""Height above the table of the surface on which objects rest, m."""
+
+
+@dataclass(frozen=True)
+class Slot:
+    """Room for one object.
+
+    Attributes:
+        location: the location it belongs to.
+        index: 0 .. capacity - 1 within the location.
+        position: (3,) where the object's centre rests, m, robot base frame (z = 0 is the table top).
+        yaw: heading about z of the line along which the fingers close, rad in [0, pi); both ends of it are free
+            of walls and neighbours. The object rests square to it: its yaw is this one modulo 90 degrees.
+    """
+
+    location: str
+    index: int
+    position: np.ndarray
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Station:
+    """A location on the table, with what stands there.
+
+    Attributes:
+        kind: one of `KINDS`.
+        outline: what it covers of the table, walls left out.
+        slots: side by side across the closing line.
+        lamp: (2,) foot of its lamp if it marks what is released there, m.
+    """
+
+    name: str
+    kind: str
+    outline: Rectangle
+    slots: tuple[Slot, ...]
+    lamp: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The places of a model.
+
+    Attributes:
+        stations: the locations on the table, in the order of the file.
+        slots: for every location, in the order of the file, as many slots as it has room.
+    """
+
+    stations: tuple[Station, ...]
+    slots: dict[str, tuple[Slot, ...]]
