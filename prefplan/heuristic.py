@@ -49,7 +49,7 @@ def distance_to_satisfaction(product: Product, task: int) -> list[list[float]]:
             if q != goal:
                 before[after][label].append(q)
     labels = system.labels.tolist()
-    costs[goal] = [0] * system.size
+    costs[goal] = [0.0] * system.size
     queue: list[tuple[float, int, int]] = [(0, s, goal) for s in range(system.size)]
     while queue:
         cost, s, q = heapq.heappop(queue)
