@@ -38,7 +38,7 @@ class Event:
 
     Attributes:
         time: simulated time, s.
-        kind: one word, e.g. `grasped`, `placed`, `mismatch`.
+        kind: one word, e.g. `grasped`, `placed`, `mismatch`, or `contact`: a touch nobody asked for.
         detail: measured values by name, JSON-ready.
     """
 
@@ -62,6 +62,8 @@ class Rollout:
         sim_seconds: simulated time in all.
         wall_seconds: real time in all.
         placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
+        speed_share: (7,) greatest speed of each arm joint, as a share of its limit.
+        torque_share: (7,) greatest torque of each arm joint, as a share of its limit.
     """
 
     completed: bool
@@ -74,3 +76,5 @@ class Rollout:
     sim_seconds: float
     wall_seconds: float
     placement_error: float
+    speed_share: np.ndarray
+    torque_share: np.ndarray

@@ -1,0 +1,168 @@
+"""Grounding: the symbolic state read back from the simulation, and how it differs from what was expected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from prefplan.models.manipulation import ManipulationState
+from sim.layout import Slot
+from sim.panda import PADS, TCP
+from sim.scene import Scene
+
+AT_RADIUS = 0.045
+"""An object is at a slot when its centre is this near to the slot's on the horizontal, m: a block's width."""
+
+AT_HEIGHT = 0.008
+"""... and this near on the vertical, m: a tilted block is further off."""
+
+HOLD_OFFSET = 0.03
+"""A held object's centre is this near to the point between the pads, m: beyond, the pads only brush it."""
+
+HOLD_FORCE = 0.5
+"""Each pad presses a held object with this force at least, N: its weight; a firm grip has 15 N."""
+
+
+@dataclass(frozen=True)
+class ObjectPose:
+    """Where an object is.
+
+    Attributes:
+        position: (3,) of its centre, m, robot base frame.
+        yaw: heading of its upright faces about z, rad; a cube's repeats every 90 degrees.
+    """
+
+    position: np.ndarray
+    yaw: float
+
+
+def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
+    """Return where an object is: the skills' and the grounding's only perception, here the true pose."""
+    body = data.body(name)
+    axes = body.xmat.reshape(3, 3)
+    level = axes[:, int(np.argmin(np.abs(axes[2])))]
+    return ObjectPose(body.xpos.copy(), float(np.arctan2(level[1], level[0])))
+
+
+def pad_forces(scene: Scene, data: mujoco.MjData, name: str) -> np.ndarray:
+    """Return with what force each pad presses an object.
+
+    Returns:
+        (2,) N, left and right.
+    """
+    thing = scene.mujoco.body(name).id
+    geoms = data.contact.geom
+    bodies = scene.mujoco.geom_bodyid[geoms]
+    forces = np.zeros(2)
+    for side, pad in enumerate(PADS):
+        index = scene.mujoco.geom(pad).id
+        pressed = ((geoms[:, 0] == index) & (bodies[:, 1] == thing)) | ((geoms[:, 1] == index) & (bodies[:, 0] == thing))
+        rows = data.contact.efc_address[pressed]
+        forces[side] = data.efc_force[rows[rows >= 0]].sum()  # an elliptic cone's first row is its normal force
+    return forces
+
+
+def held_object(scene: Scene, data: mujoco.MjData) -> str | None:
+    """Return the object that both pads press at this instant, or None."""
+    tool = data.site(TCP).xpos
+    for thing in scene.model.objects:
+        near = np.linalg.norm(object_pose(scene, data, thing.name).position - tool) < HOLD_OFFSET
+        if near and pad_forces(scene, data, thing.name).min() > HOLD_FORCE:
+            return thing.name
+    return None
+
+
+def slot_of(scene: Scene, data: mujoco.MjData, name: str) -> Slot | None:
+    """Return the slot in which an object rests, or None.
+
+    It rests there when it is near the slot's centre and, where the location lies on others, touches an object
+    that stands on one of them.
+    """
+    position = object_pose(scene, data, name).position
+    near = [
+        slot
+        for row in scene.slots.values()
+        for slot in row
+        if np.hypot(*(position - slot.position)[:2]) < AT_RADIUS and abs(position[2] - slot.position[2]) < AT_HEIGHT
+    ]
+    for slot in sorted(near, key=lambda slot: float(np.linalg.norm(position - slot.position))):
+        supports = scene.model.location(slot.location).on
+        if not supports:
+            return slot
+        touched = _touching(scene, data, name)
+        if any((below := slot_of(scene, data, other)) and below.location in supports for other in touched):
+            return slot
+    return None
+
+
+def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
+    """Return whether the hand is over a location."""
+    tool = data.site(TCP).xpos
+    return any(
+        np.hypot(*(tool - slot.position)[:2]) < AT_RADIUS and tool[2] > slot.position[2]
+        for slot in scene.slots[location]
+    )
+
+
+def observe(
+    scene: Scene,
+    data: mujoco.MjData,
+    *,
+    hand: str,
+    held: str | None,
+    marks: frozenset[tuple[str, str]] = frozenset(),
+) -> ManipulationState:
+    """Return the symbolic state of the simulation.
+
+    An object that neither rests in a slot nor is held has no place in it.
+
+    Args:
+        hand: where the hand was last sent; another location is reported only if it is not there.
+        held: what the pads hold, from `held_object` or smoothed over some time.
+        marks: what the past left behind and no sensor shows.
+    """
+    if hand in scene.slots and not hand_over(scene, data, hand):
+        hand = next((name for name in scene.slots if hand_over(scene, data, name)), "elsewhere")
+    slots = [(thing.name, slot_of(scene, data, thing.name)) for thing in scene.model.objects if thing.name != held]
+    places = tuple((name, slot.location) for name, slot in slots if slot is not None)
+    return ManipulationState(hand=hand, held=held, places=places, marks=marks)
+
+
+def mismatch(scene: Scene, data: mujoco.MjData, predicted: ManipulationState, observed: ManipulationState) -> str | None:
+    """Return how an observed state differs from the predicted one, in words, or None.
+
+    The first difference among the objects is told, else that of the hand or the marks.
+    """
+    for thing in (object.name for object in scene.model.objects):
+        expected, found = _where(predicted, thing), _where(observed, thing)
+        if expected == found:
+            continue
+        if found is None:
+            at = ", ".join(f"{x:.2f}" for x in data.body(thing).xpos)
+            found = f"it lies off every location, at ({at}) m"
+        elif observed.held == thing:
+            found = "it is in the hand"
+        else:
+            found = f"it rests {found}"
+        return f"expected {thing} {expected}, but {found}"
+    if predicted.hand != observed.hand:
+        return f"expected the hand over {predicted.hand}, but it is over {observed.hand}"
+    for thing, mark in sorted(predicted.marks ^ observed.marks):
+        return f"expected {thing} {'' if (thing, mark) in predicted.marks else 'not '}to be {mark}"
+    return None
+
+
+def _where(state: ManipulationState, thing: str) -> str | None:
+    if state.held == thing:
+        return "in the hand"
+    place = state.place.get(thing)
+    return None if place is None else f"on {place}"
+
+
+def _touching(scene: Scene, data: mujoco.MjData, name: str) -> list[str]:
+    bodies = scene.mujoco.geom_bodyid[data.contact.geom]
+    own = scene.mujoco.body(name).id
+    others = set(bodies[(bodies == own).any(axis=1)].ravel()) - {own}
+    return [thing.name for thing in scene.model.objects if scene.mujoco.body(thing.name).id in others]

@@ -1,0 +1,202 @@
+"""Skills: how each symbolic action, `transit grasp transport release`, is carried out by motion and touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from prefplan.models.manipulation import ACTION_KINDS
+from sim.errors import SimulationError
+from sim.grounding import AT_RADIUS, object_pose, pad_forces
+from sim.layout import Slot
+from sim.motion import CONTROL_PERIOD, wrap
+from sim.workcell import Workcell
+
+HOVER = 0.12
+"""Height of the tool over a slot's centre before and after it works there, m: a held block clears one resting."""
+
+CLEARANCE = 0.03
+"""Least height at which the tool or what it holds passes over resting objects, m."""
+
+OPENING = 0.07
+"""Width of the open hand, m: 12 mm to either side of a block, and the fingers still fit into a bin."""
+
+SQUEEZE = 0.015
+"""How much narrower than the object the hand is commanded to close, m: about 15 N on either side."""
+
+FIRM = 5.0
+"""Force on each pad from which a grip counts as firm, N: a third of what is commanded."""
+
+CLOSE_TIME, OPEN_TIME = 0.35, 0.25
+"""Duration of closing and of opening the hand, s."""
+
+STEADY_TIME, GRIP_PATIENCE = 0.1, 0.6
+"""How long a grip must stay firm, and how long to wait for that, s."""
+
+SETTLE_TIME = 0.1
+"""Wait before measuring an object in the hand and after letting it go, s."""
+
+DROP = 0.0005
+"""Height from which an object is let go, m: so that it does not press on what it is put on."""
+
+ROOM = 0.05
+"""Least distance between the centres of objects that rest side by side, m: a block and 5 mm."""
+
+GLOW_TIME = 1.5
+"""How long a marking location works on what was released there, s."""
+
+
+class SkillError(SimulationError):
+    """A skill that ended without its effect; the message says why."""
+
+
+def perform(cell: Workcell, action: str) -> None:
+    """Carry out one symbolic action, e.g. `transport blue san`.
+
+    Raises:
+        SkillError: it did not work out; the arm rests and the simulation can go on.
+        SimulationError: the arm cannot get there.
+    """
+    kind, *arguments = action.split()
+    SKILLS[kind](cell, *arguments)
+
+
+def transit(cell: Workcell, location: str) -> None:
+    """Bring the empty hand over a location."""
+    slots = cell.scene.slots[location]
+    centre = np.mean([slot.position for slot in slots], axis=0)
+    _go(cell, centre + [0.0, 0.0, HOVER], _both_ways(slots[0].yaw), height=_passage(cell))
+
+
+def grasp(cell: Workcell, thing: str) -> None:
+    """Lower the hand on the object below it, close until both pads feel it, and raise it."""
+    slot = _slot_below(cell, thing)
+    pose = object_pose(cell.scene, cell.data, thing)
+    lines = [pose.yaw, pose.yaw + np.pi / 2]
+    line = min(lines, key=lambda line: abs(wrap(line - slot.yaw, np.pi)))
+    above = pose.position + [0.0, 0.0, slot.position[2] - pose.position[2] + HOVER]
+    yaws = _both_ways(line)
+    cell.grip(OPENING, 0.0)
+    yaw = _go(cell, above, yaws, height=0.0)
+    with cell.handling(thing):
+        _go(cell, pose.position, [yaw], height=0.0)
+        width = 2 * cell.scene.half
+        cell.grip(width - SQUEEZE, CLOSE_TIME)
+        forces = _await_grip(cell, thing)
+        if forces is None:
+            cell.grip(OPENING, OPEN_TIME)
+            _go(cell, above, [yaw], height=0.0)
+            raise SkillError(f"the fingers closed without a firm grip on {thing}")
+        _go(cell, above, [yaw], height=0.0)
+        if not cell.holds(thing):
+            raise SkillError(f"{thing} slipped from the hand as it was raised")
+    cell.tell("grasped", object=thing, force=[round(float(force), 2) for force in forces])
+
+
+def transport(cell: Workcell, thing: str, location: str) -> None:
+    """Carry the held object over the location's free slot."""
+    slot = _free_slot(cell, thing, location)
+    with cell.handling(thing, aloft=True):
+        _go(cell, slot.position + [0.0, 0.0, HOVER], _both_ways(slot.yaw), height=_passage(cell, thing))
+        if not cell.holds(thing):
+            raise SkillError(f"{thing} was lost on the way to {location}")
+
+
+def release(cell: Workcell, thing: str, location: str) -> None:
+    """Measure the object in the hand, lower it into the free slot, let go and raise the hand."""
+    slot = _free_slot(cell, thing, location)
+    with cell.handling(thing, aloft=True):
+        cell.wait(SETTLE_TIME)
+        position, yaw = _place(cell, thing, slot)
+        above = position + [0.0, 0.0, HOVER]
+        _go(cell, above, [yaw], height=0.0)
+        position, yaw = _place(cell, thing, slot)
+        if not cell.holds(thing):
+            raise SkillError(f"{thing} was lost over {location}")
+    with cell.handling(thing):
+        _go(cell, position, [yaw], height=0.0)
+        cell.wait(SETTLE_TIME)
+        cell.grip(OPENING, OPEN_TIME)
+        _go(cell, above, [yaw], height=0.0)
+    error = np.hypot(*(object_pose(cell.scene, cell.data, thing).position - slot.position)[:2])
+    cell.tell("placed", object=thing, location=location, error_mm=round(float(error) * 1000, 2))
+    if cell.scene.model.location(location).marks:
+        cell.glowing = list(cell.scene.slots).index(location)
+        cell.wait(GLOW_TIME)
+        cell.glowing = -1
+
+
+SKILLS: dict[str, Callable[..., None]] = dict(zip(ACTION_KINDS, (transit, grasp, transport, release), strict=True))
+
+
+def _go(cell: Workcell, position: np.ndarray, yaws: list[float], *, height: float) -> float:
+    """Move the tool along an arch; return which of the yaws it took."""
+    goal, yaw = cell.arm.reach(position, yaws)
+    cell.follow(cell.arm.move(cell.reference, goal, position, yaw, height=height))
+    return yaw
+
+
+def _both_ways(line: float) -> list[float]:
+    return [line, line + np.pi]
+
+
+def _passage(cell: Workcell, held: str | None = None) -> float:
+    """Return the height at which the tool, and what it holds, passes over everything that rests."""
+    tops = [
+        object_pose(cell.scene, cell.data, thing.name).position[2] + cell.scene.half
+        for thing in cell.scene.model.objects
+        if thing.name != held
+    ]
+    return max(tops, default=0.0) + CLEARANCE + cell.scene.half
+
+
+def _slot_below(cell: Workcell, thing: str) -> Slot:
+    """Return the slot at the hand's location where the object rests."""
+    tool = cell.arm.tool(cell.reference).position
+    position = object_pose(cell.scene, cell.data, thing).position
+    slots = [slot for row in cell.scene.slots.values() for slot in row]
+    slot = min(slots, key=lambda slot: float(np.linalg.norm(position - slot.position)))
+    if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS or np.hypot(*(position - tool)[:2]) > 2 * AT_RADIUS:
+        raise SkillError(f"{thing} is not below the hand")
+    return slot
+
+
+def _free_slot(cell: Workcell, thing: str, location: str) -> Slot:
+    """Return the slot of a location farthest from the other objects on its level."""
+    others = [
+        object_pose(cell.scene, cell.data, other.name).position
+        for other in cell.scene.model.objects
+        if other.name != thing
+    ]
+
+    def room(slot: Slot) -> float:
+        level = [p for p in others if abs(p[2] - slot.position[2]) < 2 * cell.scene.half]
+        return min((float(np.hypot(*(p - slot.position)[:2])) for p in level), default=np.inf)
+
+    slot = max(cell.scene.slots[location], key=lambda slot: min(room(slot), 2 * ROOM))
+    if room(slot) < ROOM:
+        raise SkillError(f"no room for {thing} on {location}: another object is {room(slot) * 1000:.0f} mm from it")
+    return slot
+
+
+def _await_grip(cell: Workcell, thing: str) -> np.ndarray | None:
+    """Wait until both pads press firmly for a while; return their forces in N, or None."""
+    steady = 0
+    for _ in range(round(GRIP_PATIENCE / CONTROL_PERIOD)):
+        cell.wait(CONTROL_PERIOD)
+        forces = pad_forces(cell.scene, cell.data, thing)
+        steady = steady + 1 if forces.min() > FIRM else 0
+        if steady >= STEADY_TIME / CONTROL_PERIOD:
+            return forces
+    return None
+
+
+def _place(cell: Workcell, thing: str, slot: Slot) -> tuple[np.ndarray, float]:
+    """Return the tool's position and yaw that put the held object, as it lies in the hand, into a slot."""
+    tool, held = cell.arm.tool(cell.reference), object_pose(cell.scene, cell.data, thing)
+    turn = wrap(slot.yaw - held.yaw, np.pi / 2)
+    c, s = np.cos(turn), np.sin(turn)
+    offset = held.position - tool.position
+    turned = np.array([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1], offset[2] - DROP])
+    return slot.position - turned, tool.yaw + turn
