@@ -1,0 +1,36 @@
+"""Judges of the planner: slow, plain, and sharing none of its code or algorithms."""
+
+from judge.enumerate import cheapest_cost, exact_front, exact_plans
+from judge.preferences import EXPRESSIONS, exact, random_preference, reference
+from judge.problems import Edge, GraphProblem, JudgedTask, Relaxation, grid_problem
+from judge.random_problems import random_problem
+from judge.replay import Replay, replay
+from judge.semantics import holds, is_good_prefix, satisfaction_index
+from judge.syntax import Formula, bracketed, parse, random_formula, random_text, to_text
+
+__all__ = [
+    "EXPRESSIONS",
+    "Edge",
+    "Formula",
+    "GraphProblem",
+    "JudgedTask",
+    "Relaxation",
+    "Replay",
+    "bracketed",
+    "cheapest_cost",
+    "exact",
+    "exact_front",
+    "exact_plans",
+    "grid_problem",
+    "holds",
+    "is_good_prefix",
+    "parse",
+    "random_formula",
+    "random_preference",
+    "random_problem",
+    "random_text",
+    "reference",
+    "replay",
+    "satisfaction_index",
+    "to_text",
+]

@@ -1,0 +1,231 @@
+"""The exact Pareto front of a small problem by exhaustive search, with no pruning that needs a contract.
+
+A label is (product state, cost so far, costs of the satisfied tasks, violation costs). Only these go:
+
+- exact duplicates, and labels equal to another in all but higher violation costs (mu never falls in a violation cost);
+- labels whose mu is already that of a plan found at no higher cost: neither falls along a trajectory;
+- labels that cannot reach the end of any plan within the cost bound, by exact distances in the product.
+
+So the answer is exact for every mu that never falls along a trajectory, up to the bound.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from itertools import combinations, count, product
+from typing import NamedTuple
+
+from judge.preferences import Mu, Number, Values
+from judge.problems import GraphProblem, JudgedTask
+from judge.semantics import Label, holds_now, monitor
+
+#: In place of a monitor's state: the task is satisfied, or was skipped.
+DONE, SKIPPED = -1, -2
+
+Node = tuple[str, tuple[int, ...]]
+Use = tuple[int, str, Number]
+
+
+class Move(NamedTuple):
+    """An action with one way of reading the label it leads to; `uses` are (task, assumed proposition, price)."""
+
+    cost: Number
+    action: str
+    node: Node
+    uses: tuple[Use, ...]
+
+
+class Skip(NamedTuple):
+    """A task dropped before the first action."""
+
+    task: int
+    cost: Number
+
+
+class Witness(NamedTuple):
+    """A plan of the front, in the user's units; `relaxations` as the command line reports them."""
+
+    cost: Number
+    preference: Number
+    actions: tuple[str, ...]
+    relaxations: tuple[dict[str, object], ...]
+
+
+class Product:
+    """The reachable part of graph x monitors, made on demand, and the exact distance of each node to a plan's end."""
+
+    def __init__(self, problem: GraphProblem) -> None:
+        """Build every reachable node."""
+        self.problem = problem
+        self.starts = list(self._starts())
+        self.moves: dict[Node, list[Move]] = {}
+        pending = [move.node for _, move in self.starts]
+        while pending:
+            node = pending.pop()
+            if node not in self.moves:
+                self.moves[node] = [] if self.finished(node) else list(self._moves(node))
+                pending.extend(move.node for move in self.moves[node])
+        self.distance = self._distances()
+
+    @staticmethod
+    def finished(node: Node) -> bool:
+        """Say whether a plan ends here: every task not skipped is satisfied."""
+        return all(state < 0 for state in node[1])
+
+    def _starts(self) -> Iterator[tuple[tuple[Skip, ...], Move]]:
+        tasks = self.problem.tasks
+        skippable = [Skip(k, task.skip) for k, task in enumerate(tasks) if task.skip is not None]
+        for size in range(len(skippable) + 1):
+            for skips in combinations(skippable, size):
+                dropped = {skip.task for skip in skips}
+                before = tuple(SKIPPED if k in dropped else monitor(t.formula).start for k, t in enumerate(tasks))
+                for move in self._read(before, self.problem.start, 0, ""):
+                    yield skips, move
+
+    def _moves(self, node: Node) -> Iterator[Move]:
+        for edge in self.problem.outgoing.get(node[0], []):
+            yield from self._read(node[1], edge.target, edge.cost, edge.action)
+
+    def _read(self, states: tuple[int, ...], target: str, cost: Number, action: str) -> Iterator[Move]:
+        label = self.problem.label(target)
+        ways = (readings(task, state, label) for task, state in zip(self.problem.tasks, states, strict=True))
+        for chosen in product(*(way.items() for way in ways)):
+            uses = tuple((k, *entry) for k, (_, entries) in enumerate(chosen) for entry in entries)
+            yield Move(cost, action, (target, tuple(state for state, _ in chosen)), uses)
+
+    def _distances(self) -> dict[Node, Number]:
+        into: dict[Node, list[tuple[Number, Node]]] = {}
+        for node, moves in self.moves.items():
+            for move in moves:
+                into.setdefault(move.node, []).append((move.cost, node))
+        distance: dict[Node, Number] = {}
+        heap: list[tuple[Number, Node]] = [(0, node) for node in self.moves if self.finished(node)]
+        heapq.heapify(heap)
+        while heap:
+            far, node = heapq.heappop(heap)
+            if node not in distance:
+                distance[node] = far
+                for cost, source in into.get(node, []):
+                    heapq.heappush(heap, (far + cost, source))
+        return distance
+
+
+def readings(task: JudgedTask, state: int, label: Label) -> dict[int, tuple[tuple[str, Number], ...]]:
+    """Return the states one task may be in after reading a label, each with the cheapest relaxations for it."""
+    if state < 0:
+        return {state: ()}
+    judge = monitor(task.formula)
+    usable = [entry for entry in task.relax if entry.assume not in label and holds_now(entry.when, label)]
+    found: dict[int, tuple[tuple[str, Number], ...]] = {}
+    for size in range(len(usable) + 1):
+        for chosen in combinations(usable, size):
+            assumed = {entry.assume for entry in chosen}
+            after = judge.step(state, label | assumed)
+            reached = DONE if judge.satisfied(after) else after
+            entries = tuple((entry.assume, entry.cost) for entry in chosen)
+            if len(assumed) == size and (reached not in found or _price(entries) < _price(found[reached])):
+                found[reached] = entries
+    return found
+
+
+def _price(entries: tuple[tuple[str, Number], ...]) -> Number:
+    return sum(cost for _, cost in entries)
+
+
+def cheapest_cost(problem: GraphProblem) -> Number | None:
+    """Return the least total cost of a plan, or None when there is no plan."""
+    space = Product(problem)
+    return min((space.distance[m.node] for _, m in space.starts if m.node in space.distance), default=None)
+
+
+def exact_front(problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number) -> list[tuple[Number, Number]]:
+    """Return the non-dominated (cost, mu) of cost at most `max_cost`, by rising cost."""
+    return [(plan.cost, plan.preference) for plan in exact_plans(problem, mu, max_cost=max_cost)]
+
+
+class _Step(NamedTuple):
+    parent: _Step | None
+    action: str
+    uses: tuple[Use, ...]
+    depth: int
+
+
+def exact_plans(problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number) -> list[Witness]:
+    """Return one plan for each point of the front of cost at most `max_cost`, by rising cost.
+
+    Args:
+        problem: the problem.
+        mu: preference function of (task costs, violation costs) that never falls along a trajectory, nor in a
+            violation cost; the problem's own when None.
+        max_cost: greatest total cost, in the user's units, inclusive.
+    """
+    value = mu or problem.mu()
+    space = Product(problem)
+    ticket = count()
+    heap: list[tuple[Number, int, Node, tuple[Number | None, ...], Values, _Step, tuple[Skip, ...]]] = []
+    seen: dict[tuple[Node, tuple[Number | None, ...], Number], list[Values]] = {}
+
+    def push(
+        g: Number,
+        frozen: tuple[Number | None, ...],
+        paid: Values,
+        step: _Step,
+        node: Node,
+        skips: tuple[Skip, ...],
+    ) -> None:
+        if node not in space.distance or g + space.distance[node] > max_cost:
+            return
+        costs = tuple(g if c is None and q == DONE else c for c, q in zip(frozen, node[1], strict=True))
+        spent = list(paid)
+        for task, _, price in step.uses:
+            spent[task] += price
+        rivals = seen.setdefault((node, costs, g), [])
+        if any(all(x <= y for x, y in zip(rival, spent, strict=True)) for rival in rivals):
+            return
+        rivals.append(tuple(spent))
+        heapq.heappush(heap, (g, next(ticket), node, costs, tuple(spent), step, skips))
+
+    untouched: tuple[Number | None, ...] = (None,) * len(problem.tasks)
+    for skips, move in space.starts:
+        prices = {skip.task: skip.cost for skip in skips}
+        paid = tuple(prices.get(k, 0) for k in range(len(problem.tasks)))
+        push(0, untouched, paid, _Step(None, "", move.uses, 0), move.node, skips)
+    front: list[Witness] = []
+    while heap:
+        g, _, node, frozen, paid, step, skips = heapq.heappop(heap)
+        worth = value(tuple(g if c is None else c for c in frozen), paid)
+        if front and worth >= front[-1].preference:
+            continue
+        if space.finished(node):
+            if front and front[-1].cost == g:
+                front.pop()
+            front.append(_witness(problem, g, worth, step, skips))
+            continue
+        for move in space.moves[node]:
+            push(
+                g + move.cost,
+                frozen,
+                paid,
+                _Step(step, move.action, move.uses, step.depth + 1),
+                move.node,
+                skips,
+            )
+    return front
+
+
+def _witness(problem: GraphProblem, cost: Number, worth: Number, last: _Step, skips: tuple[Skip, ...]) -> Witness:
+    steps = []
+    step: _Step | None = last
+    while step is not None:
+        steps.append(step)
+        step = step.parent
+    steps.reverse()
+    names = problem.names
+    relaxations: list[dict[str, object]] = [
+        {"task": names[skip.task], "step": 0, "skip": True, "cost": skip.cost} for skip in skips
+    ]
+    for entry in steps:
+        for task, assume, price in entry.uses:
+            relaxations.append({"task": names[task], "step": entry.depth, "assume": assume, "cost": price})
+    return Witness(cost, worth, tuple(entry.action for entry in steps[1:]), tuple(relaxations))

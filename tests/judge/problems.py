@@ -1,0 +1,145 @@
+"""Small planning problems as plain data, and as a scenario file's content."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from judge.preferences import Mu, Number, reference
+from judge.semantics import Label
+from judge.syntax import Formula, propositions_of, to_text
+
+
+@dataclass(frozen=True)
+class Edge:
+    """One action of one state."""
+
+    source: str
+    action: str
+    cost: Number
+    target: str
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Leave to read a label on which `when` holds with `assume` added, for `cost` each time (Remarks 1-6)."""
+
+    assume: str
+    when: Formula
+    cost: Number
+
+
+@dataclass(frozen=True)
+class JudgedTask:
+    """A task; `skip` is what dropping it costs, None when it may not be dropped."""
+
+    name: str
+    formula: Formula
+    relax: tuple[Relaxation, ...] = ()
+    skip: Number | None = None
+
+
+@dataclass(frozen=True)
+class GraphProblem:
+    """An explicit graph, tasks, and a preference; costs in the user's units, exact.
+
+    Attributes:
+        start: the first state.
+        edges: every action, a state's own in order.
+        labels: the propositions of each state that has any.
+        tasks: the tasks, in order.
+        preference: the `[preference]` table of the scenario.
+    """
+
+    start: str
+    edges: tuple[Edge, ...]
+    labels: Mapping[str, Label]
+    tasks: tuple[JudgedTask, ...]
+    preference: Mapping[str, Any] = field(default_factory=lambda: {"kind": "order"})
+
+    @cached_property
+    def outgoing(self) -> dict[str, list[Edge]]:
+        """The edges of each state that has any."""
+        table: dict[str, list[Edge]] = {}
+        for edge in self.edges:
+            table.setdefault(edge.source, []).append(edge)
+        return table
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The tasks' names."""
+        return tuple(task.name for task in self.tasks)
+
+    def label(self, state: str) -> Label:
+        """Return L(state)."""
+        return self.labels.get(state, frozenset())
+
+    def mu(self) -> Mu:
+        """Return the reference preference function."""
+        return reference(self.preference, self.names)
+
+    def scenario(self) -> dict[str, Any]:
+        """Return the content of a scenario file with `kind = "graph"`; an action named like its target is left out."""
+        used: set[str] = set()
+        for task in self.tasks:
+            used |= propositions_of(task.formula)
+            for entry in task.relax:
+                used |= {entry.assume} | propositions_of(entry.when)
+        transitions = []
+        for edge in self.edges:
+            action = {} if edge.action == edge.target else {"action": edge.action}
+            transitions.append({"from": edge.source, "to": edge.target, **action, "cost": _written(edge.cost)})
+        model = {
+            "kind": "graph",
+            "start": self.start,
+            "propositions": sorted(used - frozenset().union(*self.labels.values())),
+            "transitions": transitions,
+            "labels": {state: sorted(label) for state, label in self.labels.items()},
+        }
+        return {
+            "model": model,
+            "tasks": [_task_table(task) for task in self.tasks],
+            "preference": dict(self.preference),
+        }
+
+
+def _task_table(task: JudgedTask) -> dict[str, Any]:
+    table: dict[str, Any] = {"name": task.name, "formula": to_text(task.formula)}
+    if task.relax:
+        table["relax"] = [
+            {"assume": entry.assume, "when": to_text(entry.when), "cost": _written(entry.cost)} for entry in task.relax
+        ]
+    if task.skip is not None:
+        table["skip"] = _written(task.skip)
+    return table
+
+
+def _written(number: Number) -> int | float:
+    """Return a number as a scenario file would hold it."""
+    return float(number) if isinstance(number, Fraction) else number
+
+
+def grid_problem(
+    size: Sequence[int],
+    start: Sequence[int],
+    regions: Mapping[str, Sequence[int]],
+    tasks: Sequence[JudgedTask],
+    preference: Mapping[str, Any],
+) -> GraphProblem:
+    """Lay a problem out on a grid of unit costs: actions N, S, E, W, (0, 0) lower left, box corners inclusive."""
+    moves = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
+    cells = {(x, y): f"{x},{y}" for x in range(size[0]) for y in range(size[1])}
+    edges = [
+        Edge(name, action, 1, cells[x + dx, y + dy])
+        for (x, y), name in cells.items()
+        for action, (dx, dy) in moves.items()
+        if (x + dx, y + dy) in cells
+    ]
+    labels = {
+        name: frozenset(region for region, (x0, y0, x1, y1) in regions.items() if x0 <= x <= x1 and y0 <= y <= y1)
+        for (x, y), name in cells.items()
+    }
+    return GraphProblem(cells[start[0], start[1]], tuple(edges), labels, tuple(tasks), preference)
