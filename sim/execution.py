@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import cast
 
+import mujoco
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationState
@@ -17,6 +18,9 @@ from sim.rollout import Rollout, Step
 from sim.scene import Scene, initial_state
 from sim.skills import perform
 from sim.workcell import Workcell
+
+AFTERMATH = 1.0
+"""Wait after a skill that failed, s: what was dropped comes to rest before it is looked at."""
 
 
 class Run:
@@ -31,16 +35,16 @@ class Run:
         reason: why it cannot go on, or None.
     """
 
-    def __init__(self, scene: Scene, *, seed: int | None = None) -> None:
-        """Set everything up at the model's start.
+    def __init__(self, scene: Scene, data: mujoco.MjData) -> None:
+        """Begin at the model's start.
 
         Args:
             scene: the scene.
-            seed: None for nominal poses of the objects; otherwise they are perturbed.
+            data: from `initial_state`; it is simulated on from there.
         """
         self.scene = scene
         self.system: TransitionSystem = scene.model.transition_system()
-        self.cell = Workcell(scene, initial_state(scene, seed=seed))
+        self.cell = Workcell(scene, data)
         self.state = self.system.start
         self.steps: list[Step] = []
         self.reason: str | None = None
@@ -64,12 +68,13 @@ class Run:
             perform(self.cell, action)
         except SimulationError as error:
             failure = str(error)
+            self.cell.wait(AFTERMATH)
         observed = self._observe(before, predicted)
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed))
         self.state = target
         if action.startswith("release"):
             self._released.add(action.split()[1])
-        difference = mismatch(self.scene, self.cell.data, predicted, observed)
+        difference = mismatch(self.scene, self.cell.data, predicted=predicted, observed=observed)
         if difference or failure:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
@@ -101,7 +106,7 @@ class Run:
         """Read the state back; a mark counts once its object is seen to rest where it was released."""
         held = next((thing.name for thing in self.scene.model.objects if self.cell.holds(thing.name)), None)
         seen = observe(self.scene, self.cell.data, hand=predicted.hand, held=held, marks=before.marks)
-        earned = {(thing, mark) for thing, mark in predicted.marks if seen.place.get(thing) == predicted.place.get(thing)}
+        earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
         return replace(seen, marks=before.marks | earned)
 
     def _placement_error(self) -> float:
@@ -132,7 +137,7 @@ def execute(
     Raises:
         ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
     """
-    run = Run(scene, seed=seed)
+    run = Run(scene, initial_state(scene, seed=seed))
     state = run.state
     for action in actions:
         state, _ = run.system.step(state, action)

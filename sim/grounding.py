@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationState
-from sim.layout import Slot
 from sim.panda import PADS, TCP
+from sim.places import Slot
 from sim.scene import Scene
 
 AT_RADIUS = 0.045
@@ -52,16 +52,13 @@ def pad_forces(scene: Scene, data: mujoco.MjData, name: str) -> np.ndarray:
     Returns:
         (2,) N, left and right.
     """
-    thing = scene.mujoco.body(name).id
-    geoms = data.contact.geom
-    bodies = scene.mujoco.geom_bodyid[geoms]
-    forces = np.zeros(2)
-    for side, pad in enumerate(PADS):
-        index = scene.mujoco.geom(pad).id
-        pressed = ((geoms[:, 0] == index) & (bodies[:, 1] == thing)) | ((geoms[:, 1] == index) & (bodies[:, 0] == thing))
-        rows = data.contact.efc_address[pressed]
-        forces[side] = data.efc_force[rows[rows >= 0]].sum()  # an elliptic cone's first row is its normal force
-    return forces
+    thing = scene.mujoco.geom(name).id
+    pairs = data.contact.geom
+    rows = (pairs == thing).any(axis=1) & (data.contact.efc_address >= 0)
+    others = pairs[rows].sum(axis=1) - thing
+    # The first row of an elliptic cone is the normal force.
+    forces = data.efc_force[data.contact.efc_address[rows]]
+    return np.array([forces[others == scene.mujoco.geom(pad).id].sum() for pad in PADS])
 
 
 def held_object(scene: Scene, data: mujoco.MjData) -> str | None:
@@ -119,6 +116,8 @@ def observe(
     An object that neither rests in a slot nor is held has no place in it.
 
     Args:
+        scene: the scene.
+        data: its state; contacts must be up to date, as they are after a step.
         hand: where the hand was last sent; another location is reported only if it is not there.
         held: what the pads hold, from `held_object` or smoothed over some time.
         marks: what the past left behind and no sensor shows.
@@ -130,7 +129,9 @@ def observe(
     return ManipulationState(hand=hand, held=held, places=places, marks=marks)
 
 
-def mismatch(scene: Scene, data: mujoco.MjData, predicted: ManipulationState, observed: ManipulationState) -> str | None:
+def mismatch(
+    scene: Scene, data: mujoco.MjData, *, predicted: ManipulationState, observed: ManipulationState
+) -> str | None:
     """Return how an observed state differs from the predicted one, in words, or None.
 
     The first difference among the objects is told, else that of the hand or the marks.

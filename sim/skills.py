@@ -8,9 +8,9 @@ import numpy as np
 
 from prefplan.models.manipulation import ACTION_KINDS
 from sim.errors import SimulationError
-from sim.grounding import AT_RADIUS, object_pose, pad_forces
-from sim.layout import Slot
+from sim.grounding import AT_RADIUS, hand_over, pad_forces
 from sim.motion import CONTROL_PERIOD, wrap
+from sim.places import Slot
 from sim.workcell import Workcell
 
 HOVER = 0.12
@@ -18,6 +18,12 @@ HOVER = 0.12
 
 CLEARANCE = 0.03
 """Least height at which the tool or what it holds passes over resting objects, m."""
+
+DETOURS = (0.0, 0.1, 0.2)
+"""By how much more the tool is raised to pass over what is not an object, e.g. a lamp, m."""
+
+FORESIGHT = 10
+"""Every so many joint references are looked at for obstacles before they are followed: every 0.1 s."""
 
 OPENING = 0.07
 """Width of the open hand, m: 12 mm to either side of a block, and the fingers still fit into a bin."""
@@ -66,29 +72,26 @@ def transit(cell: Workcell, location: str) -> None:
     """Bring the empty hand over a location."""
     slots = cell.scene.slots[location]
     centre = np.mean([slot.position for slot in slots], axis=0)
-    _go(cell, centre + [0.0, 0.0, HOVER], _both_ways(slots[0].yaw), height=_passage(cell))
+    _travel(cell, centre + [0.0, 0.0, HOVER], slots[0].yaw)
 
 
 def grasp(cell: Workcell, thing: str) -> None:
     """Lower the hand on the object below it, close until both pads feel it, and raise it."""
     slot = _slot_below(cell, thing)
-    pose = object_pose(cell.scene, cell.data, thing)
-    lines = [pose.yaw, pose.yaw + np.pi / 2]
-    line = min(lines, key=lambda line: abs(wrap(line - slot.yaw, np.pi)))
-    above = pose.position + [0.0, 0.0, slot.position[2] - pose.position[2] + HOVER]
-    yaws = _both_ways(line)
-    cell.grip(OPENING, 0.0)
-    yaw = _go(cell, above, yaws, height=0.0)
+    pose = cell.see(thing)
+    above = np.array([*pose.position[:2], slot.position[2] + HOVER])
+    cell.grip(OPENING, CONTROL_PERIOD)
     with cell.handling(thing):
-        _go(cell, pose.position, [yaw], height=0.0)
-        width = 2 * cell.scene.half
-        cell.grip(width - SQUEEZE, CLOSE_TIME)
+        line = _free_line(cell, pose.position, _square_to(pose.yaw, slot.yaw))
+        yaw = _move(cell, above, [line, line + np.pi])
+        _move(cell, pose.position, [yaw])
+        cell.grip(2 * cell.scene.half - SQUEEZE, CLOSE_TIME)
         forces = _await_grip(cell, thing)
         if forces is None:
             cell.grip(OPENING, OPEN_TIME)
-            _go(cell, above, [yaw], height=0.0)
+        _move(cell, above, [yaw])
+        if forces is None:
             raise SkillError(f"the fingers closed without a firm grip on {thing}")
-        _go(cell, above, [yaw], height=0.0)
         if not cell.holds(thing):
             raise SkillError(f"{thing} slipped from the hand as it was raised")
     cell.tell("grasped", object=thing, force=[round(float(force), 2) for force in forces])
@@ -97,30 +100,35 @@ def grasp(cell: Workcell, thing: str) -> None:
 def transport(cell: Workcell, thing: str, location: str) -> None:
     """Carry the held object over the location's free slot."""
     slot = _free_slot(cell, thing, location)
+    with cell.handling(thing):
+        line = _free_line(cell, slot.position, slot.yaw)
     with cell.handling(thing, aloft=True):
-        _go(cell, slot.position + [0.0, 0.0, HOVER], _both_ways(slot.yaw), height=_passage(cell, thing))
+        _travel(cell, slot.position + [0.0, 0.0, HOVER], line, held=thing)
         if not cell.holds(thing):
             raise SkillError(f"{thing} was lost on the way to {location}")
 
 
 def release(cell: Workcell, thing: str, location: str) -> None:
-    """Measure the object in the hand, lower it into the free slot, let go and raise the hand."""
+    """Measure the object in the hand, lower it into the free slot, let go and raise the hand.
+
+    Above the slot the object's place in the hand is measured and made good, since it drifts while it is carried.
+    """
     slot = _free_slot(cell, thing, location)
     with cell.handling(thing, aloft=True):
         cell.wait(SETTLE_TIME)
-        position, yaw = _place(cell, thing, slot)
+        position, yaw = _placing(cell, thing, slot)
         above = position + [0.0, 0.0, HOVER]
-        _go(cell, above, [yaw], height=0.0)
-        position, yaw = _place(cell, thing, slot)
+        _move(cell, above, [yaw])
+        position, yaw = _placing(cell, thing, slot)
         if not cell.holds(thing):
             raise SkillError(f"{thing} was lost over {location}")
     with cell.handling(thing):
-        _go(cell, position, [yaw], height=0.0)
+        _move(cell, position, [yaw])
         cell.wait(SETTLE_TIME)
         cell.grip(OPENING, OPEN_TIME)
-        _go(cell, above, [yaw], height=0.0)
-    error = np.hypot(*(object_pose(cell.scene, cell.data, thing).position - slot.position)[:2])
-    cell.tell("placed", object=thing, location=location, error_mm=round(float(error) * 1000, 2))
+        _move(cell, above, [yaw])
+    error = float(np.hypot(*(cell.see(thing).position - slot.position)[:2]))
+    cell.tell("placed", object=thing, location=location, error_mm=round(error * 1000, 2))
     if cell.scene.model.location(location).marks:
         cell.glowing = list(cell.scene.slots).index(location)
         cell.wait(GLOW_TIME)
@@ -130,45 +138,68 @@ def release(cell: Workcell, thing: str, location: str) -> None:
 SKILLS: dict[str, Callable[..., None]] = dict(zip(ACTION_KINDS, (transit, grasp, transport, release), strict=True))
 
 
-def _go(cell: Workcell, position: np.ndarray, yaws: list[float], *, height: float) -> float:
-    """Move the tool along an arch; return which of the yaws it took."""
+def _move(cell: Workcell, position: np.ndarray, yaws: list[float]) -> float:
+    """Move the tool to a position nearby, straight up or down; return which of the yaws it took."""
     goal, yaw = cell.arm.reach(position, yaws)
-    cell.follow(cell.arm.move(cell.reference, goal, position, yaw, height=height))
+    cell.follow(cell.arm.move(cell.reference, goal, position, yaw, height=0.0))
     return yaw
 
 
-def _both_ways(line: float) -> list[float]:
-    return [line, line + np.pi]
+def _travel(cell: Workcell, position: np.ndarray, line: float, *, held: str | None = None) -> None:
+    """Move the tool to a position far away, over everything in between.
+
+    Raises:
+        SkillError: the way is blocked even at the greatest height.
+    """
+    goal, yaw = cell.arm.reach(position, [line, line + np.pi])
+    height = _passage(cell, held)
+    for raised in DETOURS:
+        references = cell.arm.move(cell.reference, goal, position, yaw, height=height + raised)
+        obstacles = {name for q in references[::FORESIGHT] for name in cell.foresee(q)}
+        if not obstacles:
+            cell.follow(references)
+            return
+    raise SkillError(f"the way is blocked by {' and '.join(sorted(obstacles))}")
+
+
+def _free_line(cell: Workcell, position: np.ndarray, line: float) -> float:
+    """Return the closing line, this or the one across it, at which the open fingers touch nothing but the object.
+
+    Raises:
+        SkillError: neither is free.
+    """
+    for option in (line, line + np.pi / 2):
+        q, _ = cell.arm.reach(position, [option, option + np.pi])
+        obstacles = cell.foresee(q, width=OPENING)
+        if not obstacles:
+            return option
+    raise SkillError(f"no room for the fingers: they would touch {' and '.join(obstacles)}")
+
+
+def _square_to(yaw: float, line: float) -> float:
+    """Return the heading of a cube's faces, known up to 90 degrees, that is nearest to a line."""
+    return yaw + np.pi / 2 * round((line - yaw) / (np.pi / 2))
 
 
 def _passage(cell: Workcell, held: str | None = None) -> float:
     """Return the height at which the tool, and what it holds, passes over everything that rests."""
-    tops = [
-        object_pose(cell.scene, cell.data, thing.name).position[2] + cell.scene.half
-        for thing in cell.scene.model.objects
-        if thing.name != held
-    ]
-    return max(tops, default=0.0) + CLEARANCE + cell.scene.half
+    tops = [cell.see(thing.name).position[2] for thing in cell.scene.model.objects if thing.name != held]
+    return max(tops, default=0.0) + 2 * cell.scene.half + CLEARANCE
 
 
 def _slot_below(cell: Workcell, thing: str) -> Slot:
     """Return the slot at the hand's location where the object rests."""
-    tool = cell.arm.tool(cell.reference).position
-    position = object_pose(cell.scene, cell.data, thing).position
+    position = cell.see(thing).position
     slots = [slot for row in cell.scene.slots.values() for slot in row]
     slot = min(slots, key=lambda slot: float(np.linalg.norm(position - slot.position)))
-    if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS or np.hypot(*(position - tool)[:2]) > 2 * AT_RADIUS:
+    if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS or not hand_over(cell.scene, cell.data, slot.location):
         raise SkillError(f"{thing} is not below the hand")
     return slot
 
 
 def _free_slot(cell: Workcell, thing: str, location: str) -> Slot:
     """Return the slot of a location farthest from the other objects on its level."""
-    others = [
-        object_pose(cell.scene, cell.data, other.name).position
-        for other in cell.scene.model.objects
-        if other.name != thing
-    ]
+    others = [cell.see(other.name).position for other in cell.scene.model.objects if other.name != thing]
 
     def room(slot: Slot) -> float:
         level = [p for p in others if abs(p[2] - slot.position[2]) < 2 * cell.scene.half]
@@ -192,9 +223,9 @@ def _await_grip(cell: Workcell, thing: str) -> np.ndarray | None:
     return None
 
 
-def _place(cell: Workcell, thing: str, slot: Slot) -> tuple[np.ndarray, float]:
+def _placing(cell: Workcell, thing: str, slot: Slot) -> tuple[np.ndarray, float]:
     """Return the tool's position and yaw that put the held object, as it lies in the hand, into a slot."""
-    tool, held = cell.arm.tool(cell.reference), object_pose(cell.scene, cell.data, thing)
+    tool, held = cell.arm.tool(cell.reference), cell.see(thing)
     turn = wrap(slot.yaw - held.yaw, np.pi / 2)
     c, s = np.cos(turn), np.sin(turn)
     offset = held.position - tool.position

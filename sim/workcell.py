@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim.grounding import HOLD_FORCE, HOLD_OFFSET, object_pose, pad_forces
+from sim.grounding import HOLD_FORCE, HOLD_OFFSET, ObjectPose, object_pose, pad_forces
 from sim.motion import CONTROL_PERIOD, Arm
 from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, PADS, TCP, VELOCITY_LIMITS
 from sim.rollout import FRAME_RATE, Event
@@ -52,10 +52,11 @@ class Workcell:
         self._motors = [model.actuator(name).id for name in ARM_JOINTS]
         self._gripper = model.actuator(GRIPPER).id
         self._pads = [model.geom(name).id for name in PADS]
+        self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._torque_limits = model.actuator_forcerange[self._motors, 1]
         self._robot = _below(model, "link0")
         self._moving = self._robot
-        self._target = -1
+        self._target, self._aloft = -1, False
         self._pressed = -np.inf
         self._touched: dict[tuple[str, str], float] = {}
         self._scratch = mujoco.MjData(model)
@@ -72,21 +73,26 @@ class Workcell:
         """Add an event at the present time."""
         self.events.append(Event(float(self.data.time), kind, detail))
 
+    def see(self, thing: str) -> ObjectPose:
+        """Return where an object is, as far as the skills know."""
+        return object_pose(self.scene, self.data, thing)
+
     def follow(self, references: np.ndarray) -> None:
         """Drive the arm along joint references.
 
         Args:
             references: (N, 7) rad, every `CONTROL_PERIOD`.
         """
-        for reference in references:
-            self.data.ctrl[self._motors] = reference + LAG * (reference - self.reference) / CONTROL_PERIOD
-            self.reference = reference
-            self._tick()
+        commands = _commands(self.reference, references, self._substeps)
+        for tick in commands.reshape(len(references), self._substeps, 7):
+            self._tick(tick)
+        self.reference = references[-1]
         self.data.ctrl[self._motors] = self.reference
 
     def grip(self, width: float, seconds: float) -> None:
         """Bring the commanded width between the pads evenly to `width`, m, while the arm rests."""
-        for command in np.linspace(self.data.ctrl[self._gripper], width, round(seconds / CONTROL_PERIOD) + 1)[1:]:
+        ticks = max(1, round(seconds / CONTROL_PERIOD))
+        for command in np.linspace(self.data.ctrl[self._gripper], width, ticks + 1)[1:]:
             self.data.ctrl[self._gripper] = command
             self._tick()
 
@@ -105,13 +111,14 @@ class Workcell:
         """
         self._target = self.scene.mujoco.body(thing).id
         self._pressed = self.data.time if aloft else -np.inf
+        self._aloft = aloft
         if aloft:
             self._moving = self._robot.copy()
             self._moving[self._target] = True
         try:
             yield
         finally:
-            self._target, self._moving = -1, self._robot
+            self._target, self._aloft, self._moving = -1, False, self._robot
 
     def holds(self, thing: str) -> bool:
         """Return whether both pads press an object, but for a flicker, and have it between them."""
@@ -119,19 +126,56 @@ class Workcell:
             pressed = self.data.time - self._pressed < FLICKER
         else:
             pressed = bool(pad_forces(self.scene, self.data, thing).min() > HOLD_FORCE)
-        offset = object_pose(self.scene, self.data, thing).position - self.data.site(TCP).xpos
+        offset = self.see(thing).position - self.data.site(TCP).xpos
         return pressed and bool(np.linalg.norm(offset) < HOLD_OFFSET)
 
-    def _tick(self) -> None:
+    def foresee(self, q: np.ndarray, *, width: float | None = None) -> list[str]:
+        """Return the names of the bodies that the robot, and what it carries aloft, would touch.
+
+        The object being handled is left out.
+
+        Args:
+            q: (7,) rad, joint angles to judge.
+            width: between the pads, m; None for the present one.
+        """
+        model, scratch = self.scene.mujoco, self._scratch
+        scratch.qpos[:] = self.data.qpos
+        scratch.qpos[self._qpos] = q
+        if width is not None:
+            scratch.qpos[self._fingers] = width / 2
+        mujoco.mj_kinematics(model, scratch)
+        if self._aloft:
+            self._carry(scratch)
+        mujoco.mj_collision(model, scratch)
+        bodies = model.geom_bodyid[scratch.contact.geom]
+        robot = self._moving[bodies]
+        free = (robot[:, 0] != robot[:, 1]) & (self._aloft | (bodies != self._target).all(axis=1))
+        return sorted({model.body(body).name for body in bodies[free][~robot[free]]})
+
+    def _tick(self, commands: np.ndarray | None = None) -> None:
+        """Simulate one control period; record the frames that fall into it.
+
+        Args:
+            commands: (substeps, 7) rad, of the arm's motors; None to leave them as they are.
+        """
         model, data = self.scene.mujoco, self.data
-        steps = round(CONTROL_PERIOD / model.opt.timestep)
-        due = round((len(self.times) / FRAME_RATE - data.time) / model.opt.timestep)
-        if due <= steps:
-            mujoco.mj_step(model, data, nstep=due)
-            self._record()
-            steps -= due
-        mujoco.mj_step(model, data, nstep=steps)
+        for substep in range(self._substeps):
+            if commands is not None:
+                data.ctrl[self._motors] = commands[substep]
+            mujoco.mj_step(model, data)
+            if data.time * FRAME_RATE >= len(self.times) - 1e-6:
+                self._record()
         self._watch()
+
+    def _carry(self, scratch: mujoco.MjData) -> None:
+        """Move the handled object in `scratch` as the hand moves it."""
+        model, data = self.scene.mujoco, self.data
+        now, then = data.site(TCP), scratch.site(TCP)
+        turn = then.xmat.reshape(3, 3) @ now.xmat.reshape(3, 3).T
+        body, start = self._target, int(model.jnt_qposadr[model.body_jntadr[self._target]])
+        scratch.qpos[start : start + 3] = then.xpos + turn @ (data.xpos[body] - now.xpos)
+        mujoco.mju_mat2Quat(scratch.qpos[start + 3 : start + 7], (turn @ data.xmat[body].reshape(3, 3)).ravel())
+        mujoco.mj_kinematics(model, scratch)
 
     def _record(self) -> None:
         self.times.append(float(self.data.time))
@@ -166,6 +210,25 @@ class Workcell:
         if self.data.time - self._touched.get(pair, -np.inf) > EPISODE:
             self.tell("contact", moving=pair[0], other=pair[1])
         self._touched[pair] = self.data.time
+
+
+def _commands(start: np.ndarray, references: np.ndarray, substeps: int) -> np.ndarray:
+    """Return what the motors are told at every step of the simulation to keep to joint references.
+
+    References held for a whole control period would jerk the wrist with all its torque (kp times the distance
+    covered); a smooth curve through them does not.
+
+    Returns:
+        (N * substeps, 7) rad.
+    """
+    points = np.vstack([start, references])
+    slopes = np.gradient(points, axis=0)
+    slopes[[0, -1]] = 0.0
+    u = (np.arange(1, substeps + 1) / substeps)[:, None]
+    p0, p1, m0, m1 = (x[:, None, :] for x in (points[:-1], points[1:], slopes[:-1], slopes[1:]))
+    curve = p0 + u * m0 + u**2 * (3 * (p1 - p0) - 2 * m0 - m1) + u**3 * (m0 + m1 - 2 * (p1 - p0))
+    slope = m0 + 2 * u * (3 * (p1 - p0) - 2 * m0 - m1) + 3 * u**2 * (m0 + m1 - 2 * (p1 - p0))
+    return (curve + LAG / CONTROL_PERIOD * slope).reshape(-1, 7)
 
 
 def _below(model: mujoco.MjModel, name: str) -> np.ndarray:
