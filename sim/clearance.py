@@ -73,13 +73,14 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
                 )
     flat = [slot for row in slots.values() for slot in row]
     for slot in flat:
-        for other in flat:
-            if other.location != slot.location and not _rests_on(model, other.location, slot.location):
-                if _hand_meets(slot, other):
-                    raise SimulationError(
-                        f"locations.{slot.location}: no room for the hand beside an object at {other.location!r}; "
-                        "move them apart"
-                    )
+        for beside in flat:
+            if beside.location == slot.location or _rests_on(model, beside.location, slot.location):
+                continue
+            if _hand_meets(slot, beside):
+                raise SimulationError(
+                    f"locations.{slot.location}: no room for the hand beside an object at {beside.location!r}; "
+                    "move them apart"
+                )
 
 
 def blocked(station: Station, others: Sequence[Station]) -> bool:

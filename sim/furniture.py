@@ -8,18 +8,22 @@ import mujoco
 import numpy as np
 
 from sim.materials import GLOW_OFF, GLOW_ON, Rgba
-from sim.panda import HIDDEN, VISIBLE
+from sim.panda import HIDDEN, VISIBLE, add_solid
 from sim.places import BLOCK_HALF, FLOOR, LAMP_HALF, Station
-from sim.tabletop import Marking, Table, picture
+from sim.rectangle import Rectangle, overlap
+from sim.solids import Solid, plate, rounded_box, tray
+from sim.tabletop import Marking, Table, picture, text_size
 
 BLOCK_MASS = 0.055
 """Mass of an object, kg: beech of the same size."""
 
 TABLE_THICKNESS = 0.045
-TABLE_HEIGHT = 0.74
-"""The table's top above the floor, m."""
+"""Thickness of the table's board, m."""
 
-TABLE_MARGIN = 0.14
+PLINTH_HEIGHT, PLINTH_INSET = 1.0, 0.05
+"""What carries the board, m: it leaves the picture below, which spares drawing a floor (a quarter of the time)."""
+
+TABLE_MARGIN = 0.10
 """From what stands on the table to its edge, m."""
 
 FOOT = 0.20
@@ -34,7 +38,13 @@ BIN_HEIGHT = 0.036
 LAMP_HEIGHT = 0.20
 """Height of a lamp's head above the table, m: the arm passes over it."""
 
-RADIUS = 0.0025
+NAME_GAP = 0.012
+"""Between a location and its name on the table, m: a bin's wall stands within it."""
+
+LAMP_FADING = [0.0, 0.0, 10.0]
+"""Attenuation of a lamp's light: as it is at 0.32 m, and fading with the square of the distance."""
+
+EDGE = 0.003
 """Rounding of edges, m."""
 
 BOX = mujoco.mjtGeom.mjGEOM_BOX
@@ -58,8 +68,10 @@ def table_for(stations: Sequence[Station]) -> Table:
 
 
 def add_table(spec: mujoco.MjSpec, table: Table, stations: Sequence[Station]) -> None:
-    """Add the table with its printed top, and the floor it stands on."""
-    image = picture(table, [_marking(station) for station in stations])
+    """Add the table with its printed top."""
+    # MuJoCo lays an image's columns along +x and its rows along -y.
+    markings = [_marking(station, [other for other in stations if other is not station]) for station in stations]
+    image = picture(table, markings).transpose(1, 0, 2)[::-1]
     texture = spec.add_texture(name="tabletop", type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     texture.height, texture.width = image.shape[:2]
     texture.data = image.tobytes()
@@ -68,31 +80,25 @@ def add_table(spec: mujoco.MjSpec, table: Table, stations: Sequence[Station]) ->
     body = spec.worldbody.add_body(name="table", pos=[*table.centre, 0.0])
     size = np.array([*table.half, TABLE_THICKNESS / 2])
     body.add_geom(name="table", type=BOX, size=size, pos=[0, 0, -size[2]], group=HIDDEN)
-    _rounded(spec, body, "table_look", size + [RADIUS, RADIUS, 0], "table_edge", pos=[0, 0, -size[2] - 0.0005])
-    body.add_geom(name="tabletop", type=PLANE, size=[*table.half, 1], material="tabletop", contype=0, conaffinity=0)
-    leg = 0.03
-    for x in (-1, 1):
-        for y in (-1, 1):
-            spot = (table.half - 3 * leg) * [x, y]
-            height = (TABLE_HEIGHT - TABLE_THICKNESS) / 2
-            body.add_geom(
-                type=BOX, size=[leg, leg, height], pos=[*spot, -TABLE_THICKNESS - height], material="table_frame"
-            )
-    spec.worldbody.add_geom(name="floor", type=PLANE, size=[0, 0, 1], pos=[0, 0, -TABLE_HEIGHT], material="floor")
+    board = plate(size, corner=0.004, bevel=EDGE)
+    _draw(spec, body, "table_board", board, "table_edge", z=-size[2] - EDGE / 2)
+    top = body.add_geom(name="tabletop", type=PLANE, size=[*table.half - EDGE, 1], material="tabletop")
+    top.contype = top.conaffinity = 0
+    base = np.array([*table.half - PLINTH_INSET, PLINTH_HEIGHT / 2])
+    body.add_geom(type=BOX, size=base, pos=[0, 0, -TABLE_THICKNESS - base[2]], material="plinth")
 
 
 def add_station(spec: mujoco.MjSpec, station: Station) -> None:
-    """Add a bin, a pad or nothing, and the lamp; bodies bear the location's name and `<location>_lamp`."""
+    """Add a bin, a pad or nothing, and the lamp: bodies `<location>_base` and `<location>_lamp`."""
     outline = station.outline
     body = spec.worldbody.add_body(name=f"{station.name}_base", pos=[*outline.centre, 0.0], quat=yaw_quat(outline.yaw))
-    if station.kind == "bin":
-        _add_bin(spec, body, outline.half)
-    elif station.kind == "pad":
-        size = np.array([*outline.half, FLOOR["pad"] / 2])
-        body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
-        _rounded(spec, body, f"{station.name}_look", size, "pad", pos=[0, 0, size[2]], radius=0.0015)
     if station.lamp is not None:
+        spec.add_material(name=f"{station.name}_glow", rgba=GLOW_OFF, specular=0.4, shininess=0.6)
         _add_lamp(spec, station)
+    if station.kind == "bin":
+        _add_bin(spec, body, station)
+    elif station.kind == "pad":
+        _add_pad(spec, body, station)
 
 
 def add_block(spec: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float, rgba: Rgba) -> None:
@@ -102,105 +108,83 @@ def add_block(spec: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float, 
     size = np.full(3, BLOCK_HALF)
     geom = body.add_geom(name=name, type=BOX, size=size, mass=BLOCK_MASS, group=HIDDEN)
     geom.friction, geom.condim = [0.8, 0.01, 0.0005], 4
-    spec.add_material(name=name, rgba=rgba, specular=0.4, shininess=0.5)
-    _rounded(spec, body, f"{name}_look", size, name, pos=[0, 0, 0])
+    spec.add_material(name=name, rgba=rgba, specular=0.35, shininess=0.45)
+    _draw(spec, body, f"{name}_block", rounded_box(size, EDGE), name)
 
 
-def _marking(station: Station) -> Marking:
+def _marking(station: Station, others: Sequence[Station]) -> Marking:
+    """Return a station's outline and name: in front of it if that is free, else to its right, left or behind."""
     corners = station.outline.corners
-    front = float(corners[:, 0].max())
-    outlines = ()
-    if station.kind == "spot":
-        outlines = (station.outline.grown(0.004).corners,)
-    gap = 0.022 if station.kind == "bin" else 0.014
-    return Marking(station.name, np.array([front + gap, station.outline.centre[1]]), outlines)
+    low, high, middle = corners.min(axis=0), corners.max(axis=0), station.outline.centre
+    width, height = text_size(station.name)
+    away = np.array([height, width]) / 2 + NAME_GAP
+    sides = [
+        np.array([high[0] + away[0], middle[1]]),
+        np.array([middle[0], low[1] - away[1]]),
+        np.array([middle[0], high[1] + away[1]]),
+        np.array([low[0] - away[0], middle[1]]),
+    ]
+    free = (
+        side
+        for side in sides
+        if not any(overlap(Rectangle(side, np.array([height, width]) / 2 + NAME_GAP, 0.0), o.outline) for o in others)
+    )
+    outlines = (station.outline.grown(0.004).corners,) if station.kind == "spot" else ()
+    return Marking(station.name, next(free, sides[0]), outlines)
 
 
-def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, half: np.ndarray) -> None:
-    floor = np.array([*half + BIN_WALL, FLOOR["bin"] / 2])
+def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
+    half = station.outline.half
+    floor = np.array([*half + BIN_WALL / 2, FLOOR["bin"] / 2])
     body.add_geom(type=BOX, size=floor, pos=[0, 0, floor[2]], material="bin_floor")
     for axis in (0, 1):
         for side in (-1, 1):
-            size = np.array([*half + 2 * BIN_WALL, BIN_HEIGHT / 2])
+            size = np.array([*half + BIN_WALL, BIN_HEIGHT / 2])
             position = np.array([0.0, 0.0, BIN_HEIGHT / 2])
             size[axis], position[axis] = BIN_WALL / 2, side * (half[axis] + BIN_WALL / 2)
             body.add_geom(type=BOX, size=size, pos=position, group=HIDDEN)
-            _rounded(spec, body, f"{body.name}_wall{axis}{side}", size, "bin", pos=position, radius=0.0015)
+    walls = tray(np.array([*half, BIN_HEIGHT]), wall=BIN_WALL, corner=0.008)
+    _draw(spec, body, f"{station.name}_walls", walls, "bin")
+
+
+def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
+    """Add a plate, with a band along its edge that glows if it has a lamp."""
+    size = np.array([*station.outline.half, FLOOR["pad"] / 2])
+    body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
+    top = plate(size, corner=0.014, bevel=0.001)
+    _draw(spec, body, f"{station.name}_plate", top, "pad", z=size[2])
+    if station.lamp is not None:
+        band = tray(np.array([*size[:2] - 0.012, 0.0014]), wall=0.003, corner=0.006)
+        _draw(spec, body, f"{station.name}_band", band, f"{station.name}_glow", z=FLOOR["pad"] - 0.0009)
 
 
 def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:
-    """Add a post whose head faces the station; its tubes share the material `<location>_glow`."""
+    """Add a post whose head faces the station; all that glows shares the material `<location>_glow`."""
     assert station.lamp is not None
     towards = station.outline.centre - station.lamp
-    yaw = float(np.arctan2(towards[1], towards[0]))
-    distance = float(np.hypot(*towards))
     glow = f"{station.name}_glow"
-    spec.add_material(name=glow, rgba=GLOW_OFF, specular=0.4, shininess=0.6)
+    yaw = float(np.arctan2(towards[1], towards[0]))
     body = spec.worldbody.add_body(name=f"{station.name}_lamp", pos=[*station.lamp, 0.0], quat=yaw_quat(yaw))
-    body.add_geom(type=CYLINDER, size=[LAMP_HALF, 0.006, 0], pos=[0, 0, 0.006], material="lamp")
-    body.add_geom(type=CAPSULE, size=[0.007, LAMP_HEIGHT / 2, 0], pos=[0, 0, LAMP_HEIGHT / 2], material="lamp")
-    tilt = float(np.arctan2(LAMP_HEIGHT, distance))
+    body.add_geom(type=CYLINDER, size=[LAMP_HALF, 0.005, 0], pos=[0, 0, 0.005], material="lamp")
+    body.add_geom(type=CAPSULE, size=[0.006, LAMP_HEIGHT / 2, 0], pos=[0, 0, LAMP_HEIGHT / 2], material="lamp")
+    tilt = np.pi / 2 + np.arctan2(LAMP_HEIGHT, np.hypot(*towards))
     head = body.add_body(pos=[0, 0, LAMP_HEIGHT], quat=[np.cos(tilt / 2), 0, np.sin(tilt / 2), 0])
-    size = np.array([0.010, 0.075, 0.020])
+    size = np.array([0.026, 0.080, 0.010])
     head.add_geom(type=BOX, size=size, group=HIDDEN)
-    _rounded(spec, head, f"{station.name}_head", size, "lamp", pos=[0, 0, 0], radius=0.006)
-    for z in (-0.008, 0.008):
-        head.add_geom(
-            type=CAPSULE,
-            size=[0.0045, 0.060, 0],
-            pos=[0.010, 0, z],
-            quat=[np.sqrt(0.5), np.sqrt(0.5), 0, 0],
-            material=glow,
-            contype=0,
-            conaffinity=0,
-        )
-    light = head.add_light(name=glow, pos=[0.015, 0, 0], dir=[1, 0, 0], castshadow=False, active=False)
+    _draw(spec, head, f"{station.name}_head", plate(size, corner=0.018, bevel=0.003), "lamp")
+    for x in (-0.010, 0.010):
+        tube = head.add_geom(type=CAPSULE, size=[0.0055, 0.058, 0], pos=[x, 0, size[2]], material=glow)
+        tube.quat = [np.sqrt(0.5), np.sqrt(0.5), 0, 0]
+        tube.contype = tube.conaffinity = 0
+    light = head.add_light(name=glow, pos=[0, 0, 0.015], dir=[0, 0, 1], castshadow=False, active=False)
     light.type = mujoco.mjtLightType.mjLIGHT_SPOT
-    light.diffuse, light.specular = np.multiply(GLOW_ON[:3], 0.9), [0.1] * 3
-    light.cutoff, light.exponent, light.attenuation = 40, 8, [1, 0, 0]
+    light.diffuse, light.specular = GLOW_ON[:3], [0.1] * 3
+    light.cutoff, light.exponent, light.attenuation = 45, 6, LAMP_FADING
 
 
-def _rounded(
-    spec: mujoco.MjSpec,
-    body: mujoco.MjsBody,
-    name: str,
-    half: np.ndarray,
-    material: str,
-    *,
-    pos: np.ndarray | list[float],
-    radius: float = RADIUS,
-) -> None:
-    """Draw a box with rounded edges, which catch the light; it collides with nothing."""
-    vertices, normals, faces = rounded_box(half, radius)
-    mesh = spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel())
-    mesh.usernormal, mesh.userfacenormal = normals.ravel(), faces.ravel()
-    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=pos)
+def _draw(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, solid: Solid, material: str, *, z: float = 0.0) -> None:
+    """Draw a solid that collides with nothing and weighs nothing."""
+    add_solid(spec, name, solid)
+    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[0, 0, z])
     geom.contype = geom.conaffinity = geom.mass = 0
     geom.group = VISIBLE
-
-
-def rounded_box(half: np.ndarray, radius: float, steps: int = 2) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a box with rounded edges as vertices (V, 3), normals (V, 3) and faces (F, 3).
-
-    Every face of the box is a grid, dense along its rim; a point at depth d inside the rim is pushed onto the
-    sphere or cylinder of that radius about the inner box.
-    """
-    vertices, normals, faces = [], [], []
-    ramp = np.linspace(0, radius, steps + 1)
-    for axis in range(3):
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        lines = [np.concatenate([ramp - half[a], half[a] - ramp[::-1]]) for a in (u, v)]
-        for side in (-1, 1):
-            grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
-            points = np.empty((*grid.shape[:2], 3))
-            points[..., axis], points[..., u], points[..., v] = side * half[axis], grid[..., 0], grid[..., 1]
-            inner = np.clip(points, radius - half, half - radius)
-            normal = (points - inner) / np.linalg.norm(points - inner, axis=-1, keepdims=True)
-            rows, columns = grid.shape[:2]
-            corner = np.arange(rows * columns).reshape(rows, columns)
-            a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
-            quads = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])
-            faces.append((quads if side > 0 else quads[:, ::-1]) + sum(len(known) for known in vertices))
-            vertices.append((inner + radius * normal).reshape(-1, 3))
-            normals.append(normal.reshape(-1, 3))
-    return np.concatenate(vertices), np.concatenate(normals), np.concatenate(faces)

@@ -58,9 +58,10 @@ def arrange(model: ManipulationModel) -> Layout:
 def _yaws(place: Location, grounded: list[Location]) -> list[float]:
     """Return closing lines to try: past a near neighbour rather than towards it, else along y, else along x."""
     yaws = [np.pi / 2, 0.0]
-    apart = [np.subtract(other.at, place.at) for other in grounded if other.name != place.name]
-    nearest = min(apart, key=lambda d: float(np.hypot(*d)), default=np.full(2, np.inf))
-    if np.hypot(*nearest) < NEIGHBOURHOOD:
+    here = np.array(place.at)
+    apart = [np.array(other.at) - here for other in grounded if other.name != place.name]
+    nearest = min(apart, key=np.linalg.norm, default=np.full(2, np.inf))
+    if np.linalg.norm(nearest) < NEIGHBOURHOOD:
         yaws.insert(0, float(np.round(np.arctan2(-nearest[0], nearest[1]), 6) % np.pi))
     return yaws
 

@@ -32,27 +32,35 @@ class Finish:
 
 
 FINISHES = {
-    "panda_shell": Finish((0.88, 0.88, 0.87, 1), 0.45, 0.55),
+    "panda_shell": Finish((0.90, 0.905, 0.91, 1), 0.45, 0.55),
     "panda_trim": Finish((0.17, 0.175, 0.185, 1), 0.30, 0.35),
     "panda_metal": Finish((0.42, 0.43, 0.45, 1), 0.70, 0.60),
     "panda_rubber": Finish((0.09, 0.09, 0.095, 1), 0.12, 0.15),
-    "bin": Finish((0.24, 0.26, 0.29, 1), 0.35, 0.40),
-    "bin_floor": Finish((0.15, 0.16, 0.18, 1), 0.10, 0.10),
-    "pad": Finish((0.84, 0.86, 0.88, 1), 0.50, 0.60),
+    "bin": Finish((0.52, 0.55, 0.58, 1), 0.35, 0.40),
+    "bin_floor": Finish((0.33, 0.35, 0.37, 1), 0.10, 0.10),
+    "pad": Finish((0.50, 0.52, 0.56, 1), 0.30, 0.40),
     "lamp": Finish((0.22, 0.23, 0.25, 1), 0.60, 0.60),
     "table_edge": Finish((0.36, 0.25, 0.17, 1), 0.20, 0.30),
-    "table_frame": Finish((0.12, 0.12, 0.13, 1), 0.40, 0.40),
-    "floor": Finish((0.46, 0.47, 0.49, 1), 0.0, 0.0),
+    "plinth": Finish((0.20, 0.21, 0.23, 1), 0.10, 0.20),
 }
 
 GLOW_OFF: Rgba = (0.55, 0.53, 0.62, 1)
 """A sanitizer's tubes at rest: frosted glass."""
 
-GLOW_ON: Rgba = (0.62, 0.50, 1.0, 1)
+GLOW_ON: Rgba = (0.52, 0.36, 1.0, 1)
 """A sanitizer's tubes at work: the violet that people know from ultraviolet lamps."""
 
-HORIZON = (0.62, 0.65, 0.69)
-ZENITH = (0.20, 0.24, 0.31)
+SHADOW_PIXELS = 1024
+"""Side of the shadow map: 1.7 mm a pixel on the table."""
+
+BACKDROP_PIXELS = 192
+"""Side of each of the backdrop's six pictures; it is smooth, so few are enough."""
+
+BACKDROP_NEAR, BACKDROP_FAR = np.array([0.63, 0.66, 0.70]), np.array([0.17, 0.195, 0.235])
+"""Colours in the middle of the glow behind the robot and far from it."""
+
+BACKDROP_WIDTH = np.radians(24)
+"""How wide the glow is: the angle at which three fifths of it are left, rad."""
 
 
 def add_finishes(spec: mujoco.MjSpec) -> None:
@@ -61,38 +69,32 @@ def add_finishes(spec: mujoco.MjSpec) -> None:
         spec.add_material(name=name, rgba=finish.rgba, specular=finish.specular, shininess=finish.shininess)
 
 
-def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray) -> None:
+def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, view: np.ndarray) -> None:
     """Add lights, backdrop and render settings of a small photo studio.
 
     Args:
         spec: what to add them to.
         target: (3,) what the lights point at, m.
+        view: (3,) where the camera looks; the backdrop glows there.
     """
+    spec.stat.center, spec.stat.extent = target, 1.0
     visual = spec.visual
-    visual.global_.fovy = 40
-    visual.quality.shadowsize = 2048
-    visual.quality.offsamples = 4
-    visual.map.znear, visual.map.zfar = 0.05, 12
-    visual.map.shadowclip, visual.map.shadowscale = 1.2, 0.8
-    visual.headlight.ambient, visual.headlight.diffuse = [0.22] * 3, [0.12] * 3
+    visual.global_.fovy = 36
+    visual.quality.shadowsize = SHADOW_PIXELS
+    visual.quality.offsamples = 0
+    visual.map.znear, visual.map.zfar = 0.05, 8
+    visual.map.shadowclip = 0.85
+    visual.headlight.ambient, visual.headlight.diffuse = [0.22] * 3, [0.10] * 3
     visual.headlight.specular = [0.0] * 3
-    visual.rgba.haze = [*HORIZON, 1]
-    visual.map.haze = 0.6
-    spec.add_texture(
-        name="backdrop",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=ZENITH,
-        rgb2=HORIZON,
-        width=256,
-        height=1536,
-    )
-    _spot(spec, "key", target, np.array([0.7, -1.0, 1.9]), (0.78, 0.75, 0.70), shadow=True)
-    _spot(spec, "fill", target, np.array([0.6, 1.6, 1.2]), (0.20, 0.23, 0.28), shadow=False)
-    _spot(spec, "rim", target, np.array([-1.6, 0.5, 1.6]), (0.22, 0.22, 0.24), shadow=False)
+    backdrop = spec.add_texture(name="backdrop", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, nchannel=3)
+    backdrop.width, backdrop.height = BACKDROP_PIXELS, 6 * BACKDROP_PIXELS
+    backdrop.data = _backdrop(view).tobytes()
+    _light(spec, "key", target, np.array([0.9, -1.1, 2.0]), (0.76, 0.74, 0.71), shadow=True)
+    _light(spec, "fill", target, np.array([0.7, 1.5, 1.0]), (0.15, 0.17, 0.20), shadow=False)
+    _light(spec, "rim", target, np.array([-1.6, 0.6, 1.2]), (0.24, 0.25, 0.27), shadow=False)
 
 
-def _spot(
+def _light(
     spec: mujoco.MjSpec,
     name: str,
     target: np.ndarray,
@@ -101,7 +103,31 @@ def _spot(
     *,
     shadow: bool,
 ) -> None:
+    """Add a light that shines everywhere from one side; its shadows reach `shadowclip` about the target."""
     light = spec.worldbody.add_light(name=name, pos=target + offset, dir=-offset, castshadow=shadow)
-    light.type = mujoco.mjtLightType.mjLIGHT_SPOT
+    light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     light.diffuse, light.specular, light.ambient = colour, np.multiply(colour, 0.6), [0.0] * 3
-    light.cutoff, light.exponent = 50, 6
+
+
+def _backdrop(view: np.ndarray) -> np.ndarray:
+    """Return the six pictures of a skybox, (6, n, n, 3) uint8: a glow in one direction.
+
+    Their order and sense, found by looking at them: +x -x +z -z -y +y, those at the sides mirrored.
+    """
+    ahead = np.linspace(-1, 1, BACKDROP_PIXELS)
+    down, across = np.meshgrid(ahead, ahead, indexing="ij")
+    one = np.ones_like(across)
+    faces = [
+        (one, across, -down),
+        (-one, -across, -down),
+        (across, -down, one),
+        (across, down, -one),
+        (across, -one, -down),
+        (-across, one, -down),
+    ]
+    direction = np.stack([np.stack(face, axis=-1) for face in faces])
+    cosine = (direction @ view) / np.linalg.norm(direction, axis=-1) / np.linalg.norm(view)
+    glow = np.exp(-0.5 * (np.arccos(np.clip(cosine, -1, 1)) / BACKDROP_WIDTH) ** 2)[..., None]
+    # A grain of one step hides the bands that so slow a gradient would show.
+    grain = np.random.default_rng(0).uniform(-0.5, 0.5, glow.shape)
+    return np.round(255 * (BACKDROP_FAR + glow * (BACKDROP_NEAR - BACKDROP_FAR)) + grain).astype(np.uint8)

@@ -8,23 +8,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fast_simplification
-import numpy as np
 import trimesh
+
+from sim.solids import Solid, smoothed
 
 LINKS = (*(f"link{i}" for i in range(8)), "hand", "finger")
 """The files' names, without ending."""
 
-FACES_KEPT = 0.2
-"""Share of the 134 thousand faces that is kept: 1.8 mm off at most, and half the time to render."""
+FACES_KEPT = {"link6": 0.2, "link7": 0.2, "hand": 0.4, "finger": 1.0}
+"""Share of a link's faces that is kept, a tenth for the others: 134 thousand become 20. The wrist has fine curves."""
 
-FEWEST_FACES = 200
-"""A part with fewer faces is kept as it is."""
+DETAIL_AREA, DETAIL_FACES = 3e-3, 150
+"""A part of less surface (m^2), such as a plug, keeps no more faces than this."""
+
+GENTLENESS = 2
+"""`agg` of fast-simplification: its default of 7 is a quarter second faster and dents the curves."""
 
 SMALLEST_PART = 1e-5
 """Parts of less surface are specks of the original drawing and left out, m^2."""
-
-CREASE = np.radians(38)
-"""Faces that meet at a smaller angle are shaded as one smooth surface, rad."""
 
 FINISHES = {
     "link3": ("shell", "trim"),
@@ -40,19 +41,11 @@ FINISHES = {
 
 @dataclass(frozen=True)
 class Surface:
-    """All parts of one link that share a finish.
-
-    Attributes:
-        vertices: (V, 3) in the link's frame, m.
-        normals: (V, 3) unit normals.
-        faces: (F, 3) indices into both.
-    """
+    """All parts of one link that share a finish, in the link's frame."""
 
     link: str
     finish: str
-    vertices: np.ndarray
-    normals: np.ndarray
-    faces: np.ndarray
+    solid: Solid
 
 
 def mesh_folder() -> Path | None:
@@ -74,26 +67,25 @@ def _surfaces(path: Path) -> list[Surface]:
     parts = trimesh.load_mesh(path).split(only_watertight=False)
     parts = sorted((p for p in parts if p.area > SMALLEST_PART), key=lambda part: -part.area)
     finishes = FINISHES.get(path.stem, ("shell",))
+    share = FACES_KEPT.get(path.stem, 0.1)
     by_finish: dict[str, list[trimesh.Trimesh]] = {}
     for i, part in enumerate(parts):
         finish = finishes[i] if i < len(finishes) else "trim"
-        by_finish.setdefault(finish, []).append(_smoothed(_thinned(part)))
-    found = []
-    for finish, members in by_finish.items():
-        whole = trimesh.util.concatenate(members)
-        normals = np.concatenate([member.vertex_normals for member in members])
-        found.append(Surface(path.stem, finish, np.array(whole.vertices), normals, np.array(whole.faces)))
-    return found
+        by_finish.setdefault(finish, []).append(_thinned(part, share))
+    return [Surface(path.stem, finish, smoothed(_joined(members))) for finish, members in by_finish.items()]
 
 
-def _thinned(part: trimesh.Trimesh) -> trimesh.Trimesh:
-    wanted = max(FEWEST_FACES, int(FACES_KEPT * len(part.faces)))
-    if len(part.faces) <= wanted:
+def _thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
+    wanted = int(share * len(part.faces))
+    if part.area < DETAIL_AREA:
+        wanted = DETAIL_FACES
+    if wanted >= len(part.faces):
         return part
-    vertices, faces = fast_simplification.simplify(part.vertices, part.faces, target_count=wanted)
+    vertices, faces = fast_simplification.simplify(part.vertices, part.faces, target_count=wanted, agg=GENTLENESS)
     return trimesh.Trimesh(vertices, faces)
 
 
-def _smoothed(part: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return the part with its vertices doubled along creases, so that normals are smooth in between only."""
-    return trimesh.graph.smooth_shade(part, angle=CREASE)
+def _joined(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+    whole = trimesh.util.concatenate(parts)
+    assert isinstance(whole, trimesh.Trimesh)
+    return whole

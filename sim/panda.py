@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 
 from sim.meshes import mesh_folder, surfaces
+from sim.solids import Solid
 
 ARM_JOINTS = tuple(f"joint{i}" for i in range(1, 8))
 """Arm joints from base to wrist; the position actuators bear the same names (commands in rad)."""
@@ -70,11 +71,11 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
             geom.group = HIDDEN
     for link in bodies.keys() - {"finger"}:
         hull = trimesh.load_mesh(folder / "collision" / f"{link}.stl")
-        _add_mesh(spec, f"{link}_hull", hull.vertices, hull.faces)
+        spec.add_mesh(name=f"{link}_hull", uservert=hull.vertices.ravel(), userface=hull.faces.ravel())
         _add_geom(spec, bodies[link][0], f"{link}_hull", group=HIDDEN)
     for surface in surfaces(folder):
         name = f"{surface.link}_{surface.finish}"
-        _add_mesh(spec, name, surface.vertices, surface.faces, surface.normals)
+        add_solid(spec, name, surface.solid)
         for body in bodies[surface.link]:
             geom = _add_geom(spec, body, name, group=VISIBLE)
             geom.material = f"panda_{surface.finish}"
@@ -82,13 +83,11 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
             geom.rgba = [0.5, 0.5, 0.5, 1]
 
 
-def _add_mesh(
-    spec: mujoco.MjSpec, name: str, vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray | None = None
-) -> None:
-    mesh = spec.add_mesh(name=name, uservert=vertices.ravel(), userface=faces.ravel())
+def add_solid(spec: mujoco.MjSpec, name: str, solid: Solid) -> None:
+    """Add a mesh that is drawn with the solid's own normals."""
+    mesh = spec.add_mesh(name=name, uservert=solid.vertices.ravel(), userface=solid.faces.ravel())
+    mesh.usernormal, mesh.userfacenormal = solid.normals.ravel(), solid.faces.ravel()
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-    if normals is not None:
-        mesh.usernormal, mesh.userfacenormal = normals.ravel(), faces.ravel()
 
 
 def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: str, *, group: int) -> mujoco.MjsGeom:

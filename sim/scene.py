@@ -17,6 +17,12 @@ from sim.places import BLOCK_HALF, Slot
 TIMESTEP = 0.002
 """Simulation step, s."""
 
+AZIMUTH, ELEVATION = 156.0, -21.5
+"""Where the camera looks, degrees: from the right in front of the robot, down onto the table."""
+
+FOCUS_HEIGHT = 0.20
+"""Height of the picture's middle above the table: half the arm at work, m."""
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -30,7 +36,8 @@ class Scene:
         mujoco: the compiled model.
         slots: for each location, in the order of the file, room for `capacity` objects.
         half: half the edge of an object, m.
-        focus: (3,) middle of where the work is done, m.
+        focus: (3,) middle of the picture: over the table's middle, m.
+        span: half the table's longer side, m.
     """
 
     model: ManipulationModel
@@ -38,6 +45,7 @@ class Scene:
     slots: dict[str, tuple[Slot, ...]]
     half: float
     focus: np.ndarray
+    span: float
 
 
 def build_scene(model: ManipulationModel, *, meshes: bool | None = None) -> Scene:
@@ -55,16 +63,16 @@ def build_scene(model: ManipulationModel, *, meshes: bool | None = None) -> Scen
     spec.modelname = "prefplan"
     _set_physics(spec)
     table = table_for(layout.stations)
-    focus = np.array([*table.centre, 0.1])
+    focus = np.array([*table.centre, FOCUS_HEIGHT])
     add_finishes(spec)
-    add_studio(spec, target=focus)
+    add_studio(spec, target=focus, view=_direction(AZIMUTH, ELEVATION))
     add_table(spec, table, layout.stations)
     for station in layout.stations:
         add_station(spec, station)
     for i, (thing, slot) in enumerate(start_slots(model, layout.slots).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
         add_block(spec, thing, slot.position, slot.yaw, rgba)
-    return Scene(model, spec.compile(), layout.slots, BLOCK_HALF, focus)
+    return Scene(model, spec.compile(), layout.slots, BLOCK_HALF, focus, float(table.half.max()))
 
 
 def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:
@@ -111,3 +119,9 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+
+
+def _direction(azimuth: float, elevation: float) -> np.ndarray:
+    """Return the (3,) unit vector of two angles in degrees."""
+    turn, rise = np.radians([azimuth, elevation])
+    return np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])

@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 PIXELS = 2048
 """Pixels along the longer side of the table, about 1.5 a millimetre."""
 
-WOOD = np.array([0.50, 0.35, 0.235])
+WOOD = np.array([0.47, 0.345, 0.25])
 """Mean colour of the wood."""
 
 INK = (250, 244, 232)
@@ -19,7 +19,7 @@ INK = (250, 244, 232)
 PLANK = 0.13
 """Width of a plank, m."""
 
-LETTERS = 0.020
+LETTERS = 0.026
 """Height of the names' letters, m."""
 
 
@@ -47,13 +47,18 @@ class Marking:
 
     Attributes:
         text: its name.
-        anchor: (2,) middle of the text's upper edge, m.
+        middle: (2,) middle of the text, m.
         outlines: (4, 2) corners of squares to outline, m.
     """
 
     text: str
-    anchor: np.ndarray
+    middle: np.ndarray
     outlines: tuple[np.ndarray, ...]
+
+
+def text_size(text: str) -> tuple[float, float]:
+    """Return width and height of a printed name, m."""
+    return ImageFont.load_default(size=100).getlength(text) / 100 * LETTERS, LETTERS
 
 
 def picture(table: Table, markings: list[Marking]) -> np.ndarray:
@@ -71,8 +76,8 @@ def picture(table: Table, markings: list[Marking]) -> np.ndarray:
     for marking in markings:
         for corners in marking.outlines:
             points = [_pixel(table, scale, corner) for corner in (*corners, corners[0], corners[1])]
-            draw.line(points, fill=120, width=max(1, round(0.0016 * scale)), joint="curve")
-        draw.text(_pixel(table, scale, marking.anchor), marking.text, fill=185, font=font, anchor="ma")
+            draw.line(points, fill=140, width=max(1, round(0.0016 * scale)), joint="curve")
+        draw.text(_pixel(table, scale, marking.middle), marking.text, fill=215, font=font, anchor="mm")
     image.paste(Image.new("RGB", image.size, INK), mask=ink)
     return np.asarray(image)
 
