@@ -35,15 +35,16 @@ class Run:
         reason: why it cannot go on, or None.
     """
 
-    def __init__(self, scene: Scene, data: mujoco.MjData) -> None:
+    def __init__(self, scene: Scene, data: mujoco.MjData, *, system: TransitionSystem | None = None) -> None:
         """Begin at the model's start.
 
         Args:
             scene: the scene.
             data: from `initial_state`; it is simulated on from there.
+            system: the model's transition system, if it was built already.
         """
         self.scene = scene
-        self.system: TransitionSystem = scene.model.transition_system()
+        self.system = system or scene.model.transition_system()
         self.cell = Workcell(scene, data)
         self.state = self.system.start
         self.steps: list[Step] = []
@@ -71,7 +72,6 @@ class Run:
             self.cell.wait(AFTERMATH)
         observed = self._observe(before, predicted)
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed))
-        self.state = target
         if action.startswith("release"):
             self._released.add(action.split()[1])
         difference = mismatch(self.scene, self.cell.data, predicted=predicted, observed=observed)
@@ -79,7 +79,9 @@ class Run:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
             self.cell.tell("mismatch", action=action, reason=self.reason)
-        return self.reason is None
+            return False
+        self.state = target
+        return True
 
     def rollout(self) -> Rollout:
         """Return all that happened so far."""
@@ -95,8 +97,8 @@ class Run:
             sim_seconds=float(cell.data.time),
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
-            speed_share=cell.speed_share,
-            torque_share=cell.torque_share,
+            speed_share=cell.watch.speed_share,
+            torque_share=cell.watch.torque_share,
         )
 
     def _states(self, index: int) -> ManipulationState:
@@ -104,8 +106,8 @@ class Run:
 
     def _observe(self, before: ManipulationState, predicted: ManipulationState) -> ManipulationState:
         """Read the state back; a mark counts once its object is seen to rest where it was released."""
-        held = next((thing.name for thing in self.scene.model.objects if self.cell.holds(thing.name)), None)
-        seen = observe(self.scene, self.cell.data, hand=predicted.hand, held=held, marks=before.marks)
+        cell = self.cell
+        seen = observe(self.scene, cell.data, hand=predicted.hand, held=cell.held(), marks=before.marks)
         earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
         return replace(seen, marks=before.marks | earned)
 
@@ -124,6 +126,7 @@ def execute(
     actions: Sequence[str],
     *,
     seed: int | None = None,
+    system: TransitionSystem | None = None,
     on_progress: Callable[[int, int, str], None] | None = None,
 ) -> Rollout:
     """Carry out a plan from the model's start; stop at the first action whose outcome is not the predicted one.
@@ -132,12 +135,13 @@ def execute(
         scene: the scene.
         actions: symbolic actions, e.g. `transit top`, `grasp pink`.
         seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
+        system: the model's transition system, if it was built already: that takes a tenth of a rollout.
         on_progress: called before each action with how many are done, how many there are, and its name.
 
     Raises:
         ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
     """
-    run = Run(scene, initial_state(scene, seed=seed))
+    run = Run(scene, initial_state(scene, seed=seed), system=system)
     state = run.state
     for action in actions:
         state, _ = run.system.step(state, action)

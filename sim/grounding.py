@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationState
-from sim.panda import PADS, TCP
+from sim.panda import TCP
 from sim.places import Slot
 from sim.scene import Scene
 
@@ -18,11 +18,8 @@ AT_RADIUS = 0.045
 AT_HEIGHT = 0.008
 """... and this near on the vertical, m: a tilted block is further off."""
 
-HOLD_OFFSET = 0.03
-"""A held object's centre is this near to the point between the pads, m: beyond, the pads only brush it."""
-
-HOLD_FORCE = 0.5
-"""Each pad presses a held object with this force at least, N: its weight; a firm grip has 15 N."""
+NOWHERE = "no location"
+"""Where the hand is when it is over none: not a name, so that no location can bear it."""
 
 
 @dataclass(frozen=True)
@@ -44,31 +41,6 @@ def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
     axes = body.xmat.reshape(3, 3)
     level = axes[:, int(np.argmin(np.abs(axes[2])))]
     return ObjectPose(body.xpos.copy(), float(np.arctan2(level[1], level[0])))
-
-
-def pad_forces(scene: Scene, data: mujoco.MjData, name: str) -> np.ndarray:
-    """Return with what force each pad presses an object.
-
-    Returns:
-        (2,) N, left and right.
-    """
-    thing = scene.mujoco.geom(name).id
-    pairs = data.contact.geom
-    rows = (pairs == thing).any(axis=1) & (data.contact.efc_address >= 0)
-    others = pairs[rows].sum(axis=1) - thing
-    # The first row of an elliptic cone is the normal force.
-    forces = data.efc_force[data.contact.efc_address[rows]]
-    return np.array([forces[others == scene.mujoco.geom(pad).id].sum() for pad in PADS])
-
-
-def held_object(scene: Scene, data: mujoco.MjData) -> str | None:
-    """Return the object that both pads press at this instant, or None."""
-    tool = data.site(TCP).xpos
-    for thing in scene.model.objects:
-        near = np.linalg.norm(object_pose(scene, data, thing.name).position - tool) < HOLD_OFFSET
-        if near and pad_forces(scene, data, thing.name).min() > HOLD_FORCE:
-            return thing.name
-    return None
 
 
 def slot_of(scene: Scene, data: mujoco.MjData, name: str) -> Slot | None:
@@ -118,12 +90,12 @@ def observe(
     Args:
         scene: the scene.
         data: its state; contacts must be up to date, as they are after a step.
-        hand: where the hand was last sent; another location is reported only if it is not there.
-        held: what the pads hold, from `held_object` or smoothed over some time.
+        hand: where the hand was last sent; elsewhere is reported only if it is not there.
+        held: what the pads hold, from the forces they felt of late.
         marks: what the past left behind and no sensor shows.
     """
     if hand in scene.slots and not hand_over(scene, data, hand):
-        hand = next((name for name in scene.slots if hand_over(scene, data, name)), "elsewhere")
+        hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)
     slots = [(thing.name, slot_of(scene, data, thing.name)) for thing in scene.model.objects if thing.name != held]
     places = tuple((name, slot.location) for name, slot in slots if slot is not None)
     return ManipulationState(hand=hand, held=held, places=places, marks=marks)

@@ -234,15 +234,17 @@ class Arm:
     def _solve(self, period: float) -> np.ndarray:
         """Return the joint velocities, rad/s, that bring the tool towards its target within the limits.
 
-        The limits hardly ever bind, and the least-squares problem without them costs half as much: it comes first.
+        The limits hardly ever bind, and the least-squares problem without them costs a third: it comes first.
         """
-        tasks = [self._frame, self._posture]
-        parts = [task.compute_qp_objective(self._configuration) for task in tasks]
-        step = np.linalg.solve(sum(part.H for part in parts), -sum(part.c for part in parts))
-        q = self._configuration.data.qpos + step
+        q = self._configuration.data.qpos
+        jacobian, error, damping = self._frame.compute_qp_residual(self._configuration)
+        normal = jacobian.T @ jacobian + (damping + POSTURE_COST**2) * np.eye(7)
+        step = np.linalg.solve(normal, jacobian.T @ error + POSTURE_COST**2 * (self._posture.target_q - q))
         low, high = self.model.jnt_range.T
+        q = q + step
         if (np.abs(step) <= period * VELOCITY_LIMITS).all() and (q > low + MARGIN).all() and (q < high - MARGIN).all():
             return step / period
+        tasks = [self._frame, self._posture]
         return mink.solve_ik(self._configuration, tasks, period, "daqp", limits=self._limits)
 
 

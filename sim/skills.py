@@ -8,7 +8,7 @@ import numpy as np
 
 from prefplan.models.manipulation import ACTION_KINDS
 from sim.errors import SimulationError
-from sim.grounding import AT_RADIUS, hand_over, pad_forces
+from sim.grounding import AT_RADIUS, hand_over
 from sim.motion import CONTROL_PERIOD, wrap
 from sim.places import Slot
 from sim.workcell import Workcell
@@ -80,32 +80,32 @@ def grasp(cell: Workcell, thing: str) -> None:
     slot = _slot_below(cell, thing)
     pose = cell.see(thing)
     above = np.array([*pose.position[:2], slot.position[2] + HOVER])
+    cell.watch.handle(thing)
     cell.grip(OPENING, CONTROL_PERIOD)
-    with cell.handling(thing):
-        line = _free_line(cell, pose.position, _square_to(pose.yaw, slot.yaw))
-        yaw = _move(cell, above, [line, line + np.pi])
-        _move(cell, pose.position, [yaw])
-        cell.grip(2 * cell.scene.half - SQUEEZE, CLOSE_TIME)
-        forces = _await_grip(cell, thing)
-        if forces is None:
-            cell.grip(OPENING, OPEN_TIME)
-        _move(cell, above, [yaw])
-        if forces is None:
-            raise SkillError(f"the fingers closed without a firm grip on {thing}")
-        if not cell.holds(thing):
-            raise SkillError(f"{thing} slipped from the hand as it was raised")
+    line = _free_line(cell, pose.position, _square_to(pose.yaw, slot.yaw))
+    yaw = _move(cell, above, [line, line + np.pi])
+    _move(cell, pose.position, [yaw])
+    cell.grip(2 * cell.scene.half - SQUEEZE, CLOSE_TIME)
+    forces = _await_grip(cell)
+    if forces is None:
+        cell.grip(OPENING, OPEN_TIME)
+    _move(cell, above, [yaw])
+    if forces is None:
+        raise SkillError(f"the fingers closed without a firm grip on {thing}")
+    if cell.held() != thing:
+        raise SkillError(f"{thing} slipped from the hand as it was raised")
     cell.tell("grasped", object=thing, force=[round(float(force), 2) for force in forces])
 
 
 def transport(cell: Workcell, thing: str, location: str) -> None:
     """Carry the held object over the location's free slot."""
     slot = _free_slot(cell, thing, location)
-    with cell.handling(thing):
-        line = _free_line(cell, slot.position, slot.yaw)
-    with cell.handling(thing, aloft=True):
-        _travel(cell, slot.position + [0.0, 0.0, HOVER], line, held=thing)
-        if not cell.holds(thing):
-            raise SkillError(f"{thing} was lost on the way to {location}")
+    cell.watch.handle(thing)
+    line = _free_line(cell, slot.position, slot.yaw)
+    cell.watch.handle(thing, aloft=True)
+    _travel(cell, slot.position + [0.0, 0.0, HOVER], line, held=thing)
+    if cell.held() != thing:
+        raise SkillError(f"{thing} was lost on the way to {location}")
 
 
 def release(cell: Workcell, thing: str, location: str) -> None:
@@ -114,19 +114,20 @@ def release(cell: Workcell, thing: str, location: str) -> None:
     Above the slot the object's place in the hand is measured and made good, since it drifts while it is carried.
     """
     slot = _free_slot(cell, thing, location)
-    with cell.handling(thing, aloft=True):
-        cell.wait(SETTLE_TIME)
-        position, yaw = _placing(cell, thing, slot)
-        above = position + [0.0, 0.0, HOVER]
-        _move(cell, above, [yaw])
-        position, yaw = _placing(cell, thing, slot)
-        if not cell.holds(thing):
-            raise SkillError(f"{thing} was lost over {location}")
-    with cell.handling(thing):
-        _move(cell, position, [yaw])
-        cell.wait(SETTLE_TIME)
-        cell.grip(OPENING, OPEN_TIME)
-        _move(cell, above, [yaw])
+    cell.watch.handle(thing, aloft=True)
+    cell.wait(SETTLE_TIME)
+    position, yaw = _placing(cell, thing, slot)
+    above = position + [0.0, 0.0, HOVER]
+    _move(cell, above, [yaw])
+    position, yaw = _placing(cell, thing, slot)
+    if cell.held() != thing:
+        raise SkillError(f"{thing} was lost over {location}")
+    cell.watch.handle(thing)
+    _move(cell, position, [yaw])
+    cell.wait(SETTLE_TIME)
+    cell.grip(OPENING, OPEN_TIME)
+    _move(cell, above, [yaw])
+    cell.watch.handle(None)
     error = float(np.hypot(*(cell.see(thing).position - slot.position)[:2]))
     cell.tell("placed", object=thing, location=location, error_mm=round(error * 1000, 2))
     if cell.scene.model.location(location).marks:
@@ -211,15 +212,14 @@ def _free_slot(cell: Workcell, thing: str, location: str) -> Slot:
     return slot
 
 
-def _await_grip(cell: Workcell, thing: str) -> np.ndarray | None:
+def _await_grip(cell: Workcell) -> np.ndarray | None:
     """Wait until both pads press firmly for a while; return their forces in N, or None."""
     steady = 0
     for _ in range(round(GRIP_PATIENCE / CONTROL_PERIOD)):
         cell.wait(CONTROL_PERIOD)
-        forces = pad_forces(cell.scene, cell.data, thing)
-        steady = steady + 1 if forces.min() > FIRM else 0
+        steady = steady + 1 if cell.watch.pad_forces.min() > FIRM else 0
         if steady >= STEADY_TIME / CONTROL_PERIOD:
-            return forces
+            return cell.watch.pad_forces
     return None
 
 
