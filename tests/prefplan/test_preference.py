@@ -55,6 +55,7 @@ def mu(preference: Preference, **costs: int) -> float:
 @pytest.mark.parametrize(
     ("preference", "costs", "expected"),
     [
+        (Order(), {"x": 20, "y": 5, "z": 10}, 15),
         (Order(), {"x": 6, "y": 5, "z": 2}, 4),
         (Order(("x", "y", "z")), {"x": 6, "y": 5, "z": 2}, 4),
         (Order(("z", "y", "x")), {"x": 6, "y": 5, "z": 2}, 0),
