@@ -63,6 +63,8 @@ class Run:
         """
         target, _ = self.system.step(self.state, action)
         before, predicted = self._states(self.state), self._states(target)
+        # Whoever disturbed the scene since the last action may have moved positions alone.
+        mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start = float(self.cell.data.time)
         failure = None
         try:

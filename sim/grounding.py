@@ -18,6 +18,9 @@ AT_RADIUS = 0.045
 AT_HEIGHT = 0.008
 """... and this near on the vertical, m: a tilted block is further off."""
 
+TOUCH = 0.002
+"""Objects touch when they are this near, m: contacts flicker, so their absence says little."""
+
 NOWHERE = "no location"
 """Where the hand is when it is over none: not a name, so that no location can bear it."""
 
@@ -60,8 +63,8 @@ def slot_of(scene: Scene, data: mujoco.MjData, name: str) -> Slot | None:
         supports = scene.model.location(slot.location).on
         if not supports:
             return slot
-        touched = _touching(scene, data, name)
-        if any((below := slot_of(scene, data, other)) and below.location in supports for other in touched):
+        under = [slot_of(scene, data, other) for other in _carriers(scene, data, name)]
+        if any(below is not None and below.location in supports for below in under):
             return slot
     return None
 
@@ -89,7 +92,7 @@ def observe(
 
     Args:
         scene: the scene.
-        data: its state; contacts must be up to date, as they are after a step.
+        data: its state.
         hand: where the hand was last sent; elsewhere is reported only if it is not there.
         held: what the pads hold, from the forces they felt of late.
         marks: what the past left behind and no sensor shows.
@@ -134,8 +137,13 @@ def _where(state: ManipulationState, thing: str) -> str | None:
     return None if place is None else f"on {place}"
 
 
-def _touching(scene: Scene, data: mujoco.MjData, name: str) -> list[str]:
-    bodies = scene.mujoco.geom_bodyid[data.contact.geom]
-    own = scene.mujoco.body(name).id
-    others = set(bodies[(bodies == own).any(axis=1)].ravel()) - {own}
-    return [thing.name for thing in scene.model.objects if scene.mujoco.body(thing.name).id in others]
+def _carriers(scene: Scene, data: mujoco.MjData, name: str) -> list[str]:
+    """Return the objects that an object touches and whose centres are lower than its bottom."""
+    model = scene.mujoco
+    own, bottom = model.geom(name).id, data.body(name).xpos[2] - scene.half
+    lower = [thing.name for thing in scene.model.objects if data.body(thing.name).xpos[2] < bottom]
+    return [thing for thing in lower if _distance(model, data, own, model.geom(thing).id) < TOUCH]
+
+
+def _distance(model: mujoco.MjModel, data: mujoco.MjData, geom: int, other: int) -> float:
+    return float(mujoco.mj_geomDistance(model, data, geom, other, 2 * TOUCH, None))

@@ -25,8 +25,8 @@ SHORTEST = 0.15
 HEADROOM = 0.8
 """Share of the joint speed limits a reference may use; the rest is for what the controller adds."""
 
-PRECISION = 0.001
-"""Greatest distance of a joint reference from the path it follows, m."""
+PRECISION, ALIGNMENT = 0.001, 0.005
+"""How near to its goal a movement must end, m and rad."""
 
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 """Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
@@ -102,7 +102,7 @@ def arch(start: ToolPose, goal: ToolPose, turn: float, *, height: float, pace: f
     top = max(start.position[2], goal.position[2], height)
     rise, drop = top - start.position[2], top - goal.position[2]
     (r0, phi0), (r1, phi1) = _polar(start.position), _polar(goal.position)
-    sweep = wrap(phi1 - phi0)
+    sweep = phi1 - phi0  # never wrapped: the arm turns past its front, not past the stop of its first joint
     across = np.hypot(r1 - r0, max(r0, r1) * sweep)
 
     times = [duration(length, SPEED, ACCELERATION) for length in (rise, across, drop)]
@@ -166,7 +166,7 @@ class Arm:
             yaws: those that would do, rad.
 
         Raises:
-            SimulationError: no configuration reaches it.
+            SimulationError: no configuration does.
         """
         seed = HOME.copy()
         seed[0] = np.arctan2(position[1], position[0])
@@ -181,12 +181,10 @@ class Arm:
             self._configuration.integrate_inplace(velocity, 1.0)
             if np.abs(velocity).max() < 1e-4:
                 break
-        q = self._configuration.q
-        miss = np.linalg.norm(self.tool(q).position - position)
-        if miss > PRECISION:
+        if not self._arrived():
             at = ", ".join(f"{x:.3f}" for x in position)
-            raise SimulationError(f"the arm cannot reach ({at}) m pointing down: {miss * 1000:.0f} mm away at best")
-        return q, yaws[best]
+            raise SimulationError(f"the arm cannot point down at ({at}) m within the limits of its joints")
+        return self._configuration.q, yaws[best]
 
     def move(self, q: np.ndarray, goal: np.ndarray, position: np.ndarray, yaw: float, *, height: float) -> np.ndarray:
         """Return the joint references of an arching movement, slowed until the joints' limits allow it.
@@ -202,7 +200,7 @@ class Arm:
             (N, 7) rad, every `CONTROL_PERIOD`.
 
         Raises:
-            SimulationError: the tool would leave its path by more than `PRECISION`.
+            SimulationError: the tool would not arrive within `PRECISION` and `ALIGNMENT`.
         """
         start = self.tool(q)
         turn = (goal[0] - q[0]) - (goal[6] - q[6])
@@ -216,9 +214,9 @@ class Arm:
             if share <= HEADROOM:
                 break
             pace *= 0.95 * HEADROOM / share
-        miss = np.linalg.norm(self.tool(references[-1]).position - position)
-        if share > HEADROOM or miss > PRECISION:
-            raise SimulationError(f"the arm leaves its path by {miss * 1000:.0f} mm near a limit of its joints")
+        if share > HEADROOM or not self._arrived():
+            at = ", ".join(f"{x:.3f}" for x in position)
+            raise SimulationError(f"the arm cannot keep to its path to ({at}) m within the limits of its joints")
         return references
 
     def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> np.ndarray:
@@ -230,6 +228,10 @@ class Arm:
             self._configuration.integrate_inplace(self._solve(CONTROL_PERIOD), CONTROL_PERIOD)
             references[i] = self._configuration.data.qpos
         return references
+
+    def _arrived(self) -> bool:
+        error = self._frame.compute_error(self._configuration)
+        return bool(np.linalg.norm(error[:3]) < PRECISION and np.linalg.norm(error[3:]) < ALIGNMENT)
 
     def _solve(self, period: float) -> np.ndarray:
         """Return the joint velocities, rad/s, that bring the tool towards its target within the limits.

@@ -70,6 +70,7 @@ def perform(cell: Workcell, action: str) -> None:
 
 def transit(cell: Workcell, location: str) -> None:
     """Bring the empty hand over a location."""
+    cell.watch.handle(None)
     slots = cell.scene.slots[location]
     centre = np.mean([slot.position for slot in slots], axis=0)
     _travel(cell, centre + [0.0, 0.0, HOVER], slots[0].yaw)
@@ -92,20 +93,19 @@ def grasp(cell: Workcell, thing: str) -> None:
     _move(cell, above, [yaw])
     if forces is None:
         raise SkillError(f"the fingers closed without a firm grip on {thing}")
-    if cell.held() != thing:
-        raise SkillError(f"{thing} slipped from the hand as it was raised")
+    _check_held(cell, thing)
     cell.tell("grasped", object=thing, force=[round(float(force), 2) for force in forces])
 
 
 def transport(cell: Workcell, thing: str, location: str) -> None:
     """Carry the held object over the location's free slot."""
+    _check_held(cell, thing)
     slot = _free_slot(cell, thing, location)
     cell.watch.handle(thing)
     line = _free_line(cell, slot.position, slot.yaw)
     cell.watch.handle(thing, aloft=True)
     _travel(cell, slot.position + [0.0, 0.0, HOVER], line, held=thing)
-    if cell.held() != thing:
-        raise SkillError(f"{thing} was lost on the way to {location}")
+    _check_held(cell, thing)
 
 
 def release(cell: Workcell, thing: str, location: str) -> None:
@@ -113,6 +113,7 @@ def release(cell: Workcell, thing: str, location: str) -> None:
 
     Above the slot the object's place in the hand is measured and made good, since it drifts while it is carried.
     """
+    _check_held(cell, thing)
     slot = _free_slot(cell, thing, location)
     cell.watch.handle(thing, aloft=True)
     cell.wait(SETTLE_TIME)
@@ -120,8 +121,7 @@ def release(cell: Workcell, thing: str, location: str) -> None:
     above = position + [0.0, 0.0, HOVER]
     _move(cell, above, [yaw])
     position, yaw = _placing(cell, thing, slot)
-    if cell.held() != thing:
-        raise SkillError(f"{thing} was lost over {location}")
+    _check_held(cell, thing)
     cell.watch.handle(thing)
     _move(cell, position, [yaw])
     cell.wait(SETTLE_TIME)
@@ -196,6 +196,11 @@ def _slot_below(cell: Workcell, thing: str) -> Slot:
     if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS or not hand_over(cell.scene, cell.data, slot.location):
         raise SkillError(f"{thing} is not below the hand")
     return slot
+
+
+def _check_held(cell: Workcell, thing: str) -> None:
+    if cell.held() != thing:
+        raise SkillError(f"the pads do not feel {thing} between them")
 
 
 def _free_slot(cell: Workcell, thing: str, location: str) -> Slot:

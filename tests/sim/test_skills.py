@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from sim.grounding import object_pose, slot_of
+from sim.panda import PADS
+from sim.scene import Scene, build_scene, initial_state
+from sim.skills import GLOW_TIME, SkillError, perform
+from sim.workcell import Workcell
+
+
+def run(scene: Scene, *actions: str, seed: int | None = 0) -> Workcell:
+    cell = Workcell(scene, initial_state(scene, seed=seed))
+    for action in actions:
+        perform(cell, action)
+    return cell
+
+
+def assert_clean(cell: Workcell) -> None:
+    """Fail if a limit was passed or anything was touched that should not be."""
+    assert [event for event in cell.events if event.kind == "contact"] == []
+    assert cell.watch.speed_share.max() < 1 and cell.watch.torque_share.max() < 1
+
+
+def assert_placed(cell: Workcell, thing: str, location: str) -> None:
+    slot = slot_of(cell.scene, cell.data, thing)
+    assert slot is not None and slot.location == location
+    pose = object_pose(cell.scene, cell.data, thing)
+    assert np.hypot(*(pose.position - slot.position)[:2]) < 0.002
+    assert abs(np.sin(2 * (pose.yaw - slot.yaw))) < 0.05
+    assert cell.held() is None
+
+
+@pytest.fixture
+def own_scene(scene: Scene) -> Scene:
+    """Return a scene that a test may spoil."""
+    return build_scene(scene.model, meshes=False)
+
+
+def test_transit_brings_the_empty_hand_over_a_location(scene: Scene) -> None:
+    cell = run(scene, "transit bin1")
+    centre = np.mean([slot.position for slot in scene.slots["bin1"]], axis=0)
+    offset = cell.data.site("tcp").xpos - centre
+    assert np.hypot(*offset[:2]) < 0.002 and 0.1 < offset[2] < 0.15
+    assert_clean(cell)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_grasp_lifts_what_lies_askew(scene: Scene, seed: int) -> None:
+    cell = Workcell(scene, initial_state(scene, seed=seed, position=0.008, angle=np.radians(10)))
+    perform(cell, "transit top")
+    perform(cell, "grasp pink")
+    assert cell.held() == "pink"
+    assert object_pose(scene, cell.data, "pink").position[2] > 0.15
+    grasped = next(event for event in cell.events if event.kind == "grasped")
+    assert grasped.detail["object"] == "pink" and min(grasped.detail["force"]) > 5
+    for base, location in (("blue", "left"), ("green", "right")):
+        slot = slot_of(scene, cell.data, base)
+        assert slot is not None and slot.location == location, "the bases should stay where they are"
+    assert_clean(cell)
+
+
+@pytest.mark.parametrize("location", ["san", "bin1", "bin2", "table", "top"])
+def test_release_and_grasp_work_everywhere(scene: Scene, location: str) -> None:
+    cell = run(scene, "transit top", "grasp pink")
+    if location != "top":
+        perform(cell, f"transport pink {location}")
+    perform(cell, f"release pink {location}")
+    assert_placed(cell, "pink", location)
+    perform(cell, "grasp pink")
+    assert cell.held() == "pink"
+    assert_clean(cell)
+
+
+@pytest.mark.parametrize(("thing", "location"), [("blue", "left"), ("green", "right")])
+def test_a_base_is_taken_and_put_back_beside_its_neighbour(scene: Scene, thing: str, location: str) -> None:
+    away = ("transit top", "grasp pink", "transport pink table", "release pink table")
+    cell = run(
+        scene, *away, f"transit {location}", f"grasp {thing}", f"transport {thing} bin2", f"release {thing} bin2"
+    )
+    assert_placed(cell, thing, "bin2")
+    for action in (f"grasp {thing}", f"transport {thing} {location}", f"release {thing} {location}"):
+        perform(cell, action)
+    assert_placed(cell, thing, location)
+    for action in ("transit table", "grasp pink", "transport pink top", "release pink top"):
+        perform(cell, action)
+    assert_placed(cell, "pink", "top")
+    assert_clean(cell)
+
+
+def test_a_bin_takes_two_and_gives_back_either(scene: Scene) -> None:
+    cell = run(scene, "transit top", "grasp pink", "transport pink bin1", "release pink bin1")
+    for action in ("transit left", "grasp blue", "transport blue bin1", "release blue bin1"):
+        perform(cell, action)
+    assert_placed(cell, "pink", "bin1")
+    assert_placed(cell, "blue", "bin1")
+    perform(cell, "grasp pink")
+    assert cell.held() == "pink"
+    assert_clean(cell)
+
+
+def test_a_marking_location_glows_while_it_works(scene: Scene) -> None:
+    cell = run(scene, "transit top", "grasp pink", "transport pink san", "release pink san")
+    glow = np.array(cell.glow)
+    index = list(scene.slots).index("san")
+    assert set(glow) == {-1, index}
+    assert np.sum(glow == index) == pytest.approx(GLOW_TIME * 30, abs=2)
+    assert np.all(np.diff(np.flatnonzero(glow == index)) == 1)
+
+
+def test_grasping_what_is_not_there_is_refused(scene: Scene) -> None:
+    cell = run(scene, "transit san")
+    with pytest.raises(SkillError, match="pink is not below the hand"):
+        perform(cell, "grasp pink")
+
+
+def test_an_object_too_slippery_to_lift_is_noticed(own_scene: Scene) -> None:
+    for pad in PADS:
+        own_scene.mujoco.geom(pad).friction[:] = [0.01, 0.0, 0.0]
+    cell = run(own_scene, "transit top")
+    with pytest.raises(SkillError, match="do not feel pink"):
+        perform(cell, "grasp pink")
+    assert cell.held() is None
+
+
+def test_an_object_lost_on_the_way_is_noticed(own_scene: Scene) -> None:
+    cell = run(own_scene, "transit top", "grasp pink")
+    for pad in PADS:
+        own_scene.mujoco.geom(pad).friction[:] = [0.01, 0.0, 0.0]
+    with pytest.raises(SkillError, match="do not feel pink"):
+        perform(cell, "transport pink bin1")
+
+
+def test_an_occupied_place_is_refused(scene: Scene) -> None:
+    cell = run(scene, "transit top", "grasp pink")
+    cell.data.joint("green").qpos[:3] = scene.slots["san"][0].position + [0.01, 0.0, 0.0]
+    mujoco.mj_forward(scene.mujoco, cell.data)
+    with pytest.raises(SkillError, match="no room for pink on san: another object is 10 mm"):
+        perform(cell, "transport pink san")
+
+
+def test_the_arm_goes_over_what_is_in_the_way(scene: Scene) -> None:
+    cell = run(scene, "transit bin1")
+    posts = {"blue": 0.0225, "pink": 0.0675, "green": 0.1125}
+    for thing, z in posts.items():
+        cell.data.joint(thing).qpos[:] = [0.46, 0.0, z, 1, 0, 0, 0]
+    mujoco.mj_forward(scene.mujoco, cell.data)
+    perform(cell, "transit san")
+    assert_clean(cell)
+    assert object_pose(scene, cell.data, "green").position[2] == pytest.approx(0.1125, abs=0.002)
