@@ -16,7 +16,7 @@ from sim.errors import SimulationError
 from sim.grounding import mismatch, observe, slot_of
 from sim.rollout import Rollout, Step
 from sim.scene import Scene, initial_state
-from sim.skills import perform
+from sim.skills import perform, transit
 from sim.workcell import Workcell
 
 AFTERMATH = 1.0
@@ -36,7 +36,7 @@ class Run:
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData, *, system: TransitionSystem | None = None) -> None:
-        """Begin at the model's start.
+        """Begin at the model's start; a hand that starts over a location is brought there first.
 
         Args:
             scene: the scene.
@@ -51,6 +51,8 @@ class Run:
         self.reason: str | None = None
         self._began = time.perf_counter()
         self._released: set[str] = set()
+        if scene.model.start in scene.slots:
+            transit(self.cell, scene.model.start)
 
     def carry_out(self, action: str) -> bool:
         """Carry out one action and compare what is observed with what the model predicts.

@@ -69,11 +69,12 @@ def perform(cell: Workcell, action: str) -> None:
 
 
 def transit(cell: Workcell, location: str) -> None:
-    """Bring the empty hand over a location."""
+    """Bring the empty hand over a location and whatever is piled up there."""
     cell.watch.handle(None)
     slots = cell.scene.slots[location]
     centre = np.mean([slot.position for slot in slots], axis=0)
-    _travel(cell, centre + [0.0, 0.0, HOVER], slots[0].yaw)
+    height = max(centre[2] + HOVER, _passage(cell))
+    _travel(cell, np.array([*centre[:2], height]), slots[0].yaw)
 
 
 def grasp(cell: Workcell, thing: str) -> None:
@@ -156,7 +157,8 @@ def _travel(cell: Workcell, position: np.ndarray, line: float, *, held: str | No
     height = _passage(cell, held)
     for raised in DETOURS:
         references = cell.arm.move(cell.reference, goal, position, yaw, height=height + raised)
-        obstacles = {name for q in references[::FORESIGHT] for name in cell.foresee(q)}
+        ahead = [*references[::FORESIGHT], references[-1]]
+        obstacles = {name for q in ahead for name in cell.foresee(q)}
         if not obstacles:
             cell.follow(references)
             return

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from prefplan.errors import ModelError
 from prefplan.transition_system import TransitionSystem
 from sim.execution import Run, execute
 from sim.rollout import FRAME_RATE, Rollout
-from sim.scene import Scene, initial_state
+from sim.scene import Scene, build_scene, initial_state
 
 COST_OPTIMAL = (
     "transit top, grasp pink, transport pink san, release pink san, grasp pink, transport pink bin1, "
@@ -138,3 +140,9 @@ def test_no_mark_is_given_where_nothing_was_put_down(scene: Scene, system: Trans
     run.cell.data.joint("pink").qpos[:3] = [0.30, 0.0, 0.0225]
     assert not run.carry_out("release pink san")
     assert run.steps[-1].observed.marks == frozenset()
+
+
+def test_a_hand_that_starts_over_a_location_is_brought_there(scene: Scene) -> None:
+    rollout = execute(build_scene(replace(scene.model, start="top"), meshes=False), ["grasp pink"])
+    assert rollout.completed, rollout.reason
+    assert rollout.steps[0].observed.held == "pink"

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from prefplan.models.manipulation import Location, ManipulationModel, Object
 from sim.grounding import object_pose, slot_of
 from sim.panda import PADS
 from sim.scene import Scene, build_scene, initial_state
@@ -150,3 +151,33 @@ def test_the_arm_goes_over_what_is_in_the_way(scene: Scene) -> None:
     perform(cell, "transit san")
     assert_clean(cell)
     assert object_pose(scene, cell.data, "green").position[2] == pytest.approx(0.1125, abs=0.002)
+
+
+def test_a_lamp_in_the_way_is_passed_over() -> None:
+    model = ManipulationModel(
+        start="home",
+        costs={"transit": 1, "grasp": 1, "transport": 1, "release": 1},
+        locations=(
+            Location("wash", at=(0.40, 0.0), marks="clean"),
+            Location("near", at=(0.55, 0.25)),
+            Location("far", at=(0.55, -0.25)),
+        ),
+        objects=(Object("cup", "near"),),
+    )
+    scene = build_scene(model, meshes=False)
+    assert np.hypot(*scene.mujoco.body("wash_lamp").pos[:2]) > 0.5, "the lamp should stand in the way"
+    cell = run(scene, "transit near", "grasp cup", "transport cup far", "release cup far", "transit near")
+    assert_placed(cell, "cup", "far")
+    assert_clean(cell)
+
+
+def test_the_hand_stays_above_a_tower_over_its_foot() -> None:
+    model = ManipulationModel(
+        start="home",
+        costs={"transit": 1, "grasp": 1, "transport": 1, "release": 1},
+        locations=(Location("a", at=(0.5, 0.0)), Location("b", on=("a",)), Location("c", on=("b",))),
+        objects=(Object("one", "a"), Object("two", "b"), Object("three", "c")),
+    )
+    cell = run(build_scene(model, meshes=False), "transit a", "transit c", "grasp three", "release three c")
+    assert_placed(cell, "three", "c")
+    assert_clean(cell)
