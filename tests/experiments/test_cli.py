@@ -1,0 +1,338 @@
+"""The command line: what it prints, where, and its exit status."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from experiments.cli import main
+
+DETOUR = """
+[model]
+kind = "graph"
+start = "s"
+propositions = ["never"]
+transitions = [
+  { from = "s", to = "shop", cost = 1 },
+  { from = "shop", to = "bank", cost = 2.5 },
+  { from = "s", to = "bank", cost = 3 },
+  { from = "bank", to = "shop", cost = 2 },
+]
+[model.labels]
+shop = ["bread"]
+bank = ["money"]
+
+[[tasks]]
+name = "pay"
+formula = "F money"
+
+[[tasks]]
+name = "buy"
+formula = "F bread"
+
+[preference]
+kind = "order"
+"""
+
+
+class Result(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> dict[str, Any]:
+        return json.loads(self.out)
+
+
+Run = Callable[..., Result]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Run:
+    """Return a function that runs the program from an empty folder, on a wide terminal."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+
+    def call(*arguments: str) -> Result:
+        try:
+            status = main(arguments)
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        captured = capsys.readouterr()
+        return Result(status, captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture
+def detour(run: Run, tmp_path: Path) -> Path:
+    """A scenario in the current folder: bread on the way, or money first at a higher cost."""
+    file = tmp_path / "detour.toml"
+    file.write_text(DETOUR)
+    return file
+
+
+def assert_is_error(result: Result, message: str) -> None:
+    assert result.status == 2
+    assert result.out == ""
+    assert message in result.err
+    assert "Traceback" not in result.err
+
+
+def cells(table: str) -> list[list[str]]:
+    """Return the rows of a printed table, without its frame."""
+    rows = [line.replace("┃", "│").split("│")[1:-1] for line in table.splitlines() if line.startswith(("│", "┃"))]
+    return [[cell.strip() for cell in row] for row in rows]
+
+
+def test_a_front_is_a_table_of_costs_and_its_plans(run: Run, detour: Path) -> None:
+    result = run("front", "detour.toml")
+    assert (result.status, result.err) == (0, "")
+    assert cells(result.out) == [
+        ["#", "cost", "preference", "pay", "buy"],
+        ["0", "3.5", "2.5", "3.5", "1"],
+        ["1", "5", "0", "3", "5"],
+    ]
+    assert "shop, bank" in result.out and "bank, shop" in result.out
+
+
+def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
+    result = run("plan", "detour.toml", "--objective", "preference")
+    assert (result.status, result.err) == (0, "")
+    assert "cost 5, preference 0" in result.out
+    assert "bank, shop" in result.out
+
+
+def test_moves_on_a_grid_are_counted(run: Run) -> None:
+    assert "2E N W N E" in run("plan", "example").out
+
+
+POINT = {"cost", "preference", "task_costs", "plan"}
+STATS = {"states": int, "expanded": int, "generated": int, "build_seconds": float, "seconds": float}
+
+
+def assert_is_heading(found: dict[str, Any]) -> None:
+    assert (found["scenario"], found["tasks"]) == ("detour", ["pay", "buy"])
+    assert (found["contract"], found["complete"]) == ("additive", True)
+    assert {key: type(value) for key, value in found["stats"].items()} == STATS
+
+
+def test_a_front_as_json(run: Run, detour: Path) -> None:
+    result = run("front", "detour.toml", "--json")
+    assert (result.status, result.err) == (0, "")
+    assert list(result.json) == ["scenario", "tasks", "contract", "complete", "front", "stats"]
+    assert_is_heading(result.json)
+    assert [{key: point[key] for key in POINT} for point in result.json["front"]] == [
+        {"cost": 3.5, "preference": 2.5, "task_costs": {"pay": 3.5, "buy": 1}, "plan": ["shop", "bank"]},
+        {"cost": 5, "preference": 0, "task_costs": {"pay": 3, "buy": 5}, "plan": ["bank", "shop"]},
+    ]
+
+
+def test_whole_costs_are_whole_numbers_in_json(run: Run, detour: Path) -> None:
+    assert '"cost": 5,' in run("front", "detour.toml", "--json").out
+
+
+def test_a_plan_as_json(run: Run, detour: Path) -> None:
+    result = run("plan", "detour.toml", "--json")
+    assert (result.status, result.err) == (0, "")
+    assert list(result.json) == ["scenario", "tasks", "contract", "complete", "plan", "stats"]
+    assert_is_heading(result.json)
+    assert result.json["plan"]["plan"] == ["shop", "bank"]
+
+
+@pytest.mark.parametrize(
+    ("options", "cost"),
+    [
+        ([], 3.5),
+        (["--objective", "cost"], 3.5),
+        (["--objective", "preference"], 5),
+        (["--max-preference", "2.5"], 3.5),
+        (["--max-preference", "2.4"], 5),
+        (["--max-preference", "0"], 5),
+        (["--objective", "preference", "--max-preference", "0"], 5),
+    ],
+)
+def test_one_plan_by_objective_and_bound(run: Run, detour: Path, options: list[str], cost: float) -> None:
+    result = run("plan", "detour.toml", "--json", *options)
+    assert (result.status, result.json["plan"]["cost"]) == (0, cost)
+
+
+@pytest.mark.parametrize(("limit", "costs"), [("3.5", [3.5]), ("4.99", [3.5]), ("5", [3.5, 5]), ("1000", [3.5, 5])])
+def test_a_bound_on_cost_is_inclusive(run: Run, detour: Path, limit: str, costs: list[float]) -> None:
+    result = run("front", "detour.toml", "--json", "--max-cost", limit)
+    assert (result.status, [point["cost"] for point in result.json["front"]]) == (0, costs)
+
+
+@pytest.mark.parametrize(
+    ("change", "arguments", "reason"),
+    [
+        (None, ["front", "--max-cost", "3.49"], {"kind": "bound", "tasks": [], "smallest": 3.5}),
+        ("F never", ["front"], {"kind": "task", "tasks": ["buy"], "smallest": None}),
+        ("F never", ["plan"], {"kind": "task", "tasks": ["buy"], "smallest": None}),
+        ("!money U (bread & X X money)", ["plan"], {"kind": "task", "tasks": ["buy"], "smallest": None}),
+        ("bread | (never U X money)", ["front", "--max-cost", "0.5"], {"kind": "bound", "tasks": [], "smallest": 3}),
+    ],
+)
+def test_without_a_plan_the_status_is_3_and_json_says_why(
+    run: Run, detour: Path, change: str | None, arguments: list[str], reason: dict[str, Any]
+) -> None:
+    if change:
+        detour.write_text(DETOUR.replace("F bread", change))
+    result = run(*arguments, "detour.toml", "--json")
+    assert result.status == 3
+    assert list(result.json) == ["scenario", "tasks", "contract", "complete", "front", "reason", "stats"]
+    assert_is_heading(result.json)
+    assert (result.json["front"], result.json["reason"]) == ([], reason)
+
+
+def test_a_bound_below_every_plan_names_the_smallest_mu(run: Run, detour: Path) -> None:
+    detour.write_text(DETOUR.replace('kind = "order"', 'kind = "weighted-sum"\nweights = { pay = 1, buy = 0.1 }'))
+    result = run("plan", "detour.toml", "--max-preference", "3.49", "--json")
+    assert (result.status, result.json["reason"]) == (3, {"kind": "bound", "tasks": [], "smallest": 3.5})
+    assert "smallest possible is 3.5" in result.err
+
+
+def test_tasks_that_exclude_each_other_are_named(run: Run, detour: Path) -> None:
+    text = DETOUR.replace("F money", "!bread U money").replace("F bread", "!money U bread")
+    detour.write_text(text)
+    result = run("front", "detour.toml", "--json")
+    assert (result.status, result.json["reason"]) == (
+        3,
+        {"kind": "conflict", "tasks": ["pay", "buy"], "smallest": None},
+    )
+    assert "tasks pay, buy cannot be satisfied together" in result.err
+
+
+@pytest.mark.parametrize("command", ["front", "plan"])
+def test_without_a_plan_people_read_why_on_stderr(run: Run, detour: Path, command: str) -> None:
+    detour.write_text(DETOUR.replace("F bread", "F never"))
+    result = run(command, "detour.toml")
+    assert (result.status, result.out) == (3, "")
+    assert "task buy can never be satisfied" in result.err
+
+
+@pytest.mark.parametrize("command", ["front", "plan"])
+@pytest.mark.parametrize("json_option", [[], ["--json"]])
+def test_a_mistake_in_the_scenario_is_told_on_stderr(
+    run: Run, detour: Path, command: str, json_option: list[str]
+) -> None:
+    detour.write_text(DETOUR.replace("F bread", "F braed"))
+    result = run(command, "detour.toml", *json_option)
+    assert_is_error(result, "detour.toml: tasks[1].formula: unknown proposition 'braed' (did you mean 'bread'?)")
+
+
+@pytest.mark.parametrize(
+    ("scenario", "message"),
+    [
+        ("case_study_11", "no scenario named 'case_study_11' (did you mean 'case_study_1'?)"),
+        ("nowhere.toml", "nowhere.toml: no such file"),
+        ("far/away", "far/away: no such file"),
+        (".", ".: cannot be read"),
+    ],
+)
+def test_a_scenario_that_does_not_exist(run: Run, scenario: str, message: str) -> None:
+    assert_is_error(run("front", scenario), message)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "COMMAND"),
+        (["frnot", "example"], "frnot"),
+        (["front"], "SCENARIO"),
+        (["front", "example", "--jsn"], "--jsn"),
+        (["front", "example", "--max-cost", "-1"], "'-1' is not a number >= 0"),
+        (["front", "example", "--max-cost", "cheap"], "'cheap' is not a number >= 0"),
+        (["front", "example", "--max-cost", "nan"], "'nan' is not a number >= 0"),
+        (["plan", "example", "--objective", "speed"], "speed"),
+        (["plan", "example", "--max-preference"], "--max-preference"),
+    ],
+)
+def test_a_wrong_call_is_told_on_stderr(run: Run, arguments: list[str], message: str) -> None:
+    assert_is_error(run(*arguments), message)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["front", "--help"], ["plan", "--help"]])
+def test_help_is_no_error(run: Run, arguments: list[str]) -> None:
+    result = run(*arguments)
+    assert (result.status, result.err) == (0, "")
+    assert "usage: prefplan" in result.out
+
+
+def test_an_interrupt_has_its_own_status(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(_: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("experiments.scenarios.find", interrupted)
+    result = run("front", "example")
+    assert result.status == 130
+    assert "Traceback" not in result.err
+
+
+@pytest.mark.parametrize(
+    ("scenario", "points"),
+    [("example", [(6, 4), (9, 3)]), ("case_study_3", [(34, 17), (41, 0)])],
+)
+def test_the_scenarios_that_ship_have_the_papers_fronts(run: Run, scenario: str, points: list[tuple[int, int]]) -> None:
+    found = run("front", scenario, "--json").json
+    assert [(point["cost"], point["preference"]) for point in found["front"]] == points
+
+
+@pytest.mark.parametrize(("objective", "point"), [("cost", (68, 29)), ("preference", (98, 0))])
+def test_case_study_1_as_it_ships_has_the_papers_ends(run: Run, objective: str, point: tuple[int, int]) -> None:
+    plan = run("plan", "case_study_1", "--objective", objective, "--json").json["plan"]
+    assert (plan["cost"], plan["preference"]) == point
+
+
+def test_a_path_names_a_scenario_from_another_folder(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (detour.parent / "deep").mkdir()
+    monkeypatch.chdir(detour.parent / "deep")
+    for name in ("../detour.toml", str(detour)):
+        assert run("plan", name).status == 0
+
+
+@pytest.fixture
+def program() -> list[str]:
+    """The installed script, or the module it starts where it is not on this machine's path."""
+    script = Path(sys.executable).with_name("prefplan")
+    start = "import sys; from experiments.cli import main; sys.exit(main())"
+    return [str(script)] if script.exists() else [sys.executable, "-c", start]
+
+
+def test_the_program_works_from_any_folder(program: list[str], tmp_path: Path) -> None:
+    done = subprocess.run(
+        [*program, "front", "example", "--json"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [(point["cost"], point["preference"]) for point in json.loads(done.stdout)["front"]] == [(6, 4), (9, 3)]
+
+
+def test_the_program_hands_on_its_exit_status(program: list[str], tmp_path: Path) -> None:
+    for arguments, status in ((["front", "nowhere"], 2), (["front", "example", "--max-cost", "1"], 3)):
+        done = subprocess.run([*program, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (status, "")
+        assert "Traceback" not in done.stderr
+
+
+def test_every_process_finds_the_same_plans(program: list[str], tmp_path: Path) -> None:
+    """The order of sets differs between processes; plans must not."""
+    fronts = []
+    for seed in ("1", "2", "3"):
+        done = subprocess.run(
+            [*program, "front", "case_study_3", "--json"],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        fronts.append(json.loads(done.stdout)["front"])
+    assert fronts[0] == fronts[1] == fronts[2]
