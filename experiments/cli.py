@@ -7,13 +7,15 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from decimal import Decimal, InvalidOperation
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
 from experiments import output, scenarios
+from experiments.progress import Bars
 from prefplan.errors import PrefplanError
-from prefplan.front import Front, NoPlanError, Reason
+from prefplan.front import Front, NoPlanError, Plan, Reason
 from prefplan.planner import Planner, pareto_front
 
 DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
@@ -65,6 +67,58 @@ def plan(options: argparse.Namespace) -> int:
     return DONE
 
 
+def run(options: argparse.Namespace) -> int:
+    """Carry out `prefplan run`."""
+    # MuJoCo takes a second to load, which the other commands are spared.
+    from experiments.carry_out import carry_out, make_folder, outcome_json, scene_of, show_outcome, write_json
+
+    scenario = scenarios.find(options.scenario)
+    folder = options.out or Path("out", scenario.name)
+    name = options.plan if isinstance(options.plan, str) else f"plan_{options.plan}"
+    with Bars() as bars:
+        scene = scene_of(scenario)
+        bars("planning", 0, 0, "")
+        planner = Planner(scenario.problem())
+        try:
+            chosen = _choose(planner, options.plan)
+        except NoPlanError as error:
+            if options.json:
+                _print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
+            return _no_plan(error.reason)
+        bars("planning", 1, 1, "")
+        make_folder(folder)
+        film = None if options.no_video else folder / f"{name}.mp4"
+        outcome = carry_out(scenario, scene, chosen, seed=options.seed, film=film, tell=bars)
+    write_json(folder / f"{name}.json", outcome_json(outcome))
+    if options.json:
+        _print_json(outcome_json(outcome))
+    else:
+        show_outcome(Console(soft_wrap=True, highlight=False), scenario, outcome)
+    if outcome.no_video:
+        print(f"prefplan: no video: {outcome.no_video}", file=sys.stderr)
+    if outcome.interrupted:
+        print("prefplan: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    if not outcome.rollout.completed:
+        print(f"prefplan: execution failed {outcome.rollout.reason}", file=sys.stderr)
+        return FAILED
+    return DONE
+
+
+def _choose(planner: Planner, wanted: str | int) -> Plan:
+    """Return the plan that `--plan` names."""
+    if wanted == "cost":
+        return planner.cheapest()
+    if wanted == "preference":
+        return planner.preferred()
+    found = planner.front()
+    if found.reason:
+        raise NoPlanError(found.reason)
+    if int(wanted) >= len(found):
+        raise PrefplanError(f"--plan {wanted}: the front has plans 0 to {len(found) - 1}")
+    return found[int(wanted)]
+
+
 def _no_plan(reason: Reason) -> int:
     print(f"prefplan: no plan: {reason}", file=sys.stderr)
     return NO_PLAN
@@ -82,6 +136,20 @@ def _number(text: str) -> Decimal:
     if not value.is_finite() or value < 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number >= 0")
     return value
+
+
+def _which_plan(text: str) -> str | int:
+    if text in ("cost", "preference"):
+        return text
+    if text.isascii() and text.isdigit():
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is neither cost nor preference nor a plan's number, counted from 0")
+
+
+def _seed(text: str) -> int:
+    if text.isascii() and text.isdigit():
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= 0")
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -113,4 +181,17 @@ def _parser() -> argparse.ArgumentParser:
         help="what the plan should be best at (default: cost)",
     )
     sub.add_argument("--max-preference", type=_number, metavar="M", help="bound on the plan's preference value")
+    sub = add(run, "Carry a plan out in simulation and film it.", "prefplan run case_study_3 --plan preference")
+    sub.add_argument(
+        "--plan",
+        type=_which_plan,
+        default="cost",
+        metavar="cost|preference|INDEX",
+        help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
+    )
+    sub.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: out/SCENARIO)")
+    sub.add_argument(
+        "--seed", type=_seed, metavar="N", help="move each object by up to 5 mm and 5 degrees at the start"
+    )
+    sub.add_argument("--no-video", action="store_true", help="render nothing")
     return parser

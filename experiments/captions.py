@@ -1,0 +1,38 @@
+"""Captions of an execution: for every action what runs, what has been spent and how the tasks stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from experiments.tally import Tally
+from prefplan.problem import Task
+from prefplan.quanta import Number
+from sim.overlay import Caption, TaskStatus
+from sim.rollout import Rollout
+
+FINISHED, STOPPED = "done", "stopped"
+"""What the last picture says instead of an action."""
+
+
+def captions(tasks: Sequence[Task], rollout: Rollout, books: Tally, *, total: Number) -> tuple[Caption, ...]:
+    """Return a caption for every action, with the books as they stood when it began, and one for the end.
+
+    Args:
+        tasks: the problem's tasks, in the order to show.
+        rollout: what happened.
+        books: its tally.
+        total: cost of the whole plan.
+    """
+    last = FINISHED if rollout.completed else STOPPED
+    times = [(step.start, step.end, step.action) for step in rollout.steps]
+    times.append((rollout.sim_seconds, rollout.sim_seconds, last))
+    return tuple(
+        Caption(start, end, action, float(cost), float(total), _statuses(tasks, satisfied))
+        for (start, end, action), cost, satisfied in zip(times, books.costs, books.satisfied, strict=True)
+    )
+
+
+def _statuses(tasks: Sequence[Task], satisfied: frozenset[str]) -> tuple[TaskStatus, ...]:
+    return tuple(
+        TaskStatus(task.name, task.formula, "satisfied" if task.name in satisfied else "open") for task in tasks
+    )

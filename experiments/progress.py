@@ -1,0 +1,51 @@
+"""Progress bars on a terminal."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+
+class Bars:
+    """One bar for each stage of a long command, on stderr; silent where that is no terminal.
+
+    They are gone when the command is: what came of it is for its report to say.
+    """
+
+    def __init__(self) -> None:
+        """Show nothing yet."""
+        console = Console(stderr=True)
+        self._progress = Progress(
+            TextColumn("{task.description:>10}"),
+            BarColumn(),
+            TextColumn("{task.fields[count]}"),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[what]}"),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        self._stages: dict[str, TaskID] = {}
+
+    def __enter__(self) -> Bars:
+        """Begin to draw."""
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Clear the bars away."""
+        self._progress.stop()
+
+    def __call__(self, stage: str, done: int, total: int, what: str) -> None:
+        """Show that `done` of `total` parts of a stage are done, and what is next.
+
+        A stage whose `total` is 0 is of unknown length.
+        """
+        if stage not in self._stages:
+            self._stages[stage] = self._progress.add_task(stage, count="", what="")
+        count = f"{done} of {total}" if total else ""
+        self._progress.update(self._stages[stage], completed=done, total=total or None, count=count, what=what)

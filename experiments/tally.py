@@ -1,0 +1,64 @@
+"""What an execution came to: costs and tasks, read off the states that were observed, not off the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+
+from prefplan.models.manipulation import ManipulationModel, ManipulationState
+from prefplan.problem import Problem
+from prefplan.quanta import Number, exact, from_quanta, to_quanta
+from sim.rollout import Step
+
+
+@dataclass(frozen=True)
+class Tally:
+    """The books of an execution of K actions; row k is the state of affairs after k of them.
+
+    Attributes:
+        costs: (K + 1,) spent so far.
+        satisfied: (K + 1,) names of the tasks satisfied so far.
+    """
+
+    costs: tuple[Number, ...]
+    satisfied: tuple[frozenset[str], ...]
+
+    @property
+    def cost(self) -> Number:
+        """Total cost of what was carried out."""
+        return self.costs[-1]
+
+    def task_cost(self, task: str) -> Number:
+        """Return c_i (equation 2): what was spent until a task was satisfied, in all if it never was."""
+        return next((c for c, names in zip(self.costs, self.satisfied, strict=True) if task in names), self.cost)
+
+
+def tally(model: ManipulationModel, problem: Problem, steps: Sequence[Step]) -> Tally:
+    """Return the books of an execution, each task's automaton reading what was observed after every action.
+
+    Args:
+        model: what the action costs are taken from.
+        problem: the tasks, over the model's transition system.
+        steps: the actions that were carried out.
+    """
+    start = problem.system.label(problem.system.start)
+    readings = [start, *(propositions(step.observed) for step in steps)]
+    satisfied: list[set[str]] = [set() for _ in readings]
+    for task, automaton in zip(problem.tasks, problem.automata, strict=True):
+        state = 0
+        for label, names in zip(readings, satisfied, strict=True):
+            state = automaton.step(state, label)
+            if state == automaton.accepting:
+                names.add(task.name)
+    spent = [Decimal(0)]
+    for step in steps:
+        spent.append(spent[-1] + exact(model.costs[step.action.split()[0]]))
+    quanta, decimals = to_quanta(spent)
+    return Tally(tuple(from_quanta(q, decimals) for q in quanta), tuple(map(frozenset, satisfied)))
+
+
+def propositions(state: ManipulationState) -> frozenset[str]:
+    """Return L(state): the propositions true in a state, whether or not the model could reach it."""
+    names = {f"{thing}_{place}" for thing, place in (*state.places, *state.marks)}
+    return frozenset(names | ({f"holding_{state.held}"} if state.held else set()))
