@@ -9,18 +9,21 @@ import numpy as np
 from prefplan.models.manipulation import ManipulationModel
 from sim.errors import SimulationError
 from sim.places import (
+    ARM_LENGTH,
     BLOCK_GAP,
     BLOCK_HALF,
+    CARRYING_HEIGHT,
     FINGER_TIPS,
     FINGERS_HALF,
-    HIGHEST,
     LAMP_DISTANCE,
     LAMP_HALF,
     NEAREST,
     PALM_CLEARANCE,
     PALM_HALF,
-    REACH,
+    SHOULDER_HEIGHT,
     WIDEST,
+    WRIST_HEIGHT,
+    WRIST_OFFSET,
     Slot,
     Station,
 )
@@ -31,14 +34,17 @@ Slots = Mapping[str, tuple[Slot, ...]]
 
 def check_reach(slots: Slots) -> None:
     """Raise `SimulationError` for a slot that the hand cannot get at from above."""
+    tallest = max((float(slot.position[2]) + BLOCK_HALF for row in slots.values() for slot in row), default=0.0)
     for row in slots.values():
         for slot in row:
             where = f"locations.{slot.location}"
             x, y, z = slot.position
             distance = float(np.hypot(x, y))
-            if distance > REACH:
+            reach = min(reach_at(z), reach_at(tallest + CARRYING_HEIGHT))
+            if distance > reach:
+                over = f" when it passes over a stack {tallest:.2f} m high" if reach < reach_at(z) else ""
                 raise SimulationError(
-                    f"{where}: {distance:.2f} m from the robot's base, beyond its reach of {REACH:.2f} m"
+                    f"{where}: {distance:.2f} m from the robot's base, beyond its reach of {reach:.2f} m{over}"
                 )
             if distance < NEAREST:
                 raise SimulationError(
@@ -48,8 +54,12 @@ def check_reach(slots: Slots) -> None:
                 raise SimulationError(
                     f"{where}: behind the robot, which turns {np.degrees(WIDEST):.0f} degrees to either side"
                 )
-            if z > HIGHEST:
-                raise SimulationError(f"{where}: {z:.2f} m above the table, beyond the {HIGHEST:.2f} m within reach")
+
+
+def reach_at(height: float) -> float:
+    """Return how far from the base's axis the fingers of a hand that points down get, at a height, m."""
+    rise = height + WRIST_HEIGHT - SHOULDER_HEIGHT
+    return WRIST_OFFSET + float(np.sqrt(max(0.0, ARM_LENGTH**2 - rise**2)))
 
 
 def check_apart(stations: Sequence[Station]) -> None:

@@ -26,7 +26,10 @@ PLINTH_HEIGHT, PLINTH_INSET = 1.0, 0.05
 TABLE_MARGIN = 0.10
 """From what stands on the table to its edge, m."""
 
-FOOT = 0.20
+TABLE_LEAST = 0.35
+"""Half the table's width at least, m."""
+
+FOOT = 0.22
 """Half the square that the robot's foot needs on the table, m."""
 
 BIN_WALL = 0.004
@@ -50,7 +53,6 @@ EDGE = 0.003
 BOX = mujoco.mjtGeom.mjGEOM_BOX
 CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
 CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
-PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 
 
 def yaw_quat(yaw: float) -> np.ndarray:
@@ -60,18 +62,18 @@ def yaw_quat(yaw: float) -> np.ndarray:
 
 def table_for(stations: Sequence[Station]) -> Table:
     """Return a table that holds the robot's foot and every station, the same to the left as to the right."""
-    corners = np.concatenate([np.array([[-FOOT, -FOOT], [FOOT, FOOT]]), *(s.outline.corners for s in stations)])
     lamps = [s.lamp + d * LAMP_HALF for s in stations if s.lamp is not None for d in (-1, 1)]
-    reach = np.concatenate([corners, *np.reshape(lamps, (-1, 1, 2))])
-    side = float(np.abs(reach[:, 1]).max()) + TABLE_MARGIN
-    return Table((float(reach[:, 0].min()) - 0.02, float(reach[:, 0].max()) + TABLE_MARGIN), (-side, side))
+    things = [*(corner for s in stations for corner in s.outline.corners), *lamps]
+    side = max([TABLE_LEAST, *(abs(float(thing[1])) + TABLE_MARGIN for thing in things)])
+    back = min([-FOOT, *(float(thing[0]) - TABLE_MARGIN for thing in things)])
+    front = max([FOOT, *(float(thing[0]) + TABLE_MARGIN for thing in things)])
+    return Table((back, front), (-side, side))
 
 
 def add_table(spec: mujoco.MjSpec, table: Table, stations: Sequence[Station]) -> None:
     """Add the table with its printed top."""
-    # MuJoCo lays an image's columns along +x and its rows along -y.
     markings = [_marking(station, [other for other in stations if other is not station]) for station in stations]
-    image = picture(table, markings).transpose(1, 0, 2)[::-1]
+    image = picture(table, markings).transpose(1, 0, 2)
     texture = spec.add_texture(name="tabletop", type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     texture.height, texture.width = image.shape[:2]
     texture.data = image.tobytes()
@@ -80,10 +82,12 @@ def add_table(spec: mujoco.MjSpec, table: Table, stations: Sequence[Station]) ->
     body = spec.worldbody.add_body(name="table", pos=[*table.centre, 0.0])
     size = np.array([*table.half, TABLE_THICKNESS / 2])
     body.add_geom(name="table", type=BOX, size=size, pos=[0, 0, -size[2]], group=HIDDEN)
-    board = plate(size, corner=0.004, bevel=EDGE)
-    _draw(spec, body, "table_board", board, "table_edge", z=-size[2] - EDGE / 2)
-    top = body.add_geom(name="tabletop", type=PLANE, size=[*table.half - EDGE, 1], material="tabletop")
-    top.contype = top.conaffinity = 0
+    board = plate(size, corner=0.006, bevel=EDGE)
+    _draw(spec, body, "table_board", board, "tabletop", z=-size[2])
+    # Columns of the image run along x, rows along y; a side takes the colour of the rim above it.
+    mesh = spec.mesh("table_board")
+    mesh.usertexcoord = (0.5 + 0.5 * board.vertices[:, :2] / table.half).ravel()
+    mesh.userfacetexcoord = board.faces.ravel()
     base = np.array([*table.half - PLINTH_INSET, PLINTH_HEIGHT / 2])
     body.add_geom(type=BOX, size=base, pos=[0, 0, -TABLE_THICKNESS - base[2]], material="plinth")
 
@@ -124,11 +128,9 @@ def _marking(station: Station, others: Sequence[Station]) -> Marking:
         np.array([middle[0], high[1] + away[1]]),
         np.array([low[0] - away[0], middle[1]]),
     ]
-    free = (
-        side
-        for side in sides
-        if not any(overlap(Rectangle(side, np.array([height, width]) / 2 + NAME_GAP, 0.0), o.outline) for o in others)
-    )
+    # Deeper than the text: what stands right behind it would be hidden, what stands beside it is not.
+    room = np.array([height / 2 + NAME_GAP, width / 2])
+    free = (side for side in sides if not any(overlap(Rectangle(side, room, 0.0), o.outline) for o in others))
     outlines = (station.outline.grown(0.004).corners,) if station.kind == "spot" else ()
     return Marking(station.name, next(free, sides[0]), outlines)
 
@@ -154,7 +156,7 @@ def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
     top = plate(size, corner=0.014, bevel=0.001)
     _draw(spec, body, f"{station.name}_plate", top, "pad", z=size[2])
     if station.lamp is not None:
-        band = tray(np.array([*size[:2] - 0.012, 0.0014]), wall=0.003, corner=0.006)
+        band = tray(np.array([*size[:2] - 0.014, 0.0014]), wall=0.006, corner=0.006)
         _draw(spec, body, f"{station.name}_band", band, f"{station.name}_glow", z=FLOOR["pad"] - 0.0009)
 
 

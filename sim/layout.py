@@ -62,7 +62,7 @@ def _yaws(place: Location, grounded: list[Location]) -> list[float]:
     apart = [np.array(other.at) - here for other in grounded if other.name != place.name]
     nearest = min(apart, key=np.linalg.norm, default=np.full(2, np.inf))
     if np.linalg.norm(nearest) < NEIGHBOURHOOD:
-        yaws.insert(0, float(np.round(np.arctan2(-nearest[0], nearest[1]), 6) % np.pi))
+        yaws.insert(0, float(np.arctan2(-nearest[0], nearest[1]) % np.pi))
     return yaws
 
 

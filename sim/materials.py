@@ -40,7 +40,6 @@ FINISHES = {
     "bin_floor": Finish((0.33, 0.35, 0.37, 1), 0.10, 0.10),
     "pad": Finish((0.50, 0.52, 0.56, 1), 0.30, 0.40),
     "lamp": Finish((0.22, 0.23, 0.25, 1), 0.60, 0.60),
-    "table_edge": Finish((0.36, 0.25, 0.17, 1), 0.20, 0.30),
     "plinth": Finish((0.20, 0.21, 0.23, 1), 0.10, 0.20),
 }
 
@@ -51,7 +50,13 @@ GLOW_ON: Rgba = (0.52, 0.36, 1.0, 1)
 """A sanitizer's tubes at work: the violet that people know from ultraviolet lamps."""
 
 SHADOW_PIXELS = 1024
-"""Side of the shadow map: 1.7 mm a pixel on the table."""
+"""Side of the shadow map: 1.7 mm a pixel on a table of usual size."""
+
+SHADOW_WIDTH = 1.55
+"""Half the width of what the shadow map covers, in halves of the table's longer side: its corners too."""
+
+ARM_SHADOW = 0.85
+"""The same at least, for the arm, m."""
 
 BACKDROP_PIXELS = 192
 """Side of each of the backdrop's six pictures; it is smooth, so few are enough."""
@@ -69,12 +74,13 @@ def add_finishes(spec: mujoco.MjSpec) -> None:
         spec.add_material(name=name, rgba=finish.rgba, specular=finish.specular, shininess=finish.shininess)
 
 
-def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, view: np.ndarray) -> None:
+def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float, view: np.ndarray) -> None:
     """Add lights, backdrop and render settings of a small photo studio.
 
     Args:
         spec: what to add them to.
         target: (3,) what the lights point at, m.
+        span: half the longer side of the table, which the shadows have to cover, m.
         view: (3,) where the camera looks; the backdrop glows there.
     """
     spec.stat.center, spec.stat.extent = target, 1.0
@@ -83,7 +89,7 @@ def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, view: np.ndarray) -> 
     visual.quality.shadowsize = SHADOW_PIXELS
     visual.quality.offsamples = 0
     visual.map.znear, visual.map.zfar = 0.05, 8
-    visual.map.shadowclip = 0.85
+    visual.map.shadowclip = max(ARM_SHADOW, SHADOW_WIDTH * span)
     visual.headlight.ambient, visual.headlight.diffuse = [0.22] * 3, [0.10] * 3
     visual.headlight.specular = [0.0] * 3
     backdrop = spec.add_texture(name="backdrop", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, nchannel=3)

@@ -18,7 +18,7 @@ LINKS = (*(f"link{i}" for i in range(8)), "hand", "finger")
 FACES_KEPT = {"link6": 0.2, "link7": 0.2, "hand": 0.4, "finger": 1.0}
 """Share of a link's faces that is kept, a tenth for the others: 134 thousand become 20. The wrist has fine curves."""
 
-DETAIL_AREA, DETAIL_FACES = 3e-3, 150
+DETAIL_AREA, DETAIL_FACES = 3e-3, 80
 """A part of less surface (m^2), such as a plug, keeps no more faces than this."""
 
 GENTLENESS = 2
@@ -67,7 +67,7 @@ def _surfaces(path: Path) -> list[Surface]:
     parts = trimesh.load_mesh(path).split(only_watertight=False)
     parts = sorted((p for p in parts if p.area > SMALLEST_PART), key=lambda part: -part.area)
     finishes = FINISHES.get(path.stem, ("shell",))
-    share = FACES_KEPT.get(path.stem, 0.1)
+    share = FACES_KEPT.get(path.stem, 0.08)
     by_finish: dict[str, list[trimesh.Trimesh]] = {}
     for i, part in enumerate(parts):
         finish = finishes[i] if i < len(finishes) else "trim"

@@ -79,7 +79,7 @@ def draw_caption(frame: np.ndarray, caption: Caption) -> None:
     band[:] = ((band * through) >> 8) + colour
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=4)
 def _panel(caption: Caption, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
     """Return what to add to the lower rows of a frame (uint16), and 256ths of the frame that shine through."""
     unit = height / 720
@@ -91,7 +91,8 @@ def _panel(caption: Caption, width: int, height: int) -> tuple[np.ndarray, np.nd
     scrim = SCRIM_STRENGTH * rise * rise * (3 - 2 * rise)
     alpha = ink[..., 3:] / 255
     colour = alpha * ink[..., :3] + (1 - alpha) * scrim * np.array(SCRIM)
-    return colour.astype(np.uint16), (256 * (1 - alpha) * (1 - scrim)).astype(np.uint16)
+    through = np.repeat(256 * (1 - alpha) * (1 - scrim), 3, axis=2)
+    return colour.astype(np.uint16), through.astype(np.uint16)
 
 
 def _draw(draw: ImageDraw.ImageDraw, caption: Caption, width: int, height: int, unit: float) -> None:

@@ -24,8 +24,11 @@ from sim.scene import AZIMUTH, ELEVATION, Scene
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
-DISTANCE = 3.4
+DISTANCE = 3.5
 """From the camera to what it looks at, in halves of the table's longer side."""
+
+NEAREST = 1.9
+"""The same at least, so that the arm fits into the picture over a small table, m."""
 
 
 class Painter:
@@ -52,7 +55,7 @@ class Painter:
             self._gl.make_current()
             self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
         except Exception as failure:
-            raise RenderingError(f"no OpenGL here ({failure}); {CURE}") from failure
+            raise RenderingError(_no_gl(f"{type(failure).__name__}: {failure}")) from failure
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._drawn = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 100)
 
@@ -95,7 +98,7 @@ class Painter:
         )
         mujoco.mjr_render(self._view, self._drawn, self._context)
         mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
-        return smooth_edges(self._pixels[::-1])
+        return smooth_edges(np.ascontiguousarray(self._pixels[::-1]))
 
     def _set_glow(self, location: str, level: float) -> None:
         name = f"{location}_glow"
@@ -111,7 +114,7 @@ def camera(scene: Scene) -> mujoco.MjvCamera:
     view = mujoco.MjvCamera()
     view.lookat = scene.focus
     view.azimuth, view.elevation = AZIMUTH, ELEVATION
-    view.distance = DISTANCE * scene.span
+    view.distance = max(NEAREST, DISTANCE * scene.span)
     return view
 
 
@@ -126,7 +129,7 @@ def gl_environment() -> dict[str, str]:
 
 
 def check_rendering() -> None:
-    """Render a tiny picture in a process of its own, which a faulty driver may end without harm.
+    """Set up rendering in a process of its own, which a faulty driver may end without harm.
 
     Raises:
         RenderingError: it cannot be done; the message says why and what mends it, in one sentence.
@@ -136,17 +139,23 @@ def check_rendering() -> None:
     if done.returncode:
         lines = done.stderr.strip().splitlines()
         why = lines[-1] if lines else f"the renderer ended with status {done.returncode}"
-        raise RenderingError(f"no OpenGL here ({why}); {CURE}")
+        raise RenderingError(_no_gl(why))
 
 
 def probe() -> None:
-    """Make an OpenGL context and render one pixel with it, or fail as the library does."""
+    """Set up rendering in the smallest size, or fail as the libraries do."""
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     gl = _gl_context(16, 16)
     gl.make_current()
     context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
     context.free()
     gl.free()
+
+
+def _no_gl(why: str) -> str:
+    chosen = os.environ.get("MUJOCO_GL")
+    other = f", or unset MUJOCO_GL, which is {chosen!r}" if chosen else ""
+    return f"no OpenGL here ({why}); {CURE}{other}"
 
 
 def _headless() -> bool:
@@ -163,5 +172,5 @@ def _gl_context(width: int, height: int) -> Any:
     if wanted in ("egl", "osmesa") or (not wanted and _headless()):
         return importlib.import_module(f"mujoco.{wanted or 'egl'}").GLContext(width, height)
     if not hasattr(mujoco, "GLContext"):
-        raise RuntimeError(f"MUJOCO_GL is {wanted!r}")
+        raise RuntimeError("MuJoCo has no renderer")
     return mujoco.GLContext(width, height)

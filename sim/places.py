@@ -11,14 +11,17 @@ from sim.rectangle import Rectangle
 BLOCK_HALF = 0.0225
 """Half the edge of an object, a cube of 4.5 cm that the open hand (8 cm) takes with room to spare, m."""
 
-REACH = 0.80
-"""Farthest horizontal distance from the base at which the hand can point down, m (arm almost straight)."""
+SHOULDER_HEIGHT, ARM_LENGTH = 0.333, 0.7185
+"""The shoulder above the table, and from there to the wrist with the arm all but straight, m."""
 
-NEAREST = 0.28
-"""Nearest horizontal distance from the base at which the hand stays clear of the robot's foot, m."""
+WRIST_OFFSET, WRIST_HEIGHT = 0.088, 0.2104
+"""The wrist of a hand that points down: nearer to the base than the fingers, and above them, m."""
 
-HIGHEST = 0.40
-"""Greatest height of an object's centre above the table that the hand still reaches from above, m."""
+CARRYING_HEIGHT = 0.08
+"""The fingers, holding an object by its middle, pass over others at least this high above their tops, m."""
+
+NEAREST = 0.32
+"""Nearest horizontal distance from the base at which the hand, pointing down, clears the robot's foot, m."""
 
 WIDEST = np.radians(150)
 """Greatest bearing from straight ahead, rad: the base turns 166 degrees and the wrist needs some of it."""
@@ -26,7 +29,7 @@ WIDEST = np.radians(150)
 ROW_PITCH = 0.064
 """Distance between neighbouring slots of one location, m: 19 mm between blocks."""
 
-BLOCK_GAP = 0.012
+BLOCK_GAP = 0.014
 """Least distance between objects of different locations, m: both may start 5 mm and 5 degrees off."""
 
 FINGERS_HALF = np.array([0.062, 0.0145])
@@ -71,7 +74,7 @@ class Slot:
         location: the location it belongs to.
         index: 0 .. capacity - 1 within the location.
         position: (3,) where the object's centre rests, m, robot base frame (z = 0 is the table top).
-        yaw: heading about z of the line along which the fingers close, rad in [0, pi); both ends of it are free
+        yaw: heading about z of the line along which the fingers close, rad; both ends of it are free
             of walls and neighbours. The object rests square to it: its yaw is this one modulo 90 degrees.
     """
 

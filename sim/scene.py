@@ -20,7 +20,7 @@ TIMESTEP = 0.002
 AZIMUTH, ELEVATION = 156.0, -21.5
 """Where the camera looks, degrees: from the right in front of the robot, down onto the table."""
 
-FOCUS_HEIGHT = 0.20
+FOCUS_HEIGHT = 0.21
 """Height of the picture's middle above the table: half the arm at work, m."""
 
 
@@ -65,7 +65,7 @@ def build_scene(model: ManipulationModel, *, meshes: bool | None = None) -> Scen
     table = table_for(layout.stations)
     focus = np.array([*table.centre, FOCUS_HEIGHT])
     add_finishes(spec)
-    add_studio(spec, target=focus, view=_direction(AZIMUTH, ELEVATION))
+    add_studio(spec, target=focus, span=float(table.half.max()), view=_direction(AZIMUTH, ELEVATION))
     add_table(spec, table, layout.stations)
     for station in layout.stations:
         add_station(spec, station)
@@ -99,13 +99,12 @@ def initial_state(
     for name in FINGER_JOINTS:
         data.joint(name).qpos[0] = MAX_WIDTH / 2
     data.actuator(GRIPPER).ctrl[0] = MAX_WIDTH
-    rng = np.random.default_rng(seed)
+    rng = None if seed is None else np.random.default_rng(seed)
     for thing, slot in start_slots(scene.model, scene.slots).items():
-        offset, turn = rng.uniform(-1, 1, 2) * position, rng.uniform(-1, 1) * angle
-        if seed is None:
-            offset, turn = np.zeros(2), 0.0
-        data.joint(thing).qpos[:2] = slot.position[:2] + offset
-        data.joint(thing).qpos[3:] = yaw_quat(slot.yaw + turn)
+        off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
+        pose = data.joint(thing).qpos
+        pose[:2] = slot.position[:2] + off[:2]
+        pose[3:] = yaw_quat(slot.yaw + off[2])
     mujoco.mj_forward(scene.mujoco, data)
     return data
 
