@@ -14,11 +14,12 @@ from rich.console import Console
 
 from experiments import output, scenarios
 from experiments.progress import Bars
+from experiments.start import INTERRUPTED, loading
 from prefplan.errors import PrefplanError
 from prefplan.front import Front, NoPlanError, Plan, Reason
 from prefplan.planner import Planner, pareto_front
 
-DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
+DONE, BAD_INPUT, NO_PLAN, FAILED = 0, 2, 3, 4
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -70,25 +71,30 @@ def plan(options: argparse.Namespace) -> int:
 def run(options: argparse.Namespace) -> int:
     """Carry out `prefplan run`."""
     # MuJoCo takes a second to load, which the other commands are spared.
-    from experiments.carry_out import carry_out, make_folder, outcome_json, scene_of, show_outcome, write_json
+    with loading():
+        from experiments.carry_out import carry_out, make_folder, outcome_json, scene_of, show_outcome, write_json
 
     scenario = scenarios.find(options.scenario)
     folder = options.out or Path("out", scenario.name)
     name = options.plan if isinstance(options.plan, str) else f"plan_{options.plan}"
-    with Bars() as bars:
-        scene = scene_of(scenario)
-        bars("planning", 0, 0, "")
-        planner = Planner(scenario.problem())
-        try:
+    try:
+        with Bars() as bars:
+            scene = scene_of(scenario)
+            make_folder(folder)
+            bars("planning", 0, 0, "")
+            planner = Planner(scenario.problem())
             chosen = _choose(planner, options.plan)
-        except NoPlanError as error:
-            if options.json:
-                _print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
-            return _no_plan(error.reason)
-        bars("planning", 1, 1, "")
-        make_folder(folder)
-        film = None if options.no_video else folder / f"{name}.mp4"
-        outcome = carry_out(scenario, scene, chosen, seed=options.seed, film=film, tell=bars)
+            bars("planning", 1, 1, "")
+            film = None if options.no_video else folder / f"{name}.mp4"
+            outcome = carry_out(scenario, scene, chosen, seed=options.seed, film=film, tell=bars)
+    except NoPlanError as error:
+        if options.json:
+            _print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
+        return _no_plan(error.reason)
+    except KeyboardInterrupt:
+        if options.json:
+            _print_json({"completed": False, "plan": None, "executed": [], "video": None, "complete": False})
+        raise
     write_json(folder / f"{name}.json", outcome_json(outcome))
     if options.json:
         _print_json(outcome_json(outcome))

@@ -1,0 +1,34 @@
+"""Where the program begins: Ctrl-C ends it quietly even while its libraries load."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+INTERRUPTED = 130
+
+
+def main() -> int:
+    """Load the command line, run it and return its exit status."""
+    with loading():
+        from experiments import cli
+    return cli.main()
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """End the process at once on Ctrl-C: libraries swallow a KeyboardInterrupt while they load, or trace it."""
+    before = signal.signal(signal.SIGINT, _end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    print("prefplan: interrupted", file=sys.stderr, flush=True)
+    os._exit(INTERRUPTED)
