@@ -10,7 +10,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from prefplan.front import Front, Plan, Stats
+from prefplan.front import Front, Plan, Purchase, Stats
 from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 
@@ -34,8 +34,15 @@ def plan_json(plan: Plan) -> dict[str, Any]:
         "cost": plan.cost,
         "preference": plan.preference,
         "task_costs": plan.task_costs,
+        "violation_costs": plan.violation_costs,
         "plan": list(plan.actions),
+        "relaxations": [_purchase_json(purchase) for purchase in plan.relaxations],
     }
+
+
+def _purchase_json(purchase: Purchase) -> dict[str, Any]:
+    what = {"skip": True} if purchase.assume is None else {"assume": purchase.assume}
+    return {"task": purchase.task, "step": purchase.step, **what, "cost": purchase.cost}
 
 
 def stats_json(stats: Stats) -> dict[str, Any]:
@@ -71,7 +78,7 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         "tasks": [task.name for task in scenario.tasks],
-        "contract": scenario.preference.contract,
+        "contract": scenario.problem().measure.contract,
     }
 
 

@@ -7,12 +7,13 @@ IROS 2023.
 from prefplan.automaton import Automaton, automaton
 from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
 from prefplan.formula import Formula, parse
-from prefplan.front import Front, NoPlanError, Plan, Reason, Stats
+from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation import Location, ManipulationModel, ManipulationState, Object
 from prefplan.planner import Planner, cheapest_plan, pareto_front, preferred_plan
-from prefplan.preference import Deadline, Due, Order, WeightedSum
-from prefplan.problem import Problem, Task
+from prefplan.preference import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
+from prefplan.prepared import Options
+from prefplan.problem import Problem, Relaxation, Task
 from prefplan.scenario import Scenario, load
 from prefplan.transition_system import TransitionSystem
 
@@ -20,33 +21,41 @@ __all__ = [
     "Automaton",
     "Deadline",
     "Due",
+    "Expression",
     "Formula",
     "FormulaError",
     "Front",
+    "Function",
     "GridModel",
     "Location",
     "ManipulationModel",
     "ManipulationState",
+    "Max",
     "ModelError",
     "NoPlanError",
     "Object",
+    "Options",
     "Order",
     "Plan",
     "Planner",
+    "Preference",
     "PreferenceError",
     "PrefplanError",
     "Problem",
+    "Purchase",
     "Reason",
+    "Relaxation",
     "Scenario",
     "ScenarioError",
     "Stats",
+    "Sum",
     "Task",
     "TransitionSystem",
     "WeightedSum",
     "automaton",
     "cheapest_plan",
     "load",
-    "parse",
     "pareto_front",
+    "parse",
     "preferred_plan",
 ]

@@ -10,22 +10,43 @@ from prefplan.quanta import Number
 
 
 @dataclass(frozen=True)
+class Purchase:
+    """A relaxation that a plan uses.
+
+    Attributes:
+        task: name of the task that is relaxed.
+        step: actions taken before the reading.
+        assume: proposition that was taken to hold; None if the task was dropped.
+        cost: price.
+    """
+
+    task: str
+    step: int
+    assume: str | None
+    cost: Number
+
+
+@dataclass(frozen=True)
 class Plan:
-    """One way to satisfy all tasks.
+    """One way to satisfy all tasks, or as much of them as relaxations leave.
 
     Attributes:
         cost: total cost (equation 1).
         preference: mu (Definition 5).
-        task_costs: c_i by task name (equation 2).
+        task_costs: c_i by task name (equation 2); the whole plan's cost for a task that is never satisfied.
+        violation_costs: v_i by task name: what was paid to relax it.
         actions: the plan.
         states: the trajectory, one state more than there are actions.
+        relaxations: what was relaxed where, in order of steps.
     """
 
     cost: Number
     preference: Number
     task_costs: dict[str, Number]
+    violation_costs: dict[str, Number]
     actions: tuple[str, ...]
     states: tuple[Hashable, ...]
+    relaxations: tuple[Purchase, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,6 +90,7 @@ class Stats:
         states: product states met.
         expanded: labels expanded.
         generated: labels made.
+        bytes: memory of the search at its end.
         build_seconds: automata and product tables.
         seconds: heuristic and search.
     """
@@ -76,6 +98,7 @@ class Stats:
     states: int = 0
     expanded: int = 0
     generated: int = 0
+    bytes: int = 0
     build_seconds: float = 0.0
     seconds: float = 0.0
 
@@ -86,15 +109,22 @@ class Front(Sequence[Plan]):
 
     Attributes:
         plans: the points.
-        complete: whether the search ran to its end.
-        reason: why there is no plan; None if there is one.
+        reason: why there is no plan; None if there is one, or if that is not known.
+        ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
+        complete_below: every point of lower cost has been found; None if the front is complete.
         stats: work and time.
     """
 
     plans: tuple[Plan, ...]
-    complete: bool = True
     reason: Reason | None = None
+    ended: str | None = None
+    complete_below: Number | None = None
     stats: Stats = field(default_factory=Stats)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the search ran to its end."""
+        return self.ended is None
 
     def __len__(self) -> int:
         """Return the number of points."""

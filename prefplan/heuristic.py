@@ -1,64 +1,145 @@
-"""Max-min heuristic (equation 4): the exact cost-to-go of each task alone, and the largest of them."""
+"""Lower bounds of the cost-to-go: max-min (equation 4) and its generalisation to pattern databases.
+
+The max-min heuristic is h(p) = max_j d_j(s, q_j), with d_j the exact cost of satisfying task j alone. The same with
+sets K of tasks, h(p) = max_K d_K(s, q_K), is at least as large. Both are consistent: every edge of the product maps
+onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum of consistent bounds is
+consistent.
+
+A bound can be sharper where mu may only grow by so much: the tasks of K alone make mu grow at rate_K(S & K), which is
+at most its rate, so ways to satisfy K that exceed the budget can be left out of d_K.
+"""
 
 from __future__ import annotations
 
-import heapq
-import math
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
+from itertools import combinations
+from math import comb
+from typing import NamedTuple, TypeVar
 
-from prefplan.product import Product, State
+import numpy as np
 
-Heuristic = Callable[[State], float]
-"""An admissible and consistent lower bound of the cost in quanta from a product state to the goal."""
+from prefplan.cost_to_go import Backward, cost_to_go
+from prefplan.kernels import FAR, Integer, bare_kernel
+from prefplan.measure import Measure
+
+T = TypeVar("T")
+
+ENTRIES = 6_000_000
+"""Entries of all tables together that building may cost, unless one task at a time needs more."""
 
 
-def zero(state: State) -> float:
-    """Return 0: the search without a heuristic."""
-    return 0
+THREADS_FROM = 20_000
+"""Entries from which threads pay; the kernels run without the interpreter's lock."""
 
 
-def max_min(product: Product) -> Heuristic:
-    """Return h(p) = max over unsatisfied j of d_j(s, q_j), infinite where a task can no longer be satisfied.
+def in_parallel(function: Callable[[T], np.ndarray], items: Sequence[T], *, threads: int) -> list[np.ndarray]:
+    """Return a function's results for some items, in their order."""
+    if threads == 1:
+        return [function(item) for item in items]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(function, items))
 
-    Admissible by Lemma 1. Consistent, as each d_j is an exact distance in a graph onto which every edge of the product
-    maps with its own cost, and a maximum of consistent functions is consistent.
+
+class Patterns(NamedTuple):
+    """Tables for P sets of k tasks, and B budgets of mu's growth.
+
+    Attributes:
+        tasks: (P, k) int64. strides: (P, k) int64. base: (P,) int64: entry = base + node + sum_j strides[j] q_j.
+        table: (B, entries) int32 or int64.
+        budgets: (B,) int64, falling, quanta of mu; the first is no bound.
     """
-    distances = [distance_to_satisfaction(product, task) for task in range(len(product.delta))]
 
-    def bound(state: State) -> float:
-        s = state[0]
-        return max(d[q][s] for d, q in zip(distances, state[1:], strict=True))
+    tasks: np.ndarray
+    strides: np.ndarray
+    base: np.ndarray
+    table: np.ndarray
+    budgets: np.ndarray
 
+
+def no_patterns(dtype: type) -> Patterns:
+    """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
+    empty = np.zeros((0, 1), dtype=np.int64)
+    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([FAR]))
+
+
+def pattern_size(reverse: Backward, *, single: bool) -> int:
+    """Return how many tasks a set has, so that the tables pay and stay within ENTRIES.
+
+    Measured on 10 x 10 grids with up to 12 tasks: pairs pay for a single plan of up to 8 tasks, triples beyond and for
+    fronts, sets of four from 10 tasks on.
+
+    Args:
+        reverse: the product.
+        single: whether one plan is wanted, not the front.
+    """
+    tasks, nodes = len(reverse.sizes), len(reverse.classes)
+    wanted = 4 if tasks >= 10 else 2 if single and tasks <= 8 else 3
+    for k in range(min(wanted, tasks), 1, -1):
+        entries = nodes * comb(tasks, k) * float(np.mean(reverse.sizes)) ** k
+        if entries <= ENTRIES:
+            return k
+    return 1
+
+
+def patterns(
+    reverse: Backward,
+    k: int,
+    dtype: type,
+    *,
+    measure: Measure | None = None,
+    unit: int = 1,
+    budgets: Sequence[int] = (),
+) -> Patterns:
+    """Return the tables of all sets of k tasks.
+
+    Args:
+        reverse: the product.
+        k: how many tasks a set has.
+        dtype: np.int32 or np.int64.
+        measure: whose growth is bounded.
+        unit: quanta of cost in an internal unit.
+        budgets: how much mu may grow, falling.
+
+    Raises:
+        OverflowError: if a finite cost does not fit the type.
+    """
+    sets = [np.array(some, dtype=np.int64) for some in combinations(range(len(reverse.sizes)), k)]
+    levels = np.array([FAR, *budgets], dtype=np.int64)
+
+    def tabulate(tasks: np.ndarray) -> np.ndarray:
+        rates = None
+        if measure and budgets:
+            members = tasks.tolist()
+            rates = np.array([_rate(measure, members, s) * unit for s in range(2**k)], dtype=np.int64)
+        return cost_to_go(reverse, tasks, dtype, rates=rates, budgets=levels)
+
+    work = len(sets) * len(reverse.classes) * float(np.mean(reverse.sizes)) ** k
+    tables = in_parallel(tabulate, sets, threads=1 if work < THREADS_FROM else os.cpu_count() or 1)
+    strides = [
+        np.cumprod(np.concatenate([[len(reverse.classes)], reverse.sizes[tasks[:-1]]])).astype(np.int64)
+        for tasks in sets
+    ]
+    base = np.cumsum([0, *(table.shape[1] for table in tables[:-1])]).astype(np.int64)
+    return Patterns(np.stack(sets), np.stack(strides), base, np.concatenate(tables, axis=1), levels)
+
+
+def _rate(measure: Measure, members: list[int], satisfied: int) -> int:
+    """Return a lower bound of mu's rate from some tasks alone, in quanta of mu for a quantum of cost."""
+    bits = sum(1 << i for j, i in enumerate(members) if satisfied >> j & 1)
+    return int(sum((rate.among(frozenset(members), bits) for rate in measure.rates), Fraction(0)) * measure.scale)
+
+
+@bare_kernel
+def cost_bound(some: Patterns, node: Integer, automata: np.ndarray, level: Integer) -> Integer:
+    """Return h(p) for one of the budgets: the largest of all sets' entries."""
+    bound = np.int64(0)
+    for p in range(some.base.shape[0]):
+        entry = some.base[p] + node
+        for j in range(some.tasks.shape[1]):
+            entry += some.strides[p, j] * automata[some.tasks[p, j]]
+        if some.table[level, entry] > bound:
+            bound = np.int64(some.table[level, entry])
     return bound
-
-
-def distance_to_satisfaction(product: Product, task: int) -> list[list[float]]:
-    """Return d_j by backward Dijkstra on T x A_j: entry [q][s] is the least cost in quanta, or infinity."""
-    system, delta, goal = product.problem.system, product.delta[task], product.accepting[task]
-    costs: list[list[float]] = [[math.inf] * system.size for _ in delta]
-    if goal is None:
-        return costs
-    scale = 10 ** (product.problem.decimals - system.decimals)
-    incoming: list[list[tuple[int, int]]] = [[] for _ in range(system.size)]
-    for s in range(system.size):
-        for edge in system.edges(s):
-            incoming[system.targets[edge]].append((s, int(system.costs[edge]) * scale))
-    before = [[[] for _ in system.label_sets] for _ in delta]  # type: list[list[list[int]]]
-    for q, row in enumerate(delta):
-        for label, after in enumerate(row):
-            if q != goal:
-                before[after][label].append(q)
-    labels = system.labels.tolist()
-    costs[goal] = [0.0] * system.size
-    queue: list[tuple[float, int, int]] = [(0, s, goal) for s in range(system.size)]
-    while queue:
-        cost, s, q = heapq.heappop(queue)
-        if cost > costs[q][s]:
-            continue
-        for q_before in before[q][labels[s]]:
-            row = costs[q_before]
-            for s_before, step in incoming[s]:
-                if cost + step < row[s_before]:
-                    row[s_before] = cost + step
-                    heapq.heappush(queue, (cost + step, s_before, q_before))
-    return costs

@@ -5,43 +5,66 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import combinations
 
+from prefplan.errors import ModelError, PreferenceError
+from prefplan.extraction import extract
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats
-from prefplan.heuristic import max_min
-from prefplan.preference import Order
-from prefplan.problem import Problem
+from prefplan.limits import Limits, available_memory
+from prefplan.preference import WeightedSum
+from prefplan.prepared import Options, Prepared
+from prefplan.problem import Problem, Task
 from prefplan.product import Product
-from prefplan.quanta import Number, exact, from_quanta
-from prefplan.search import Label, Statistics, boa_star
+from prefplan.quanta import Number, exact, to_number
+from prefplan.search import BiObjectiveSearch, Found, Search, VectorSearch
+
+MEMORY_SHARE = 0.8
+"""Part of the free memory that a search may take unless told otherwise."""
 
 
-def pareto_front(problem: Problem, *, max_cost: Number | None = None) -> Front:
+def pareto_front(
+    problem: Problem,
+    *,
+    max_cost: Number | None = None,
+    max_seconds: float | None = None,
+    max_memory: float | None = None,
+    options: Options | None = None,
+) -> Front:
     """Return the Pareto front of total cost and preference; empty, with a reason, if there is no plan.
 
     Args:
         problem: what to plan.
-        max_cost: only plans of at most this total cost.
+        max_cost: only plans of at most this total cost; needed for a preference whose contract is `general`.
+        max_seconds: stop after this time, with the points found so far.
+        max_memory: stop before taking more than this many bytes, with the points found so far.
+        options: how to search; the front does not depend on it.
+
+    Raises:
+        PreferenceError: if a cost bound is needed.
     """
-    return Planner(problem).front(max_cost=max_cost)
+    planner = Planner(problem, options=options)
+    return planner.front(max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory)
 
 
-def cheapest_plan(problem: Problem, *, max_preference: Number | None = None) -> Plan:
-    """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1).
+def cheapest_plan(problem: Problem, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
+    """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1), of least mu among those.
 
     Raises:
         NoPlanError: if there is none; its reason has the smallest mu that is possible.
+        PreferenceError: if a cost bound is needed.
     """
-    return Planner(problem).cheapest(max_preference=max_preference)
+    return Planner(problem).cheapest(max_preference=max_preference, max_cost=max_cost)
 
 
-def preferred_plan(problem: Problem, *, max_preference: Number | None = None) -> Plan:
+def preferred_plan(problem: Problem, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
     """Return the plan of least mu, and of least total cost among those.
 
     Raises:
         NoPlanError: if there is none, or its mu exceeds the bound.
+        PreferenceError: if a cost bound is needed.
     """
-    return Planner(problem).preferred(max_preference=max_preference)
+    return Planner(problem).preferred(max_preference=max_preference, max_cost=max_cost)
 
 
 class Planner:
@@ -52,95 +75,179 @@ class Planner:
         stats: work and time of the last search.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        """Build the automata, the product's tables and the heuristic."""
+    def __init__(self, problem: Problem, *, options: Options | None = None) -> None:
+        """Build the automata and the product's tables."""
         began = time.perf_counter()
         self.problem = problem
+        self._options = options or Options()
         self._product = Product(problem)
         self._build_seconds = time.perf_counter() - began
-        began = time.perf_counter()
-        self._heuristic = max_min(self._product)
-        self._heuristic_seconds = time.perf_counter() - began
         self.stats = Stats(build_seconds=self._build_seconds)
 
-    def front(self, *, max_cost: Number | None = None) -> Front:
-        """Return the Pareto front; see `pareto_front`."""
-        limit = math.inf if max_cost is None else float(exact(max_cost).scaleb(self.problem.decimals))
-        plans = tuple(map(self._plan, self._search(max_cost=limit)))
+    def front(
+        self,
+        *,
+        max_cost: Number | None = None,
+        max_seconds: float | None = None,
+        max_memory: float | None = None,
+        keep_on_interrupt: bool = False,
+    ) -> Front:
+        """Return the Pareto front; see `pareto_front`.
+
+        Args:
+            max_cost: inclusive bound of the total cost.
+            max_seconds: time limit.
+            max_memory: memory limit, bytes.
+            keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
+        """
+        self._require_bound(max_cost)
+        limits = self._limits(max_seconds, max_memory)
+        plans: list[Plan] = []
+        try:
+            for plan in self._search(limits, max_cost=max_cost):
+                plans.append(plan)
+        except KeyboardInterrupt:
+            if not keep_on_interrupt:
+                raise
+            limits.ended = "interrupt"
         stats = self.stats
-        return Front(plans, reason=None if plans else self._why_not(max_cost=max_cost), stats=stats)
+        if limits.ended is not None:
+            below = to_number(Fraction(limits.floor) * self._unit) if limits.floor < math.inf else None
+            return Front(tuple(plans), ended=limits.ended, complete_below=below, stats=stats)
+        reason = None if plans else self._why_not(max_cost=max_cost)
+        return Front(tuple(plans), reason=reason, stats=stats)
 
-    def cheapest(self, *, max_preference: Number | None = None) -> Plan:
+    def cheapest(self, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
         """Return the plan of least total cost within a bound on mu; see `cheapest_plan`."""
-        limit = math.inf
         if max_preference is not None:
-            limit = float(exact(max_preference).scaleb(self.problem.measure.decimals))
-        for label in self._search(max_preference=limit):
-            return self._plan(label)
-        raise NoPlanError(self._why_not())
+            self._require_bound(max_cost)
+        elif self.problem.measure.contract == "general" and (reason := self._infeasible()):
+            raise NoPlanError(reason)
+        limits = self._limits(None, None)
+        plans = self._search(limits, max_preference=max_preference, max_cost=max_cost, single=True)
+        if (plan := next(plans, None)) is not None:
+            return plan
+        if limits.ended:
+            raise MemoryError("the search needs more memory than is free")
+        raise NoPlanError(self._why_not(max_cost=max_cost, max_preference=max_preference))
 
-    def preferred(self, *, max_preference: Number | None = None) -> Plan:
+    def preferred(self, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
         """Return the plan of least mu; see `preferred_plan`."""
-        front = self.front()
+        front = self.front(max_cost=max_cost)
+        if front.ended:
+            raise MemoryError("the search needs more memory than is free")
         if front.reason:
             raise NoPlanError(front.reason)
-        if max_preference is not None and exact(front[-1].preference) > exact(max_preference):
-            raise NoPlanError(Reason("bound", smallest=front[-1].preference))
-        return front[-1]
+        best: Plan = front[-1]
+        if max_preference is not None and exact(best.preference) > exact(max_preference):
+            raise NoPlanError(Reason("bound", smallest=best.preference))
+        return best
 
-    def _search(self, *, max_preference: float = math.inf, max_cost: float = math.inf) -> Iterator[Label]:
-        began, work = time.perf_counter(), Statistics()
-        for label in boa_star(
-            self._product,
-            self.problem.measure,
-            self._heuristic,
-            max_preference=max_preference,
-            max_cost=max_cost,
-            statistics=work,
-        ):
-            self._account(work, began)
-            yield label
-        self._account(work, began)
+    @property
+    def _unit(self) -> Fraction:
+        """The user's units in an internal unit of cost."""
+        return Fraction(self._product.unit, 10**self.problem.decimals)
 
-    def _account(self, work: Statistics, began: float) -> None:
-        seconds = self._heuristic_seconds + time.perf_counter() - began
-        self.stats = Stats(len(work.met), work.expanded, work.generated, self._build_seconds, seconds)
+    def _require_bound(self, max_cost: Number | None) -> None:
+        if self.problem.measure.contract == "general" and max_cost is None:
+            raise PreferenceError(
+                "preference: its contract is 'general', so that its front may be infinite; "
+                "a bound on the total cost is needed (--max-cost)"
+            )
 
-    def _plan(self, label: Label) -> Plan:
-        """Return a path of the search in the user's words and units."""
-        system, problem = self.problem.system, self.problem
-        edges, states = [], []
-        at: Label | None = label
-        while at is not None:
-            states.append(system.states[at.state[0]])
-            if at.parent:
-                edges.append(at.edge)
-            at = at.parent
-        costs = [from_quanta(c, problem.decimals) for c in label.task_costs]
-        return Plan(
-            cost=from_quanta(label.cost, problem.decimals),
-            preference=from_quanta(label.preference, problem.measure.decimals),
-            task_costs=dict(zip(problem.names, costs, strict=True)),
-            actions=tuple(system.action_names[system.actions[edge]] for edge in reversed(edges)),
-            states=tuple(reversed(states)),
-        )
+    def _limits(self, max_seconds: float | None, max_memory: float | None) -> Limits:
+        memory = MEMORY_SHARE * available_memory() if max_memory is None else max_memory
+        return Limits(math.inf if max_seconds is None else max_seconds, memory)
 
-    def _why_not(self, *, max_cost: Number | None = None) -> Reason:
-        """Return why a search found nothing."""
-        cheapest = next(self._search(), None)
+    def _search(
+        self,
+        limits: Limits,
+        *,
+        max_preference: Number | None = None,
+        max_cost: Number | None = None,
+        single: bool = False,
+    ) -> Iterator[Plan]:
+        """Yield the plans of the front, or its first one only, accounting for the work as it is done."""
+        began = time.perf_counter()
+        measure = self.problem.measure
+        cost = math.inf if max_cost is None else math.floor(Fraction(exact(max_cost)) / self._unit)
+        mu = math.inf
+        if max_preference is not None:
+            rest = (Fraction(exact(max_preference)) - measure.constant) * measure.scale * 10**self.problem.decimals
+            mu = math.floor(rest) if measure.bi_objective else float(rest)
+        try:
+            prepared = Prepared(self._product, self._options, single=single)
+            search: Search
+            if not measure.bi_objective:
+                search = VectorSearch(prepared, max_mu=mu, max_cost=cost)
+            elif single and max_preference is None:
+                search = self._tightest(prepared, limits, cost)
+            else:
+                search = BiObjectiveSearch(prepared, max_mu=mu, max_cost=cost, first_only=single)
+            for found in search.goals(limits):
+                self._account(search, began)
+                plan = extract(self._product, prepared.graph, found.path, found.start)
+                self._check(plan, found)
+                yield plan
+                if single:
+                    return
+            self._account(search, began)
+        except OverflowError as error:
+            raise ModelError(str(error)) from None
+
+    def _tightest(self, prepared: Prepared, limits: Limits, max_cost: float) -> Search:
+        """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
+        alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
+        cheapest = next(alone.goals(limits), None)
         if cheapest is None:
-            blame = conflict(self.problem)
-            return Reason("task" if len(blame) == 1 else "conflict", blame)
-        if max_cost is not None:
-            return Reason("bound", smallest=self._plan(cheapest).cost)
-        return Reason("bound", smallest=self.preferred().preference)
+            return alone
+        prepared.bound_growth(int(cheapest.mu))
+        return BiObjectiveSearch(prepared, max_mu=cheapest.mu, max_cost=cheapest.cost)
+
+    def _account(self, search: Search, began: float) -> None:
+        work, seconds = search.work, time.perf_counter() - began
+        self.stats = Stats(work.states, work.expanded, work.generated, work.bytes, self._build_seconds, seconds)
+
+    def _check(self, plan: Plan, found: Found) -> None:
+        """Assert that a plan worked out from the model is worth what the search found."""
+        measure = self.problem.measure
+        cost = to_number(found.cost * self._unit)
+        quanta = measure.scale * 10**self.problem.decimals
+        mu = float(found.mu) / quanta + float(measure.constant)
+        assert plan.cost == cost, (plan.cost, cost)
+        assert math.isclose(float(plan.preference), mu, rel_tol=1e-6, abs_tol=1e-6), (plan.preference, mu)
+
+    def _why_not(self, *, max_cost: Number | None = None, max_preference: Number | None = None) -> Reason:
+        """Return why a search found nothing."""
+        reason = self._infeasible()
+        if reason is not None:
+            return reason
+        if max_preference is None:
+            assert max_cost is not None
+            return Reason("bound", smallest=self.cheapest().cost)
+        front = self.front(max_cost=max_cost)
+        return Reason("bound", smallest=front[-1].preference if front else None)
+
+    def _infeasible(self) -> Reason | None:
+        """Return which tasks cannot be satisfied together, or None if all of them can."""
+        if satisfiable(self.problem, self.problem.tasks):
+            return None
+        blame = conflict(self.problem)
+        return Reason("task" if len(blame) == 1 else "conflict", blame)
+
+
+def satisfiable(problem: Problem, tasks: tuple[Task, ...]) -> bool:
+    """Return whether some plan satisfies some of a problem's tasks, as relaxed as they may be."""
+    nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
+    product = Product(Problem(problem.system, tasks, nothing))
+    search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
+    return next(search.goals(Limits()), None) is not None
 
 
 def conflict(problem: Problem) -> tuple[str, ...]:
     """Return the names of a smallest set of tasks that cannot be satisfied together; empty if all of them can."""
     for size in range(1, len(problem.tasks) + 1):
         for tasks in combinations(problem.tasks, size):
-            alone = Product(Problem(problem.system, tasks, Order()))
-            if next(boa_star(alone, alone.problem.measure, max_min(alone)), None) is None:
+            if not satisfiable(problem, tasks):
                 return tuple(task.name for task in tasks)
     return ()

@@ -1,50 +1,188 @@
-"""Product automaton (Definition 7), never built: states are made as the search asks for them."""
+"""Product automaton (Definition 7), never built: a state is one integer, and tables say where it leads.
+
+A product state p = (s, q_1, ..., q_N) is the code s + sum_i stride_i q_i. Labels that every automaton treats alike are
+one *class*.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 
 import numpy as np
 
+from prefplan.errors import ModelError
+from prefplan.formula import propositions_of
 from prefplan.problem import Problem
+from prefplan.weighted_automaton import Reading, WeightedAutomaton
 
-State = tuple[int, ...]
-"""(s, q_1, ..., q_N): a state of the transition system and one of each task's automaton."""
+CODE_LIMIT = 2**62
+
+TIE_BITS = 18
+"""Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
+count cannot run over. In larger ones that would cost speed."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """One way to begin: which product state, and what was paid for the tasks before the first action.
+
+    Attributes:
+        code: product state after every automaton has read L(s0).
+        violations: (N,) violation costs in quanta.
+        bought: per task, the relaxations used on L(s0); None for a task that is skipped.
+    """
+
+    code: int
+    violations: tuple[int, ...]
+    bought: tuple[tuple[int, ...] | None, ...]
 
 
 class Product:
-    """T x A_1 x ... x A_N, by successors.
+    """T x A_1 x ... x A_N as tables.
 
     Attributes:
         problem: what it is made from.
-        delta: per task, (Q_i, labels) state of A_i after reading each of the system's distinct labels.
-        start: p_0, after the automata have read L(s0).
+        automata: the tasks' weighted automata.
+        unit: quanta in one internal unit of cost, the greatest common divisor of all costs (and deadlines).
+        shift: the low bits of internal costs, that count actions to break ties; 0 if they are not counted.
+        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64: the transition system; a cost is internal units
+            times 2**shift, plus the action itself if actions are counted.
+        classes: (S,) int32, label class of each state.
+        class_sets: one label of each class.
+        sizes: (N,) int64, states of each automaton.
+        strides: (N,) int64.
+        accepting: (N,) int32, the accepting state of each automaton, -1 if there is none.
+        skipped: (N,) int32, the state of each dropped task, -1 if it may not be dropped.
+        delta: (N, Q, C) int32, state after the free reading of a label class.
+        extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
+        extra_state: (X,) int32 and extra_price: (X,) int64 quanta, of the bought readings.
     """
 
     def __init__(self, problem: Problem) -> None:
-        """Tabulate each automaton over the labels that occur."""
+        """Tabulate every automaton over the labels that occur.
+
+        Raises:
+            ModelError: if a product state does not fit an integer, or a cost is too large to be added up exactly.
+        """
         self.problem = problem
         system = problem.system
-        self.delta: tuple[list[list[int]], ...] = tuple(
-            [[dfa.step(q, label) for label in system.label_sets] for q in range(dfa.size)] for dfa in problem.automata
-        )
-        self.accepting = tuple(dfa.accepting for dfa in problem.automata)
+        self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
+        self._tabulate()
         scale = 10 ** (problem.decimals - system.decimals)
-        self._edges = list(zip(system.targets.tolist(), (system.costs * np.int64(scale)).tolist(), strict=True))
-        self._offsets = system.offsets.tolist()
-        self._labels = system.labels.tolist()
-        label = self._labels[system.start]
-        self.start: State = (system.start, *(table[0][label] for table in self.delta))
+        largest = int(system.costs.max(initial=0))
+        if largest * scale >= 2**52:
+            raise ModelError(f"a cost of {largest / 10**system.decimals:g} is too large to be added up exactly")
+        costs = system.costs * scale
+        limits = [int(term.by * 10**problem.decimals) for term in problem.measure.tardiness]
+        self.unit = math.gcd(int(np.gcd.reduce(costs)) if len(costs) else 0, *limits) or 1
+        self.offsets = system.offsets
+        self.targets = system.targets
+        self.costs = costs // self.unit
+        self.sizes = np.array([dfa.size for dfa in self.automata], dtype=np.int64)
+        states = system.size * math.prod(int(q) for q in self.sizes)
+        if states >= CODE_LIMIT:
+            raise ModelError(
+                f"{system.size} states and {len(self.automata)} automata of {', '.join(map(str, self.sizes))} states "
+                "make more product states than can be numbered"
+            )
+        self.shift = _tie_bits(self.costs, states)
+        self.costs = (self.costs << self.shift) + (self.shift > 0)
+        self.strides = np.cumprod(np.concatenate([[system.size], self.sizes[:-1]])).astype(np.int64)
+        self.accepting = np.array(
+            [-1 if dfa.automaton.accepting is None else dfa.automaton.accepting for dfa in self.automata],
+            dtype=np.int32,
+        )
+        self.skipped = np.array([-1 if a.skipped is None else a.skipped for a in self.automata], dtype=np.int32)
 
-    def successors(self, state: State) -> Iterator[tuple[int, int, State]]:
-        """Yield (edge of the system, cost in quanta, p') for every action, in the model's order."""
-        s, *automata = state
-        for edge in range(self._offsets[s], self._offsets[s + 1]):
-            target, cost = self._edges[edge]
-            label = self._labels[target]
-            after = tuple([table[q][label] for table, q in zip(self.delta, automata, strict=True)])
-            yield edge, cost, (target, *after)
+    def _tabulate(self) -> None:
+        system = self.problem.system
+        relevant = [
+            frozenset(dfa.automaton.propositions).union(
+                *({assumed} | propositions_of(when) for assumed, when, _ in dfa.relaxations)
+            )
+            for dfa in self.automata
+        ]
+        mentioned = frozenset().union(*relevant)
+        seen: dict[frozenset[str], int] = {}
+        kept = [seen.setdefault(label & mentioned, len(seen)) for label in system.label_sets]
+        columns: dict[tuple[tuple[Reading, ...], ...], int] = {}
+        memo: dict[tuple[int, frozenset[str]], tuple[tuple[Reading, ...], ...]] = {}
+        class_sets: list[frozenset[str]] = []
+        class_of = []
+        for label in seen:
+            column: tuple[tuple[Reading, ...], ...] = ()
+            for i, dfa in enumerate(self.automata):
+                key = (i, label & relevant[i])
+                if key not in memo:
+                    memo[key] = tuple(tuple(dfa.readings(q, key[1])) for q in range(dfa.size))
+                column += memo[key]
+            if column not in columns:
+                columns[column] = len(columns)
+                class_sets.append(label)
+            class_of.append(columns[column])
+        self.class_sets = tuple(class_sets)
+        self.classes = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
+        most = max(dfa.size for dfa in self.automata)
+        shape = (len(self.automata), most, len(class_sets))
+        self.delta = np.zeros(shape, dtype=np.int32)
+        self.extra_first = np.zeros((*shape[:2], shape[2] + 1), dtype=np.int32)
+        states: list[int] = []
+        prices: list[int] = []
+        rows = [dict(enumerate(column)) for column in columns]
+        base = 0
+        for i, dfa in enumerate(self.automata):
+            for q in range(most):
+                self.extra_first[i, q, 0] = len(states)
+                for c in range(shape[2]):
+                    if q < dfa.size:
+                        free, *bought = rows[c][base + q]
+                        self.delta[i, q, c] = free.state
+                        states += [reading.state for reading in bought]
+                        prices += [reading.price for reading in bought]
+                    self.extra_first[i, q, c + 1] = len(states)
+            base += dfa.size
+        self.extra_state = np.array(states, dtype=np.int32)
+        self.extra_price = np.array(prices, dtype=np.int64)
 
-    def satisfied(self, state: State) -> tuple[bool, ...]:
-        """Return acc(p): for each task, whether it is satisfied."""
-        return tuple([q == goal for q, goal in zip(state[1:], self.accepting, strict=True)])
+    @property
+    def relaxed(self) -> bool:
+        """Whether some label may be read in more than one way."""
+        return len(self.extra_state) > 0
+
+    @cached_property
+    def starts(self) -> tuple[Start, ...]:
+        """Every way to begin: each task skipped or not, and each way to read L(s0)."""
+        system = self.problem.system
+        label = system.label(system.start)
+        ways: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
+        for dfa in self.automata:
+            some: list[tuple[int, int, tuple[int, ...] | None]] = [
+                (r.state, r.price, r.bought) for r in dfa.readings(0, label)
+            ]
+            if dfa.skip is not None and dfa.skipped is not None:
+                some.append((dfa.skipped, dfa.skip, None))
+            ways.append(some)
+        return tuple(
+            Start(
+                system.start
+                + sum(int(stride) * state for stride, (state, _, _) in zip(self.strides, way, strict=True)),
+                tuple(price for _, price, _ in way),
+                tuple(bought for _, _, bought in way),
+            )
+            for way in product(*ways)
+        )
+
+    def decode(self, code: int) -> tuple[int, tuple[int, ...]]:
+        """Return (s, (q_1, ..., q_N)) of a product state."""
+        size = len(self.offsets) - 1
+        return code % size, tuple(code // int(d) % int(q) for d, q in zip(self.strides, self.sizes, strict=True))
+
+
+def _tie_bits(costs: np.ndarray, states: int) -> int:
+    """Return how many bits are needed to count actions, or 0 where costs count them anyway or there are too many."""
+    uniform = len(costs) == 0 or (costs.min() == costs.max() > 0)
+    bits = states.bit_length()
+    return 0 if uniform or bits > TIE_BITS else bits

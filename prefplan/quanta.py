@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
+from fractions import Fraction
 
 from prefplan.errors import ModelError
 
@@ -51,6 +52,22 @@ def to_quanta(values: Iterable[Number], decimals: int | None = None) -> tuple[li
         if abs(quanta) >= LIMIT:
             raise ModelError(f"{value} with {decimals} decimal places is too large to be held exactly")
     return scaled, decimals
+
+
+def fraction_decimals(value: Fraction) -> int:
+    """Return how many decimal places write a fraction exactly; it must have finitely many."""
+    places = 0
+    while value.denominator != 1:
+        value *= 10
+        places += 1
+    return places
+
+
+def to_number(value: Fraction | float) -> int | float:
+    """Return an exact value as a person would write it: an int where it is whole, else the nearest float."""
+    if isinstance(value, Fraction) and value.denominator == 1:
+        return int(value)
+    return float(value)
 
 
 def from_quanta(quanta: int | float, decimals: int) -> int | float:

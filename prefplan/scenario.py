@@ -17,8 +17,8 @@ from prefplan.errors import PrefplanError, ScenarioError, choices
 from prefplan.models.graph import GraphModel, Transition
 from prefplan.models.grid import Box, GridModel
 from prefplan.models.manipulation import Location, ManipulationModel, Object
-from prefplan.preference import Deadline, Due, Order, Preference, WeightedSum
-from prefplan.problem import Problem, Task
+from prefplan.preference import Deadline, Due, Expression, Max, Order, Preference, Sum, WeightedSum
+from prefplan.problem import Problem, Relaxation, Task
 
 Model = GraphModel | GridModel | ManipulationModel
 
@@ -95,13 +95,13 @@ def from_dict(data: Mapping[str, Any], *, name: str = "scenario", path: Path | N
         model = file.model.build()
     except PrefplanError as error:
         raise ScenarioError(f"{path}: model.{error}") from None
-    tasks = tuple(Task(task.name, task.formula) for task in file.tasks)
+    tasks = tuple(task.build() for task in file.tasks)
     return Scenario(name, path, model, tasks, file.preference.build())
 
 
 _KINDS: dict[Any, list[str]] = {
     "model": ["graph", "grid", "manipulation"],
-    "preference": ["order", "weighted-sum", "deadline"],
+    "preference": ["order", "weighted-sum", "max", "deadline", "expression", "sum"],
 }
 
 
@@ -212,9 +212,21 @@ class _Manipulation(_Table):
         )
 
 
+class _Relaxation(_Table):
+    assume: str
+    when: str
+    cost: _Cost
+
+
 class _Task(_Table):
     name: str
     formula: str
+    relax: Annotated[tuple[_Relaxation, ...], _Tuple] = ()
+    skip: _Cost | None = None
+
+    def build(self) -> Task:
+        relax = tuple(Relaxation(r.assume, r.when, r.cost) for r in self.relax)
+        return Task(self.name, self.formula, relax, self.skip)
 
 
 def _groups(value: Any) -> Any:
@@ -231,12 +243,25 @@ class _Order(_Table):
         return Order(self.order)
 
 
+_Over = Literal["cost", "violation"]
+
+
 class _WeightedSum(_Table):
     kind: Literal["weighted-sum"]
     weights: dict[str, _Cost]
+    over: _Over = "cost"
 
     def build(self) -> WeightedSum:
-        return WeightedSum(self.weights)
+        return WeightedSum(self.weights, self.over)
+
+
+class _Max(_Table):
+    kind: Literal["max"]
+    weights: dict[str, _Cost] = {}
+    over: _Over = "cost"
+
+    def build(self) -> Max:
+        return Max(self.weights, self.over)
 
 
 class _Due(_Table):
@@ -247,15 +272,59 @@ class _Due(_Table):
 class _Deadline(_Table):
     kind: Literal["deadline"]
     deadlines: dict[str, _Due]
+    over: _Over = "cost"
 
     def build(self) -> Deadline:
-        return Deadline({name: Due(due.by, due.weight) for name, due in self.deadlines.items()})
+        return Deadline({name: Due(due.by, due.weight) for name, due in self.deadlines.items()}, self.over)
+
+
+class _Expression(_Table):
+    kind: Literal["expression"]
+    expression: str
+    contract: Literal["additive", "convex", "componentwise", "general"] | None = None
+    over: _Over = "cost"
+
+    def build(self) -> Expression:
+        return Expression(self.expression, self.contract, self.over)
+
+
+class _OrderTerm(_Order):
+    weight: _Cost = 1
+
+
+class _WeightedSumTerm(_WeightedSum):
+    weight: _Cost = 1
+
+
+class _MaxTerm(_Max):
+    weight: _Cost = 1
+
+
+class _DeadlineTerm(_Deadline):
+    weight: _Cost = 1
+
+
+class _ExpressionTerm(_Expression):
+    weight: _Cost = 1
+
+
+_Term = Annotated[
+    _OrderTerm | _WeightedSumTerm | _MaxTerm | _DeadlineTerm | _ExpressionTerm, Field(discriminator="kind")
+]
+
+
+class _Sum(_Table):
+    kind: Literal["sum"]
+    terms: Annotated[tuple[_Term, ...], _Tuple]
+
+    def build(self) -> Sum:
+        return Sum(tuple((term.build(), term.weight) for term in self.terms))
 
 
 class _File(_Table):
     model: Annotated[_Graph | _Grid | _Manipulation, Field(discriminator="kind")]
     tasks: Annotated[tuple[_Task, ...], _Tuple]
-    preference: Annotated[_Order | _WeightedSum | _Deadline, Field(discriminator="kind")]
+    preference: Annotated[_Order | _WeightedSum | _Max | _Deadline | _Expression | _Sum, Field(discriminator="kind")]
 
 
 def _first_problem(error: ValidationError, data: Any) -> str:
@@ -270,12 +339,17 @@ def _first_problem(error: ValidationError, data: Any) -> str:
         case "missing":
             return f"{_key_path(location[:-1], data, location[-1])}: missing"
         case "union_tag_not_found":
-            return f"{_key_path(location, data, 'kind')}: missing {choices('', _KINDS[location[-1]])}"
+            return f"{_key_path(location, data, 'kind')}: missing {choices('', _kinds(location))}"
         case "union_tag_invalid":
             wrong = str(context["tag"])
-            return f"{_key_path(location, data, 'kind')}: unknown kind {wrong!r} {choices(wrong, _KINDS[location[-1]])}"
+            return f"{_key_path(location, data, 'kind')}: unknown kind {wrong!r} {choices(wrong, _kinds(location))}"
     message = problem["msg"].removeprefix("Input ").replace("tuple", "list")
     return f"{_key_path(location, data)}: {message[0].lower()}{message[1:]}"
+
+
+def _kinds(location: Sequence[Any]) -> list[str]:
+    """Return the valid kinds of a table; a sum's terms may be everything but sums."""
+    return _KINDS[location[-1]] if location[-1] in _KINDS else _KINDS["preference"][:-1]
 
 
 def _key_path(location: Sequence[Any], data: Any, key: Any = None) -> str:

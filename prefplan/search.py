@@ -1,105 +1,453 @@
-"""Bi-objective best-first search for (total cost, mu): BOA* on the product.
-
-C. Hernandez Ulloa et al., "A Simple and Fast Bi-Objective Search Algorithm", ICAPS 2020, as adapted in the paper's
-"Pareto Front Computation". Labels are expanded in order of (cost + h, mu); with a consistent h, a label whose mu is
-not below the smallest mu expanded so far at its state is dominated by that one. This is exact for preferences whose
-contract is `additive` or `convex`. Bounding mu turns it into Algorithm 1.
-"""
+"""Searches: memory for a compiled kernel, run in slices so that it can be limited and interrupted."""
 
 from __future__ import annotations
 
-import heapq
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from itertools import count
+from dataclasses import dataclass
+from typing import Any
 
-from prefplan.heuristic import Heuristic
-from prefplan.preference import Measure
-from prefplan.product import Product, State
+import numpy as np
+
+from prefplan import biobjective, multiobjective
+from prefplan.biobjective import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE
+from prefplan.errors import PreferenceError
+from prefplan.extraction import Waypoint
+from prefplan.kernels import INFINITE, Successors
+from prefplan.label_store import (
+    COUNT,
+    COUNTERS,
+    EXPANDED,
+    FACTS,
+    FLOOR,
+    FOUND,
+    FREE,
+    GENERATED,
+    NEXT,
+    NONE,
+    OPEN,
+    PARENT,
+    ROWS,
+    Queue,
+    States,
+    rehash,
+)
+from prefplan.limits import Limits
+from prefplan.prepared import Prepared
+from prefplan.product import Start
+from prefplan.programs import callback, compile_programs, no_callback
+
+SLICE = 100_000
+"""Labels popped between two looks at the clock: a few tens of milliseconds."""
+
+BUCKETS = 2**22
+"""Estimates that spread further than this are kept in a heap."""
+
+LONG = 30_000
+"""Expansions after which bounds under budgets of growth are worth their tables."""
+
+ROWS_AT_FIRST, LABELS_AT_FIRST = 2**12, 2**13
 
 
-@dataclass(frozen=True, eq=False)
-class Label:
-    """One path to a product state.
+@dataclass(frozen=True)
+class Found:
+    """A non-dominated goal.
 
     Attributes:
-        state: where it leads.
-        cost: total cost g in quanta (equation 1).
-        preference: mu of `task_costs`.
-        task_costs: the path's preference cost set (Definition 4): c_i in quanta.
-        edge: last edge taken, -1 at the start.
-        parent: the path before it.
+        cost: total cost, internal units.
+        mu: preference value, quanta.
+        path: product states at which labels were made.
+        start: how the path begins.
     """
 
-    state: State
     cost: int
-    preference: int
-    task_costs: tuple[int, ...]
-    edge: int = -1
-    parent: Label | None = None
+    mu: float
+    path: tuple[Waypoint, ...]
+    start: Start
 
 
-@dataclass
-class Statistics:
-    """How much work a search did: labels expanded and generated, product states met."""
+@dataclass(frozen=True)
+class Work:
+    """How much was done: product states met, labels expanded and made, bytes held."""
 
+    states: int = 0
     expanded: int = 0
     generated: int = 0
-    met: set[State] = field(default_factory=set)
+    bytes: int = 0
 
 
-def boa_star(
-    product: Product,
-    measure: Measure,
-    heuristic: Heuristic,
-    *,
-    max_preference: float = math.inf,
-    max_cost: float = math.inf,
-    statistics: Statistics | None = None,
-) -> Iterator[Label]:
-    """Yield one path for every non-dominated (cost, mu), in order of rising cost and falling mu.
+class Search(ABC):
+    """What all searches have in common: product states, the open list, and the loop around the kernel."""
 
-    Among paths of equal (cost, mu) those of fewer actions come first, then those made first in the model's order.
+    labels: Any
 
-    Args:
-        product: where to search.
-        measure: mu, with contract `additive` or `convex`.
-        heuristic: consistent lower bound of the cost-to-go.
-        max_preference: paths with a larger mu are not considered, in mu's quanta.
-        max_cost: paths with a larger total cost are not considered, in quanta.
-        statistics: filled while the search runs.
-    """
-    statistics = statistics or Statistics()
-    tasks = range(len(product.delta))
-    smallest: dict[State, float] = {}
-    best = math.inf
-    made = count()
-    first = Label(product.start, 0, measure((0,) * len(tasks)), (0,) * len(tasks))
-    open_list = [(heuristic(first.state), first.preference, 0, next(made), first)]
-    if open_list[0][0] > max_cost or first.preference > max_preference:
-        return
-    while open_list:
-        _, _, length, _, label = heapq.heappop(open_list)
-        if label.preference >= min(best, smallest.get(label.state, math.inf)):
-            continue
-        smallest[label.state] = label.preference
-        statistics.expanded += 1
-        satisfied = product.satisfied(label.state)
-        if all(satisfied):
-            best = label.preference
-            yield label
-            continue
-        for edge, step, state in product.successors(label.state):
-            cost = label.cost + step
-            task_costs = tuple([c if done else c + step for c, done in zip(label.task_costs, satisfied, strict=True)])
-            preference = measure(task_costs)
-            if preference > max_preference or preference >= min(best, smallest.get(state, math.inf)):
-                continue
-            estimate = cost + heuristic(state)
-            if estimate > max_cost or estimate == math.inf:
-                continue
-            statistics.generated += 1
-            statistics.met.add(state)
-            child = Label(state, cost, preference, task_costs, edge, label)
-            heapq.heappush(open_list, (estimate, preference, length + 1, next(made), child))
+    def __init__(self, prepared: Prepared, max_cost: float) -> None:
+        """Make the first labels; `max_cost` is an inclusive bound in internal units."""
+        self.prepared = prepared
+        self.product = prepared.product
+        self.dtype: Any = prepared.dtype
+        self.growth = self._growth()
+        self.bounds = np.array([INFINITE[np.int64], self._up_to(max_cost)], dtype=np.int64)
+        self.reset()
+
+    def _up_to(self, cost: float) -> int:
+        """Return the largest label cost that is worth at most some internal units."""
+        shift = self.product.shift
+        return (int(min(cost, INFINITE[np.int64] >> shift)) + 1 << shift) - 1
+
+    @abstractmethod
+    def _new_labels(self, count: int) -> Any:
+        """Return room for labels."""
+
+    @abstractmethod
+    def _run(self) -> int:
+        """Run the kernel for a slice and return why it ended."""
+
+    @abstractmethod
+    def _mu(self, label: int) -> float:
+        """Return a label's mu in quanta."""
+
+    def _growth(self) -> biobjective.Growth:
+        measure, unit = self.product.problem.measure, self.product.unit
+        late, scale = measure.tardiness, 10**self.product.problem.decimals
+        return biobjective.Growth(
+            rate=measure.rate_table() * unit,
+            maximum=measure.maximum_table() * unit,
+            late_task=np.array([term.task for term in late], dtype=np.int64),
+            late_by=np.array([int(term.by * scale) // unit for term in late], dtype=np.int64),
+            late_weight=np.array([int(term.weight * measure.scale) * unit for term in late], dtype=np.int64),
+            violation=measure.violation_weights(),
+        )
+
+    def reset(self) -> None:
+        """Forget everything and hand the start states to the kernel, as the successors of no label."""
+        self.infinite = INFINITE[self.dtype]
+        self.counters = np.zeros(COUNTERS, dtype=np.int64)
+        self.counters[FREE] = NONE
+        self.states = States(
+            np.empty(ROWS_AT_FIRST, np.int64),
+            np.empty((ROWS_AT_FIRST, FACTS), self.dtype),
+            np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
+        )
+        self.labels = self._new_labels(LABELS_AT_FIRST)
+        none = np.empty(0, np.int64)
+        self.queue = Queue(np.full(2**12, NONE, np.int32), np.empty(LABELS_AT_FIRST, np.int32), none, none)
+        self.room = self._room()
+        view, graph = self.prepared.view, self.prepared.graph
+        weights = self.growth.violation
+        self._starts = sorted(
+            self.product.starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64))
+        )
+        for k, start in enumerate(self._starts):
+            _, automata = self.product.decode(start.code)
+            self.room.code[k] = graph.start + sum(int(d) * q for d, q in zip(view.strides, automata, strict=True))
+            self.room.cost[k] = 0
+            self.room.violation[k] = start.violations
+        self.counters[[PARENT, NEXT, COUNT]] = NONE, 0, len(self._starts)
+
+    def _room(self) -> Successors:
+        view = self.prepared.view
+        nodes, tasks = len(view.classes), len(view.sizes)
+        most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
+        if view.relaxed:
+            ways = np.diff(view.extra_first, axis=2).max(axis=1) + 1
+            most *= int(ways.prod(axis=0).max())
+        most = max(most, len(self.product.starts))
+        scratch = nodes if view.macro else 1
+        return Successors(
+            code=np.empty(most, np.int64),
+            cost=np.empty(most, np.int64),
+            violation=np.zeros((most, tasks), np.int64),
+            automata=np.empty(tasks, np.int64),
+            distance=np.empty(scratch, np.int64),
+            relay=np.empty(scratch, np.int64),
+            choice=np.empty(tasks, np.int64),
+        )
+
+    def goals(self, limits: Limits) -> Iterator[Found]:
+        """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit."""
+        pending: Found | None = None
+        yielded = -1
+        while True:
+            end = self._run()
+            limits.floor = int(self.counters[FLOOR]) >> self.product.shift
+            if pending and (end == EXHAUSTED or limits.floor > pending.cost):
+                # A search that starts again with wider labels finds its first goals once more.
+                if pending.cost > yielded:
+                    yield pending
+                yielded, pending = max(yielded, pending.cost), None
+            if end == EXHAUSTED:
+                limits.floor = math.inf
+                return
+            if end == GOAL:
+                pending = self._found(int(self.counters[FOUND]))
+                self._goal_found(pending)
+            elif end == PAUSED:
+                self._slice_done()
+            elif not self._make_room(end, limits):
+                limits.ended = "memory"
+                return
+            if limits.out_of_time:
+                limits.ended = "time"
+                return
+
+    def _goal_found(self, goal: Found) -> None:
+        """Take note of a goal."""
+        return None
+
+    def _slice_done(self) -> None:
+        """Take note of a slice."""
+        return None
+
+    def _found(self, label: int) -> Found:
+        graph, view = self.prepared.graph, self.prepared.view
+        cost, mu = int(self.labels.cost[label]) >> self.product.shift, self._mu(label)
+        path: list[Waypoint] = []
+        first = label
+        while label != NONE:
+            code = int(self.states.code[self.labels.row[label]])
+            automata = tuple(code // int(d) % int(q) for d, q in zip(view.strides, self.product.sizes, strict=True))
+            path.append(Waypoint(code % graph.size, automata, int(self.labels.cost[label])))
+            first, label = label, int(self.labels.parent[label])
+        return Found(cost, mu, tuple(reversed(path)), self._start_of(first, path[-1]))
+
+    def _start_of(self, label: int, at: Waypoint) -> Start:
+        """Return how a label without parent begins: of those ways that lead to its state the one of its mu."""
+        weights = self.growth.violation
+        ways = [start for start in self._starts if self.product.decode(start.code)[1] == at.automata]
+        return min(ways, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
+
+    @property
+    def work(self) -> Work:
+        """What was done so far."""
+        c = self.counters
+        held = sum(array.nbytes for some in (self.states, self.labels, self.queue) for array in some)
+        return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[GENERATED]), held)
+
+    def _make_room(self, end: int, limits: Limits) -> bool:
+        """Grow what the kernel ran out of; return False if that would exceed the memory."""
+        if end == TOO_WIDE:
+            self._widen()
+            return True
+        more = {MORE_ROWS: self.states, MORE_LABELS: (*self.labels, *self.queue[1:])}.get(end, ())
+        if self.work.bytes + 2 * sum(array.nbytes for array in more) > limits.bytes:
+            return False
+        if end == MORE_ROWS:
+            size = 2 * len(self.states.code)
+            slots = np.full(2 * size, NONE, np.int32)
+            self.states = States(_longer(self.states.code, size), _longer(self.states.facts, size), slots)
+            rehash(self.states, int(self.counters[ROWS]))
+        elif end == MORE_LABELS:
+            size = 2 * len(self.labels.row)
+            self.labels = type(self.labels)(*(_longer(array, size) for array in self.labels))
+            heap = size if len(self.queue.heads) == 0 else 0
+            keys, items = _longer(self.queue.keys, heap), _longer(self.queue.items, heap)
+            self.queue = Queue(self.queue.heads, _longer(self.queue.links, size), keys, items)
+        else:
+            assert end == MORE_BUCKETS
+            self._more_buckets()
+        return True
+
+    def _widen(self) -> None:
+        """Start again with 64-bit labels."""
+        if self.dtype is np.int64:
+            raise OverflowError("costs are too large to be added up exactly")
+        self.dtype = np.int64
+        self.reset()
+
+    def _more_buckets(self) -> None:
+        """Give the open list more buckets, or turn it into a heap."""
+        size = 2 * len(self.queue.heads)
+        if size <= BUCKETS:
+            self.queue = self.queue._replace(heads=_longer(self.queue.heads, size, NONE))
+            return
+        waiting = []
+        for bucket in np.flatnonzero(self.queue.heads >= 0):
+            label = int(self.queue.heads[bucket])
+            while label != NONE:
+                waiting.append((int(bucket), label))
+                label = int(self.queue.links[label])
+        keys, items = (np.empty(len(self.labels.row), np.int64) for _ in range(2))
+        for at, (estimate, label) in enumerate(sorted(waiting)):
+            keys[at], items[at] = estimate, label
+        self.counters[OPEN] = len(waiting)
+        self.queue = Queue(np.empty(0, np.int32), self.queue.links, keys, items)
+
+
+class BiObjectiveSearch(Search):
+    """BOA*, for measures whose label key is (g, mu)."""
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        *,
+        max_mu: float = math.inf,
+        max_cost: float = math.inf,
+        cost_only: bool = False,
+        first_only: bool = False,
+    ) -> None:
+        """Make the search ready.
+
+        Args:
+            prepared: what to search.
+            max_mu: inclusive bound, quanta of mu.
+            max_cost: inclusive bound, internal units.
+            cost_only: find a cheapest goal, whatever its mu (A*).
+            first_only: find the first goal of the front only.
+        """
+        self._max_mu = max_mu
+        self._cost_only, self._first_only = cost_only, first_only or cost_only
+        super().__init__(prepared, max_cost)
+
+    def reset(self) -> None:
+        """Forget everything but the bounds."""
+        self.bounds[0] = min(self._max_mu + 1, INFINITE[np.int64])
+        self._bounded = False
+        super().reset()
+
+    def _new_labels(self, count: int) -> biobjective.Labels:
+        kinds = (np.int32, self.dtype, self.dtype, np.int32, np.int32)
+        return biobjective.Labels(*(np.empty(count, kind) for kind in kinds))
+
+    def _run(self) -> int:
+        p = self.prepared
+        end = biobjective.run(
+            p.view,
+            self.growth,
+            p.patterns,
+            p.blocks,
+            self.states,
+            self.labels,
+            self.queue,
+            self.counters,
+            self.bounds,
+            self.room,
+            self.infinite,
+            self._cost_only,
+            SLICE,
+        )
+        return int(end)
+
+    def _mu(self, label: int) -> float:
+        return int(self.labels.mu[label])
+
+    def _goal_found(self, goal: Found) -> None:
+        if self._cost_only:
+            self.bounds[1] = -1
+        elif self._first_only:
+            self.bounds[1] = self._up_to(goal.cost)
+        self._slice_done()
+
+    def _slice_done(self) -> None:
+        if not self._bounded and not self._cost_only and self.counters[EXPANDED] > LONG:
+            best = int(self.bounds[0]) - 1
+            self._bounded = best < INFINITE[np.int64] - 1
+            if self._bounded:
+                self.prepared.bound_growth(best)
+                if self.prepared.dtype is not self.dtype:
+                    self._widen()
+
+
+class VectorSearch(Search):
+    """Search with keys of several entries, for all other measures."""
+
+    def __init__(self, prepared: Prepared, *, max_mu: float = math.inf, max_cost: float = math.inf) -> None:
+        """Make the search ready; bounds as in `BiObjectiveSearch`, mu's may be a fraction of a quantum."""
+        problem = prepared.product.problem
+        measure = problem.measure
+        self._max_mu = max_mu
+        functions = [formula.function for formula in measure.formulas if formula.function is not None]
+        self._callback = callback(functions[0]) if functions else no_callback()
+        self._programs = compile_programs(measure.formulas)
+        scale = 10**problem.decimals
+        general = measure.contract == "general"
+        every = tuple(range(measure.tasks))
+        costs = every if general else sorted({i for formula in measure.formulas for i in formula.costs})
+        paid = every if general else sorted({i for formula in measure.formulas for i in formula.violations})
+        values = [k for k, f in enumerate(measure.formulas) if f.contract in ("additive", "convex")]
+        by_value = len(values) == len(measure.formulas)
+        named = {i for f in measure.formulas if f.contract == "componentwise" for i in f.costs}
+        priced = {i for f in measure.formulas if f.contract == "componentwise" for i in f.violations}
+        ordered, carried, equal = multiobjective.ORDERED, multiobjective.CARRIED, multiobjective.EQUAL
+        compare = [ordered] * (1 + len(measure.maxima) + len(values))
+        compare += [equal if general else carried if by_value or i not in named else ordered for i in costs]
+        compare += [equal if general else carried if by_value or i not in priced else ordered for i in paid]
+        exact = measure.integral and problem.decimals == 0
+        self._key = multiobjective.Key(
+            compare=np.array(compare, dtype=np.int8),
+            same_cost=general,
+            maxima=len(measure.maxima),
+            values=np.array(values, dtype=np.int64),
+            costs=np.array(costs, dtype=np.int64),
+            violations=np.array(paid, dtype=np.int64),
+            unit=prepared.product.unit / scale,
+            price=1 / scale,
+            weight=float(measure.scale * scale),
+            tolerance=0.0 if exact or not measure.formulas else 1e-9,
+        )
+        self._best = np.empty(2, dtype=np.float64)
+        self._scratch = multiobjective.Scratch(np.zeros(len(compare)), np.zeros(measure.tasks), np.zeros(measure.tasks))
+        super().__init__(prepared, max_cost)
+
+    def reset(self) -> None:
+        """Forget everything but the bounds."""
+        self._best[:] = math.inf, self._max_mu if self._max_mu < math.inf else 1e300
+        super().reset()
+
+    def _new_labels(self, count: int) -> multiobjective.VectorLabels:
+        return multiobjective.VectorLabels(
+            np.empty(count, np.int32),
+            np.empty(count, self.dtype),
+            np.empty(count, np.int32),
+            np.empty(count, np.int32),
+            np.empty((count, len(self._key.compare))),
+            np.empty(count),
+        )
+
+    def _run(self) -> int:
+        end = multiobjective.run_vector(
+            self.prepared.view,
+            self.growth,
+            self._key,
+            self._programs,
+            self._callback,
+            self.prepared.patterns,
+            self.states,
+            self.labels,
+            self.queue,
+            self.counters,
+            self._best,
+            self.bounds,
+            self.room,
+            self._scratch,
+            self.infinite,
+            SLICE,
+        )
+        return int(end)
+
+    def _mu(self, label: int) -> float:
+        return float(self.labels.mu[label])
+
+    def _start_of(self, label: int, at: Waypoint) -> Start:
+        first = len(self._key.compare) - len(self._key.violations)
+        entered = dict(zip(self._key.violations.tolist(), self.labels.key[label, first:].tolist(), strict=True))
+        for start in self._starts:
+            same = all(start.violations[i] == paid for i, paid in entered.items())
+            if same and self.product.decode(start.code)[1] == at.automata:
+                return start
+        return super()._start_of(label, at)
+
+    def _widen(self) -> None:
+        error = getattr(self._callback, "error", None)
+        if error is not None:
+            raise PreferenceError(f"preference: the function failed: {error}") from error
+        super()._widen()
+
+
+def _longer(array: np.ndarray, size: int, fill: int | None = None) -> np.ndarray:
+    longer = np.empty((size, *array.shape[1:]), array.dtype)
+    longer[: len(array)] = array
+    if fill is not None:
+        longer[len(array) :] = fill
+    return longer

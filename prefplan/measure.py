@@ -1,0 +1,155 @@
+"""A preference bound to a problem: exact values of mu, and what the search must keep to compare labels.
+
+| terms                                               | label key                                              |
+| --------------------------------------------------- | ------------------------------------------------------ |
+| rates, violation sums, tardiness                    | one entry together: what they amount to                |
+| one maximum and nothing else                        | its value                                              |
+| several maxima, or a maximum beside others          | the value of each                                      |
+| formulas, `componentwise`                           | c_i of satisfied tasks and v_i that they mention       |
+| formulas, `general`                                 | the same, and only equal keys are compared             |
+| formulas declared `additive` or `convex`            | the value of each                                      |
+
+The entry of rates and tardiness is enough: the future growth of a rate depends on S alone, and tardiness of an
+unsatisfied task is a convex function of g, so that of two labels of one product state the one with less (g, entry)
+stays ahead. A lone maximum m = max_i w_i c_i continues as max(m, w_i (g + ...)), which does not fall in (g, m).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import lcm
+from typing import Any
+
+import numpy as np
+
+from prefplan.errors import PreferenceError
+from prefplan.expression import is_integral
+from prefplan.quanta import LIMIT
+from prefplan.terms import Formula, Maximum, Rate, Tardiness, Term, Violation
+
+TASK_LIMIT = 20
+"""Tables over all sets of satisfied tasks have 2^N entries."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """mu as a sum of terms over N tasks.
+
+    Attributes:
+        tasks: how many tasks there are.
+        terms: what mu is the sum of.
+        constant: added to that.
+    """
+
+    tasks: int
+    terms: tuple[Term, ...]
+    constant: Fraction = Fraction(0)
+
+    @classmethod
+    def of(cls, parts: Sequence[Term | Fraction], tasks: int) -> Measure:
+        """Return the measure of a preference's terms and constants."""
+        constants = [part for part in parts if isinstance(part, Fraction)]
+        terms = tuple(part for part in parts if not isinstance(part, Fraction))
+        if sum(isinstance(term, Formula) and term.function is not None for term in terms) > 1:
+            raise PreferenceError("terms: a sum can hold one Python function only")
+        return cls(tasks, terms, sum(constants, Fraction(0)))
+
+    def value(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Any:
+        """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
+        return sum((term.value(costs, violations) for term in self.terms), self.constant)
+
+    def _some(self, kind: Any) -> list[Any]:
+        return [term for term in self.terms if isinstance(term, kind)]
+
+    @cached_property
+    def formulas(self) -> list[Formula]:
+        """The terms that only their values are known of."""
+        return self._some(Formula)
+
+    @property
+    def maxima(self) -> list[Maximum]:
+        """The weighted maxima."""
+        return self._some(Maximum)
+
+    @property
+    def tardiness(self) -> list[Tardiness]:
+        """The deadlines."""
+        return self._some(Tardiness)
+
+    @property
+    def rates(self) -> list[Rate]:
+        """The additive terms over cost."""
+        return self._some(Rate)
+
+    @property
+    def weighs_violation(self) -> bool:
+        """Whether any term depends on violation costs."""
+        return bool(self._some(Violation)) or any(formula.violations for formula in self.formulas)
+
+    @property
+    def bi_objective(self) -> bool:
+        """Whether (g, mu) is a sufficient label key."""
+        return not self.formulas and len(self.maxima) <= (0 if len(self.terms) > 1 else 1)
+
+    @property
+    def contract(self) -> str:
+        """The weakest contract that covers all terms."""
+        declared = {formula.contract for formula in self.formulas}
+        if "general" in declared:
+            return "general"
+        if self.bi_objective:
+            return "convex" if self.tardiness or self.maxima else "additive"
+        if len(self.terms) == 1 and declared:
+            return declared.pop()
+        return "componentwise"
+
+    @cached_property
+    def integral(self) -> bool:
+        """Whether all formulas give integers for integers."""
+        return all(
+            formula.tree is not None and is_integral(formula.tree) and formula.weight.denominator == 1
+            for formula in self.formulas
+        )
+
+    @cached_property
+    def scale(self) -> int:
+        """Quanta of the additive and maximum terms in one user's unit of mu, beyond those of cost."""
+        factors = [w for term in self.maxima for w in term.weights] + [term.weight for term in self.tardiness]
+        factors += [w for term in self._some(Violation) for w in term.weights]
+        factors += [Fraction(r) for r in self._rate_values]
+        return lcm(1, *(factor.denominator for factor in factors))
+
+    @cached_property
+    def _rate_values(self) -> list[Fraction]:
+        """Return the sum of all rates for every satisfied set."""
+        if not self.rates:
+            return [Fraction(0)]
+        return [sum((term.rate(s) for term in self.rates), Fraction(0)) for s in range(2**self.tasks)]
+
+    def rate_table(self) -> np.ndarray:
+        """Return the (2^N,) int64 growth of mu in each satisfied set, in quanta of mu for a quantum of cost."""
+        values = [int(rate * self.scale) for rate in self._rate_values]
+        if max(values) >= LIMIT:
+            raise PreferenceError("weights: too large to be held exactly")
+        return np.array(values if self.rates else values * 2**self.tasks, dtype=np.int64)
+
+    def maximum_table(self) -> np.ndarray:
+        """Return the (M, 2^N) int64 largest weight of an unsatisfied task, for every maximum and satisfied set."""
+        table = np.zeros((len(self.maxima), 2**self.tasks), dtype=np.int64)
+        for k, term in enumerate(self.maxima):
+            weights = [int(w * self.scale) for w in term.weights]
+            if max(weights) >= LIMIT:
+                raise PreferenceError("weights: too large to be held exactly")
+            for s in range(2**self.tasks):
+                table[k, s] = max((w for i, w in enumerate(weights) if not s >> i & 1), default=0)
+        return table
+
+    def violation_weights(self) -> np.ndarray:
+        """Return the (N,) int64 quanta of mu for a quantum of each violation cost."""
+        total = [Fraction(0)] * self.tasks
+        for term in self._some(Violation):
+            total = [a + b for a, b in zip(total, term.weights, strict=True)]
+        return np.array([int(w * self.scale) for w in total], dtype=np.int64)

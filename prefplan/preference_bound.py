@@ -1,0 +1,132 @@
+"""Lower bound of how much the preference value still grows (the second objective; the paper uses 0).
+
+Tasks are split into disjoint blocks. In a block K, with b tasks satisfied outside of it, mu grows by at least
+rate_K(S & K, b) per unit of cost because of the tasks of K; b never falls, and rate_K never falls in b. So the least
+sum of rate_K times cost over all ways to satisfy K, with b as it is now, is a lower bound; it is an exact distance in
+T x A_K, hence consistent, and as the rates of disjoint blocks add up to at most mu's own, so do the bounds.
+"""
+
+from __future__ import annotations
+
+import os
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.cost_to_go import Backward, growth_to_go
+from prefplan.heuristic import THREADS_FROM, in_parallel
+from prefplan.kernels import Integer, bare_kernel
+from prefplan.measure import Measure
+from prefplan.terms import OrderRate
+
+BLOCK_SIZE = 3
+"""Tasks in a block; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""
+
+BLOCK_ENTRIES = 500_000
+"""Entries of one block's table for one number of tasks satisfied outside."""
+
+
+class Blocks(NamedTuple):
+    """Tables for disjoint blocks of at most k tasks.
+
+    Attributes:
+        tasks: (B, k) int64, padded with -1. strides: (B, k) int64.
+        base: (B, N + 1) int64: entry = base[b, satisfied outside] + node + sum_j strides[j] q_j.
+        members: (B,) int64, the block as bits.
+        table: (entries,) int32 or int64, quanta of mu.
+    """
+
+    tasks: np.ndarray
+    strides: np.ndarray
+    base: np.ndarray
+    members: np.ndarray
+    table: np.ndarray
+
+
+def no_blocks(tasks: int, dtype: type) -> Blocks:
+    """Return no tables: the bound 0."""
+    none = np.zeros((0, 1), dtype=np.int64)
+    return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=dtype))
+
+
+def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type) -> Blocks:
+    """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
+
+    Args:
+        reverse: the product.
+        measure: its rates are quanta of mu for a quantum of cost.
+        unit: quanta of cost in one internal unit.
+        dtype: np.int32 or np.int64.
+
+    Raises:
+        OverflowError: if a finite bound does not fit the type.
+    """
+    n = measure.tasks
+    orders = [rate.groups for rate in measure.rates if isinstance(rate, OrderRate)]
+    groups = orders[0] if orders else tuple((i,) for i in range(n))
+    split = _split(reverse, groups)
+    jobs = []
+    for members in split:
+        for outside in range(n - len(members) + 1):
+            rates = [_rate(measure, members, s, outside) for s in range(2 ** len(members))]
+            jobs.append((members, outside, np.array([int(r * measure.scale) * unit for r in rates], dtype=np.int64)))
+    if not any(rates.any() for _, _, rates in jobs):
+        return no_blocks(n, dtype)
+    work = len(jobs) * len(reverse.classes) * float(np.mean(reverse.sizes)) ** max(map(len, split))
+    tables = in_parallel(
+        lambda job: growth_to_go(reverse, np.array(job[0], dtype=np.int64), dtype, job[2]),
+        jobs,
+        threads=1 if work < THREADS_FROM else os.cpu_count() or 1,
+    )
+    width = max(map(len, split))
+    tasks = np.full((len(split), width), -1, dtype=np.int64)
+    strides = np.zeros((len(split), width), dtype=np.int64)
+    base = np.zeros((len(split), n + 1), dtype=np.int64)
+    for b, members in enumerate(split):
+        tasks[b, : len(members)] = members
+        sizes = reverse.sizes[np.array(members[:-1], dtype=np.int64)]
+        strides[b, : len(members)] = np.cumprod(np.concatenate([[len(reverse.classes)], sizes]))
+    first = 0
+    for (members, outside, _), table in zip(jobs, tables, strict=True):
+        base[split.index(members), outside] = first
+        first += len(table)
+    bits = np.array([sum(1 << i for i in members) for members in split], dtype=np.int64)
+    return Blocks(tasks, strides, base, bits, np.concatenate(tables))
+
+
+def _split(reverse: Backward, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
+    """Return blocks of neighbours in the desired order, none splitting a group, of at most three tasks."""
+    found: list[tuple[int, ...]] = []
+    for group in groups:
+        joined = (found[-1] if found else ()) + group
+        entries = len(reverse.classes) * int(np.prod(reverse.sizes[list(joined)]))
+        if found and len(joined) <= BLOCK_SIZE and entries <= BLOCK_ENTRIES:
+            found[-1] = joined
+        elif len(reverse.classes) * int(np.prod(reverse.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
+            found.append(group)
+    return found
+
+
+def _rate(measure: Measure, members: tuple[int, ...], satisfied: int, outside: int) -> Fraction:
+    """Return the part of mu's rate that a block is to blame for."""
+    inside = sum(1 << i for j, i in enumerate(members) if satisfied >> j & 1)
+    return sum((rate.part(frozenset(members), inside, outside) for rate in measure.rates), Fraction(0))
+
+
+@bare_kernel
+def preference_bound(some: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer) -> Integer:
+    """Return the least growth of mu from a product state to the end."""
+    bound = np.int64(0)
+    for b in range(some.members.shape[0]):
+        rest = satisfied & ~some.members[b]
+        outside = 0
+        while rest:
+            rest &= rest - 1
+            outside += 1
+        entry = some.base[b, outside] + node
+        for j in range(some.tasks.shape[1]):
+            if some.tasks[b, j] >= 0:
+                entry += some.strides[b, j] * automata[some.tasks[b, j]]
+        bound += some.table[entry]
+    return bound

@@ -1,0 +1,94 @@
+"""A product made ready to be searched: the graph, and bounds for the width of labels that its costs need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from prefplan.cost_to_go import backward
+from prefplan.graph import contract, view, whole_graph
+from prefplan.heuristic import no_patterns, pattern_size, patterns
+from prefplan.kernels import INFINITE
+from prefplan.preference_bound import blocks, no_blocks
+from prefplan.product import Product
+
+BUDGETS = (0.75, 0.5, 0.33, 0.2, 0.1, 0.05, 0)
+"""Parts of the preference value to improve on, for which bounds of the cost-to-go are tabulated."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to search; the front is the same for all of them.
+
+    Attributes:
+        heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
+            to choose.
+        preference_bound: whether to bound the growth of mu, and the cost-to-go by it.
+        contraction: whether to leave out states that change nothing, where few matter.
+    """
+
+    heuristic: int | None = None
+    preference_bound: bool = True
+    contraction: bool = True
+
+
+class Prepared:
+    """What all searches of a product share.
+
+    Attributes:
+        product: what is searched.
+        graph: over what.
+        view: both, as the kernels see them.
+        patterns: bounds of the cost-to-go.
+        blocks: bounds of mu's growth.
+        dtype: type of labels that these bounds fit.
+    """
+
+    def __init__(self, product: Product, options: Options, *, single: bool) -> None:
+        """Contract the graph and build the bounds.
+
+        Raises:
+            OverflowError: if costs are too large to be added up exactly.
+        """
+        self.product, self.options = product, options
+        # Under a general contract a detour through states that change nothing may be worth its cost.
+        contraction = options.contraction and product.problem.measure.contract != "general"
+        self.graph = (contract(product) if contraction else None) or whole_graph(product)
+        self.view = view(product, self.graph)
+        self._reverse = backward(product, self.view)
+        measure = product.problem.measure
+        size = pattern_size(self._reverse, single=single) if options.heuristic is None else options.heuristic
+        self._size = min(size, measure.tasks)
+        self.dtype: Any = np.int32
+        self.patterns = self._fit(
+            lambda dtype: patterns(self._reverse, self._size, dtype) if size else no_patterns(dtype)
+        )
+        bounded = options.preference_bound and measure.bi_objective
+        unit = product.unit
+        self.blocks = self._fit(
+            lambda dtype: blocks(self._reverse, measure, unit, dtype) if bounded else no_blocks(measure.tasks, dtype)
+        )
+
+    def _fit(self, build: Callable[[Any], Any]) -> Any:
+        """Build tables of the narrow type, or where they do not fit, of the wide one."""
+        try:
+            return build(self.dtype)
+        except OverflowError:
+            if self.dtype is np.int64:
+                raise
+            self.dtype = np.int64
+            return build(self.dtype)
+
+    def bound_growth(self, mu: int) -> None:
+        """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in quanta."""
+        measure = self.product.problem.measure
+        growing = self.options.preference_bound and measure.rates and self._size > 0
+        if growing and len(self.patterns.budgets) == 1 and mu < INFINITE[np.int64]:
+            budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
+            unit = self.product.unit
+            self.patterns = self._fit(
+                lambda dtype: patterns(self._reverse, self._size, dtype, measure=measure, unit=unit, budgets=budgets)
+            )

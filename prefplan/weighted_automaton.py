@@ -1,0 +1,77 @@
+"""Weighted DFA of a task that may be relaxed (the paper's Remarks 1 to 6).
+
+To every transition of the task's automaton belong the readings that relaxations allow: a label read as if some more
+propositions were true, for a price. A task that may be skipped has one more state, entered before the first action.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+from prefplan.automaton import Automaton
+from prefplan.formula import Formula, holds
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read a label.
+
+    Attributes:
+        state: automaton state afterwards.
+        price: violation cost in quanta.
+        bought: indices of the relaxations used.
+    """
+
+    state: int
+    price: int = 0
+    bought: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class WeightedAutomaton:
+    """A task's automaton with relaxations.
+
+    Attributes:
+        automaton: the task's minimal DFA; its states are 0 .. n-1.
+        relaxations: (assumed proposition, condition, price in quanta) each.
+        skip: price in quanta of the extra state n, or None.
+    """
+
+    automaton: Automaton
+    relaxations: tuple[tuple[str, Formula, int], ...] = ()
+    skip: int | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of states, the skipped one included."""
+        return self.automaton.size + (self.skip is not None)
+
+    @property
+    def skipped(self) -> int | None:
+        """The state of a task that was dropped."""
+        return None if self.skip is None else self.automaton.size
+
+    def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
+        """Return the ways to read a label, the free one first, the others the cheapest for each state they lead to.
+
+        Nothing is ever bought once the task is satisfied or dropped. Ties go to fewer relaxations, then to the order
+        in which they were written.
+        """
+        if state == self.skipped:
+            return [Reading(state)]
+        free = Reading(self.automaton.step(state, label))
+        if state == self.automaton.accepting:
+            return [free]
+        usable = [
+            i for i, (assumed, when, _) in enumerate(self.relaxations) if assumed not in label and holds(when, label)
+        ]
+        best = {free.state: free}
+        for size in range(1, len(usable) + 1):
+            for bought in combinations(usable, size):
+                seen = label | {self.relaxations[i][0] for i in bought}
+                after = self.automaton.step(state, seen)
+                price = sum(self.relaxations[i][2] for i in bought)
+                if after not in best or price < best[after].price:
+                    best[after] = Reading(after, price, bought)
+        return list(best.values())
