@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
+from fractions import Fraction
 
+from prefplan.front import Plan
 from prefplan.models.manipulation import ManipulationModel, ManipulationState
 from prefplan.problem import Problem
-from prefplan.quanta import Number, exact, from_quanta, to_quanta
+from prefplan.quanta import Number, exact, to_number
 from sim.rollout import Step
 
 
@@ -34,28 +35,37 @@ class Tally:
         return next((c for c, names in zip(self.costs, self.satisfied, strict=True) if task in names), self.cost)
 
 
-def tally(model: ManipulationModel, problem: Problem, steps: Sequence[Step]) -> Tally:
+def tally(model: ManipulationModel, problem: Problem, plan: Plan, steps: Sequence[Step]) -> Tally:
     """Return the books of an execution, each task's automaton reading what was observed after every action.
 
     Args:
         model: what the action costs are taken from.
         problem: the tasks, over the model's transition system.
+        plan: what was carried out; its relaxations are granted to what was observed.
         steps: the actions that were carried out.
     """
     start = problem.system.label(problem.system.start)
     readings = [start, *(propositions(step.observed) for step in steps)]
     satisfied: list[set[str]] = [set() for _ in readings]
     for task, automaton in zip(problem.tasks, problem.automata, strict=True):
+        if any(bought.task == task.name and bought.assume is None for bought in plan.relaxations):
+            continue
         state = 0
-        for label, names in zip(readings, satisfied, strict=True):
-            state = automaton.step(state, label)
+        for k, label in enumerate(readings):
+            state = automaton.step(state, label | _assumed(plan, task.name, k))
             if state == automaton.accepting:
-                names.add(task.name)
-    spent = [Decimal(0)]
+                satisfied[k].add(task.name)
+    spent = [Fraction(0)]
     for step in steps:
-        spent.append(spent[-1] + exact(model.costs[step.action.split()[0]]))
-    quanta, decimals = to_quanta(spent)
-    return Tally(tuple(from_quanta(q, decimals) for q in quanta), tuple(map(frozenset, satisfied)))
+        spent.append(spent[-1] + Fraction(exact(model.costs[step.action.split()[0]])))
+    return Tally(tuple(map(to_number, spent)), tuple(map(frozenset, satisfied)))
+
+
+def _assumed(plan: Plan, task: str, step: int) -> set[str]:
+    """Return the propositions that a plan pays for to count as true in one reading of a task."""
+    return {
+        bought.assume for bought in plan.relaxations if (bought.task, bought.step) == (task, step) and bought.assume
+    }
 
 
 def propositions(state: ManipulationState) -> frozenset[str]:
