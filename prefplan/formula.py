@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import reduce
 
 from prefplan.errors import FormulaError, choices
 
@@ -157,8 +158,19 @@ def holds(formula: Formula, label: frozenset[str]) -> bool:
 
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<symbol>->|[!&|()])|(?P<wrong>\S))")
 _NOT_COSAFE = {"G": "'always'", "R": "'release'", "W": "'weak until'"}
-_NESTING = 200
+_NESTING = 120
 """Deeper formulas are refused rather than left to overflow the interpreter's stack."""
+
+
+def _balanced(operator: type[And] | type[Or], operands: list[Formula]) -> Formula:
+    """Join operands from the left, or to a shallow tree where that would be a deep one."""
+    if len(operands) <= _NESTING:
+        return reduce(operator, operands)
+    while len(operands) > 1:
+        pairs = zip(operands[::2], operands[1::2], strict=False)
+        joined: list[Formula] = [operator(left, right) for left, right in pairs]
+        operands = joined + operands[len(joined) * 2 :]
+    return operands[0]
 
 
 @dataclass(frozen=True)
@@ -231,18 +243,18 @@ class _Parser:
         return Or(negate(left), right)
 
     def disjunction(self) -> Formula:
-        left = self.conjunction()
+        operands = [self.conjunction()]
         while self.token.text == "|":
             self.advance()
-            left = Or(left, self.conjunction())
-        return left
+            operands.append(self.conjunction())
+        return _balanced(Or, operands)
 
     def conjunction(self) -> Formula:
-        left = self.until()
+        operands = [self.until()]
         while self.token.text == "&":
             self.advance()
-            left = And(left, self.until())
-        return left
+            operands.append(self.until())
+        return _balanced(And, operands)
 
     def until(self) -> Formula:
         start = self.token.start

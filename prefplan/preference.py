@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any, Protocol
 
 from prefplan.contracts import CONTRACTS, check_contract, check_never_falls
-from prefplan.errors import PreferenceError, choices
+from prefplan.errors import ModelError, PreferenceError, choices
 from prefplan.expression import Constant, Operation, Variable, parse
 from prefplan.expression import Expression as Tree
 from prefplan.quanta import Number, exact
@@ -251,9 +251,13 @@ def _weights(weights: Mapping[str, Number], tasks: Sequence[str], default: Fract
 
 
 def _weight(where: str, weight: Number) -> Fraction:
-    if exact(weight) < 0:
+    try:
+        number = exact(weight, where)
+    except ModelError as error:
+        raise PreferenceError(str(error)) from None
+    if number < 0:
         raise PreferenceError(f"{where}: must not be negative, but is {weight}")
-    return Fraction(exact(weight))
+    return Fraction(number)
 
 
 def _check_task(where: str, name: str, tasks: Sequence[str]) -> None:

@@ -77,14 +77,14 @@ class Problem:
             raise PrefplanError("tasks: a problem needs at least one task")
         if len(self.tasks) > TASK_LIMIT:
             raise PrefplanError(f"tasks: {len(self.tasks)} are more than the {TASK_LIMIT} that the search can take")
-        check_names(self.names, what="task")
         for i, task in enumerate(self.tasks):
+            check_names([task.name], where=f"tasks[{i}].name")
             if task.name in ("min", "max", "abs"):
                 raise PrefplanError(f"tasks[{i}].name: {task.name!r} is a reserved word (min max abs)")
             if task.name in self.names[:i]:
                 raise PrefplanError(f"tasks[{i}].name: {task.name!r} is used twice")
             try:
-                parse(task.formula, propositions=system.propositions)
+                automaton(parse(task.formula, propositions=system.propositions))
             except FormulaError as error:
                 raise FormulaError(f"tasks[{i}].formula: {error}") from None
             self._check_relaxations(i, task)

@@ -73,7 +73,7 @@ class Product:
         self._tabulate()
         scale = 10 ** (problem.decimals - system.decimals)
         largest = int(system.costs.max(initial=0))
-        if largest * scale >= 2**52:
+        if largest * scale >= 2**58:
             raise ModelError(f"a cost of {largest / 10**system.decimals:g} is too large to be added up exactly")
         costs = system.costs * scale
         limits = [int(term.by * 10**problem.decimals) for term in problem.measure.tardiness]
@@ -182,7 +182,8 @@ class Product:
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:
-    """Return how many bits are needed to count actions, or 0 where costs count them anyway or there are too many."""
+    """Return how many bits are needed to count actions; 0 where costs tell them, or where labels would need 64 bits."""
     uniform = len(costs) == 0 or (costs.min() == costs.max() > 0)
     bits = states.bit_length()
-    return 0 if uniform or bits > TIE_BITS else bits
+    wide = int(costs.max(initial=0)) << bits >= 2**24
+    return 0 if uniform or bits > TIE_BITS or wide else bits

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Iterable
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from fractions import Fraction
 
 from prefplan.errors import ModelError
@@ -14,18 +15,25 @@ LIMIT = 2**62
 """Costs of this many quanta or more are refused: sums of them could overflow an int64."""
 
 
-def exact(value: Number) -> Decimal:
+def exact(value: Number, where: str = "") -> Decimal:
     """Return a number as the decimal a person would write for it (0.1 is one tenth).
+
+    Args:
+        value: an int, float or Decimal, or numpy's kinds of these.
+        where: key for the error message.
 
     Raises:
         ModelError: if it is not a finite number.
     """
-    try:
-        number = Decimal(repr(value)) if isinstance(value, float) else Decimal(str(value))
-    except InvalidOperation:
-        raise ModelError(f"{value!r} is not a number") from None
+    prefix = f"{where}: " if where else ""
+    if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
+        raise ModelError(f"{prefix}must be a number, not {value!r}")
+    if isinstance(value, (Decimal, numbers.Integral)):
+        number = Decimal(value if isinstance(value, Decimal) else int(value))
+    else:
+        number = Decimal(repr(float(value)))
     if not number.is_finite():
-        raise ModelError(f"{value!r} is not a finite number")
+        raise ModelError(f"{prefix}must be a finite number, not {value}")
     return number
 
 

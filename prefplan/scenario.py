@@ -343,6 +343,12 @@ def _first_problem(error: ValidationError, data: Any) -> str:
         case "union_tag_invalid":
             wrong = str(context["tag"])
             return f"{_key_path(location, data, 'kind')}: unknown kind {wrong!r} {choices(wrong, _kinds(location))}"
+        case "too_long":
+            return (
+                f"{_key_path(location, data)}: at most {context['max_length']} entries, not {context['actual_length']}"
+            )
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return f"{_key_path(location, data)}: must be a table"
     message = problem["msg"].removeprefix("Input ").replace("tuple", "list")
     return f"{_key_path(location, data)}: {message[0].lower()}{message[1:]}"
 

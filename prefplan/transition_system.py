@@ -11,7 +11,7 @@ import networkx as nx
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.quanta import Number, from_quanta, to_quanta
+from prefplan.quanta import Number, exact, from_quanta, to_quanta
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W"})
@@ -105,7 +105,7 @@ class TransitionSystem:
             a = action_index.setdefault(action, len(action_index))
             if (s, a) in seen:
                 raise ModelError(f"action {action!r} leaves state {source!r} twice")
-            if cost < 0:
+            if exact(cost, f"action {action!r} from state {source!r}") < 0:
                 raise ModelError(f"action {action!r} from state {source!r}: negative cost {cost}")
             seen.add((s, a))
             edges.append((s, a, t))
@@ -114,9 +114,11 @@ class TransitionSystem:
         for state, names in (labels or {}).items():
             if state not in index:
                 raise ModelError(f"label on unknown state {state!r}")
+            if isinstance(names, str):
+                raise ModelError(f"label on state {state!r}: must be several propositions, not the string {names!r}")
             label_of[index[state]] = frozenset(names)
         known = frozenset(propositions).union(*label_of.values())
-        check_names(known)
+        check_names(known, where="propositions")
         quanta, decimals = to_quanta(costs)
         order = sorted(range(len(edges)), key=lambda e: edges[e][0])
         sources = np.array([edges[e][0] for e in order], dtype=np.int64)
@@ -149,6 +151,8 @@ class TransitionSystem:
         Raises:
             ModelError: if the start is not a node, or as in `from_transitions`.
         """
+        if not graph.is_directed():
+            raise ModelError("the graph is undirected; `to_directed` makes each of its edges two")
         if start not in graph:
             raise ModelError(f"start {start!r} is not a node of the graph")
         transitions = [
@@ -157,6 +161,9 @@ class TransitionSystem:
         ]
         linked = {start} | {node for edge in transitions for node in (edge[0], edge[2])}
         labels = {node: data.get("labels", ()) for node, data in graph.nodes(data=True)}
+        for node, names in labels.items():
+            if isinstance(names, str):
+                raise ModelError(f"label on state {node!r}: must be several propositions, not the string {names!r}")
         everything = frozenset(propositions).union(*labels.values())
         return cls.from_transitions(
             transitions,
@@ -181,10 +188,10 @@ class TransitionSystem:
         return graph
 
 
-def check_names(names: Iterable[Any], *, what: str = "proposition") -> None:
-    """Raise ModelError for a name that a formula could not mention."""
+def check_names(names: Iterable[Any], *, where: str) -> None:
+    """Raise ModelError, with a key in front, for a name that a formula could not mention."""
     for name in sorted(names, key=str):
         if not isinstance(name, str) or not NAME.match(name):
-            raise ModelError(f"{what} {name!r} is not a name (letters, digits and _, not starting with a digit)")
+            raise ModelError(f"{where}: {name!r} is not a name (letters, digits and _, not starting with a digit)")
         if name in RESERVED:
-            raise ModelError(f"{what} {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")
+            raise ModelError(f"{where}: {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")

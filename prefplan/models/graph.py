@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.quanta import Number
+from prefplan.quanta import Number, exact
 from prefplan.transition_system import TransitionSystem
 
 
@@ -53,7 +53,7 @@ class GraphModel:
             action = (edge.source, edge.action or edge.target)
             if action in seen:
                 raise ModelError(f"transitions[{i}]: action {action[1]!r} leaves state {edge.source!r} twice")
-            if edge.cost < 0:
+            if exact(edge.cost, f"transitions[{i}].cost") < 0:
                 raise ModelError(f"transitions[{i}].cost: negative cost {edge.cost}")
             seen.add(action)
 

@@ -48,9 +48,10 @@ class GridModel:
             raise ModelError(f"size: must be at least 1 x 1, not {width} x {height}")
         if not (0 <= self.start[0] < width and 0 <= self.start[1] < height):
             raise ModelError(f"start: {list(self.start)} lies outside the grid of {width} x {height} cells")
-        if exact(self.cost) < 0:
+        if exact(self.cost, "cost") < 0:
             raise ModelError(f"cost: negative cost {self.cost}")
-        check_names(self.regions)
+        check_names(self.regions, where="regions")
+        check_names(self.propositions, where="propositions")
         for kind, boxes in (("regions", self.regions), ("obstacles", self.obstacles)):
             for name, some in boxes.items():
                 for box in some:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation_states import ACTION_KINDS, ManipulationState, reachable
-from prefplan.quanta import Number
+from prefplan.quanta import Number, exact
 from prefplan.transition_system import TransitionSystem, check_names
 
 __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
@@ -103,13 +104,15 @@ def _check_costs(costs: Mapping[str, Number]) -> None:
     for kind in ACTION_KINDS:
         if kind not in costs:
             raise ModelError(f"costs: no cost for {kind!r}")
-        if costs[kind] < 0:
+        if exact(costs[kind], f"costs.{kind}") < 0:
             raise ModelError(f"costs.{kind}: negative cost {costs[kind]}")
 
 
 def _check_locations(locations: tuple[Location, ...]) -> None:
+    if not locations:
+        raise ModelError("locations: at least one is needed")
     names = [place.name for place in locations]
-    check_names(names, what="location")
+    check_names(names, where="locations")
     for place in locations:
         where = f"locations.{place.name}"
         if names.count(place.name) > 1:
@@ -123,7 +126,9 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
         if place.capacity < 1:
             raise ModelError(f"{where}.capacity: must be at least 1, not {place.capacity}")
         if place.marks is not None:
-            check_names([place.marks], what=f"{where}.marks:")
+            check_names([place.marks], where=f"{where}.marks")
+        if place.at is not None and not all(map(math.isfinite, place.at)):
+            raise ModelError(f"{where}.at: must be finite numbers, not {list(place.at)}")
     supports = {place.name: place.on for place in locations}
     for name in names:
         below, seen = set(supports[name]), set()
@@ -136,7 +141,7 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
 
 def _check_objects(model: ManipulationModel) -> None:
     names = [place.name for place in model.locations]
-    check_names([thing.name for thing in model.objects], what="object")
+    check_names([thing.name for thing in model.objects], where="objects")
     resting: dict[str, list[str]] = {name: [] for name in names}
     for thing in model.objects:
         where = f"objects.{thing.name}"
@@ -144,6 +149,8 @@ def _check_objects(model: ManipulationModel) -> None:
             raise ModelError(f"{where}: defined twice")
         if thing.start not in resting:
             raise ModelError(f"{where}.start: unknown location {thing.start!r} {choices(thing.start, names)}")
+        if thing.rgba is not None and not all(0 <= part <= 1 for part in thing.rgba):
+            raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(thing.rgba)}")
         resting[thing.start].append(thing.name)
         capacity = model.location(thing.start).capacity
         if len(resting[thing.start]) > capacity:
@@ -158,6 +165,7 @@ def _check_objects(model: ManipulationModel) -> None:
 
 
 def _check_propositions(model: ManipulationModel) -> None:
+    check_names(model.propositions, where="propositions")
     origin: dict[str, str] = {}
     for thing in model.objects:
         names = [(f"holding_{thing.name}", f"holding {thing.name!r}")]
@@ -165,5 +173,7 @@ def _check_propositions(model: ManipulationModel) -> None:
         names += [(f"{thing.name}_{mark}", f"{thing.name!r} marked {mark!r}") for mark in model.marks]
         for name, meaning in names:
             if name in origin:
-                raise ModelError(f"proposition {name!r} would mean both {origin[name]} and {meaning}")
+                raise ModelError(
+                    f"objects.{thing.name}: proposition {name!r} would mean both {origin[name]} and {meaning}"
+                )
             origin[name] = meaning

@@ -22,6 +22,7 @@ from prefplan import (
     WeightedSum,
     cheapest_plan,
 )
+from prefplan.measure import Measure
 from prefplan.preference import Preference
 from prefplan.scenario import from_dict
 
@@ -120,10 +121,11 @@ def test_an_order_left_out_is_that_of_the_tasks() -> None:
 
 
 @pytest.mark.parametrize(
-    ("preference", "contract"), [(Order(), "additive"), (WeightedSum({"x": 1}), "additive"), (Deadline({}), "convex")]
+    ("preference", "contract"),
+    [(Order(), "additive"), (WeightedSum({"x": 1}), "additive"), (Deadline({"x": Due(3)}), "convex")],
 )
 def test_each_preference_tells_its_contract(preference: Preference, contract: str) -> None:
-    assert preference.contract == contract
+    assert Measure.of(preference.terms(["x"]), 1).contract == contract
 
 
 @pytest.mark.parametrize(
