@@ -13,6 +13,7 @@ from rich.console import Console
 from experiments import output, scenarios
 from experiments.carry_out import Outcome, Tell, carry_out, outcome_json, scene_of, show_outcome, write_json
 from experiments.progress import Bars
+from experiments.start import INTERRUPTED
 from prefplan import Plan, Scenario, pareto_front
 from sim.scene import Scene
 
@@ -37,6 +38,8 @@ def main() -> int:
         with Bars() as bars:
             outcomes.append(perform(scenario, scene, plan, name, tell=bars))
         show_outcome(console, scenario, outcomes[-1])
+        if outcomes[-1].interrupted:
+            return INTERRUPTED
     console.print("\nVideos")
     for outcome in outcomes:
         console.print(f"  {outcome.video or outcome.no_video}")
@@ -47,8 +50,6 @@ def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Te
     """Carry a plan out; leave a video and a JSON record of what came of it in `OUT`."""
     outcome = carry_out(scenario, scene, plan, film=OUT / f"{name}.mp4", tell=tell)
     write_json(OUT / f"{name}.json", outcome_json(outcome))
-    if outcome.interrupted:
-        raise KeyboardInterrupt
     return outcome
 
 

@@ -1,0 +1,111 @@
+"""Everything the README shows is run here as a reader would run it; only rendering and make's targets are spared."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+
+
+def blocks(language: str) -> list[str]:
+    return [text for name, text in BLOCKS if name == language]
+
+
+def file_name(block: str) -> str | None:
+    """Return the name of the file that a block is to be saved as: its first comment begins with it."""
+    match = re.match(r"# (\w+\.\w+)", block)
+    return match[1] if match else None
+
+
+COMMANDS = [line for block in blocks("sh") for line in block.splitlines()]
+MAKE = [line for line in COMMANDS if line.startswith("make")]
+PROGRAM = [line for line in COMMANDS if line not in MAKE]
+SNIPPETS = [block for block in blocks("python") if not file_name(block)]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A reader's folder, with every file that the README says to save."""
+    for _, text in BLOCKS:
+        if name := file_name(text):
+            (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    return subprocess.run(
+        ["sh", "-c", command], cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", PROGRAM)
+def test_every_command_works(command: str, folder: Path) -> None:
+    if " run " in command and "--no-video" not in command:
+        command += " --no-video"
+    done = shell(command, folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+
+
+@pytest.mark.parametrize("command", MAKE)
+def test_every_target_of_make_exists(command: str) -> None:
+    done = subprocess.run([*command.split(), "-n"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("code", SNIPPETS)
+def test_every_snippet_runs(code: str, folder: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+def test_the_regression_tests_pass(folder: Path) -> None:
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_tidy.py"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_front_is_the_one_shown(folder: Path) -> None:
+    (shown,) = blocks("text")
+    printed = shell("prefplan front tidy.toml", folder).stdout
+    assert shown in printed
+
+
+@pytest.mark.slow
+def test_the_json_is_made_like_the_one_shown(folder: Path) -> None:
+    (shown,) = blocks("json")
+    printed = shell("prefplan run tidy.toml --no-video --json", folder).stdout
+    assert_alike(json.loads(shown), json.loads(printed))
+
+
+def assert_alike(shown: Any, real: Any) -> None:
+    """Assert that two JSON values have the same keys in the same order; of lists, as much as is shown."""
+    if isinstance(shown, dict):
+        assert list(shown) == list(real)
+        for key in shown:
+            assert_alike(shown[key], real[key])
+    elif isinstance(shown, list):
+        for one, other in zip(shown, real, strict=False):
+            assert_alike(one, other)
+    else:
+        assert isinstance(real, (int, float) if isinstance(shown, (int, float)) else type(shown))
+
+
+def test_the_pictures_are_there_and_light() -> None:
+    pictures = [ROOT / name for name in re.findall(r"!\[.*?\]\((.*?)\)", README)]
+    assert len(pictures) == 2
+    assert sum(picture.stat().st_size for picture in pictures) < 300_000
