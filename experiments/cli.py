@@ -14,10 +14,10 @@ from rich.console import Console
 
 from experiments import output, scenarios
 from experiments.progress import Bars
-from experiments.start import INTERRUPTED, loading
+from experiments.start import INTERRUPTED, loading, tell_if_compiling
 from prefplan.errors import PrefplanError
 from prefplan.front import Front, NoPlanError, Plan, Reason
-from prefplan.planner import Planner, pareto_front
+from prefplan.planner import Planner
 
 DONE, BAD_INPUT, NO_PLAN, FAILED = 0, 2, 3, 4
 
@@ -42,12 +42,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def front(options: argparse.Namespace) -> int:
     """Carry out `prefplan front`."""
     scenario = scenarios.find(options.scenario)
-    result = pareto_front(scenario.problem(), max_cost=options.max_cost)
+    tell_if_compiling()
+    result = Planner(scenario.problem()).front(
+        max_cost=options.max_cost,
+        max_seconds=options.max_seconds,
+        max_memory=None if options.max_memory is None else float(options.max_memory) * 2**20,
+        keep_on_interrupt=True,
+    )
     if options.json:
         _print_json(output.front_json(scenario, result))
     elif result:
         output.show_front(Console(soft_wrap=True), scenario, result)
-    return _no_plan(result.reason) if result.reason else DONE
+    if result.reason:
+        return _no_plan(result.reason)
+    if result.ended:
+        print(f"prefplan: {output.ended_early(result)}", file=sys.stderr)
+    return INTERRUPTED if result.ended == "interrupt" else DONE
 
 
 def plan(options: argparse.Namespace) -> int:
@@ -55,8 +65,9 @@ def plan(options: argparse.Namespace) -> int:
     scenario = scenarios.find(options.scenario)
     planner = Planner(scenario.problem())
     choose = planner.cheapest if options.objective == "cost" else planner.preferred
+    tell_if_compiling()
     try:
-        chosen = choose(max_preference=options.max_preference)
+        chosen = choose(max_preference=options.max_preference, max_cost=options.max_cost)
     except NoPlanError as error:
         if options.json:
             _print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
@@ -126,7 +137,7 @@ def _choose(planner: Planner, wanted: str | int) -> Plan:
 
 
 def _no_plan(reason: Reason) -> int:
-    print(f"prefplan: no plan: {reason}", file=sys.stderr)
+    print(f"prefplan: {reason}", file=sys.stderr)
     return NO_PLAN
 
 
@@ -179,6 +190,8 @@ def _parser() -> argparse.ArgumentParser:
 
     sub = add(front, "Print the Pareto front of total cost and preference.", "prefplan front case_study_1")
     sub.add_argument("--max-cost", type=_number, metavar="C", help="only plans of at most this total cost")
+    sub.add_argument("--max-seconds", type=float, metavar="S", help="stop after this time with what was found")
+    sub.add_argument("--max-memory", type=_number, metavar="MB", help="stop before the search takes more memory")
     sub = add(plan, "Print one plan.", "prefplan plan case_study_1 --max-preference 24")
     sub.add_argument(
         "--objective",
@@ -187,6 +200,7 @@ def _parser() -> argparse.ArgumentParser:
         help="what the plan should be best at (default: cost)",
     )
     sub.add_argument("--max-preference", type=_number, metavar="M", help="bound on the plan's preference value")
+    sub.add_argument("--max-cost", type=_number, metavar="C", help="only plans of at most this total cost")
     sub = add(run, "Carry a plan out in simulation and film it.", "prefplan run case_study_3 --plan preference")
     sub.add_argument(
         "--plan",

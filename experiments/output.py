@@ -7,6 +7,7 @@ from itertools import groupby
 from typing import Any
 
 from rich.console import Console, Group
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -17,7 +18,14 @@ from prefplan.scenario import Scenario
 
 def number(value: Number) -> str:
     """Return a cost as a person would write it."""
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{value:.6f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
+
+
+def ended_early(front: Front) -> str:
+    """Return what stopped a search, and how far it got, as a sentence."""
+    why = {"time": "stopped by the time limit", "memory": "stopped by the memory limit", "interrupt": "interrupted"}
+    below = "" if front.complete_below is None else f"; the front is complete below cost {number(front.complete_below)}"
+    return f"{why[front.ended or 'interrupt']}{below}"
 
 
 def condense(actions: Sequence[str]) -> str:
@@ -66,6 +74,8 @@ def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
             "smallest": front.reason.smallest,
         }
         result["reason"] = reason
+    if front.ended:
+        result |= {"ended": front.ended, "complete_below": front.complete_below}
     return result | {"stats": stats_json(front.stats)}
 
 
@@ -82,9 +92,21 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
     }
 
 
+def relaxed(plan: Plan) -> list[str]:
+    """Return a line for every relaxation that a plan uses."""
+    lines = []
+    for bought in plan.relaxations:
+        if bought.assume is None:
+            lines.append(f"  {bought.task} is skipped, for {number(bought.cost)}")
+        else:
+            when = f"after action {bought.step}" if bought.step else "at the start"
+            lines.append(f"  {bought.task} takes {bought.assume} to hold {when}, for {number(bought.cost)}")
+    return lines
+
+
 def show_front(console: Console, scenario: Scenario, front: Front) -> None:
     """Print a front as a table, the plans below it."""
-    table = Table(title=f"{scenario.name}: every best trade-off of cost and preference", title_justify="left")
+    table = Table(title=f"{escape(scenario.name)}: every best trade-off of cost and preference", title_justify="left")
     table.add_column("#", justify="right")
     table.add_column("cost", justify="right", style="bold")
     table.add_column("preference", justify="right", style="bold")
@@ -101,7 +123,8 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
         style="dim",
     )
     for i, plan in enumerate(front):
-        console.print(Group(Text(f"\nPlan {i} ({len(plan.actions)} actions)"), Text(condense(plan.actions))))
+        lines = [Text(f"\nPlan {i} ({len(plan.actions)} actions)"), Text(condense(plan.actions) or "(nothing to do)")]
+        console.print(Group(*lines, *map(Text, relaxed(plan))))
 
 
 def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
@@ -110,3 +133,5 @@ def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     for name, cost in plan.task_costs.items():
         console.print(f"  {name} satisfied at cost {number(cost)}")
     console.print(Text(condense(plan.actions) or "(nothing to do)"))
+    for line in relaxed(plan):
+        console.print(Text(line))

@@ -19,6 +19,14 @@ def main() -> int:
     return cli.main()
 
 
+def tell_if_compiling() -> None:
+    """Say on stderr what the first search takes so long for."""
+    from prefplan.warm_up import is_compiled
+
+    if not is_compiled():
+        print("prefplan: compiling the search, once; this takes about a minute", file=sys.stderr, flush=True)
+
+
 @contextmanager
 def loading() -> Iterator[None]:
     """End the process at once on Ctrl-C: libraries swallow a KeyboardInterrupt while they load, or trace it."""

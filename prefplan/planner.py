@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from fractions import Fraction
 from itertools import combinations
 
-from prefplan.errors import ModelError, PreferenceError
+from prefplan.errors import ModelError, PreferenceError, PrefplanError
 from prefplan.extraction import extract
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats
 from prefplan.limits import Limits, available_memory
 from prefplan.preference import WeightedSum
-from prefplan.prepared import Options, Prepared
+from prefplan.prepared import Options, Prepared, bytes_to_prepare
 from prefplan.problem import Problem, Task
 from prefplan.product import Product
 from prefplan.quanta import Number, exact, to_number
@@ -128,14 +128,14 @@ class Planner:
         if (plan := next(plans, None)) is not None:
             return plan
         if limits.ended:
-            raise MemoryError("the search needs more memory than is free")
+            raise PrefplanError("the search needs more memory than is free")
         raise NoPlanError(self._why_not(max_cost=max_cost, max_preference=max_preference))
 
     def preferred(self, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
         """Return the plan of least mu; see `preferred_plan`."""
         front = self.front(max_cost=max_cost)
         if front.ended:
-            raise MemoryError("the search needs more memory than is free")
+            raise PrefplanError("the search needs more memory than is free")
         if front.reason:
             raise NoPlanError(front.reason)
         best: Plan = front[-1]
@@ -175,6 +175,9 @@ class Planner:
         if max_preference is not None:
             rest = (Fraction(exact(max_preference)) - measure.constant) * measure.scale * 10**self.problem.decimals
             mu = math.floor(rest) if measure.bi_objective else float(rest)
+        if bytes_to_prepare(self._product) > limits.bytes:
+            limits.ended = "memory"
+            return
         try:
             prepared = Prepared(self._product, self._options, single=single)
             search: Search

@@ -8,10 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from prefplan.errors import ModelError
+from prefplan.limits import available_memory
 from prefplan.quanta import Number, exact, to_quanta
 from prefplan.transition_system import TransitionSystem, check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
+
+BYTES_A_CELL = 300
+"""Memory that building a grid takes for each cell, about."""
 
 Box = tuple[int, int, int, int]
 """x0 y0 x1 y1, corners inclusive."""
@@ -61,8 +65,14 @@ class GridModel:
                 raise ModelError(f"start: {list(self.start)} lies in obstacle {name!r}")
 
     def transition_system(self) -> TransitionSystem:
-        """Return the cells that are no obstacle, row by row, as a weighted transition system."""
+        """Return the cells that are no obstacle, row by row, as a weighted transition system.
+
+        Raises:
+            ModelError: if the grid is larger than the memory that is free.
+        """
         width, height = self.size
+        if width * height * BYTES_A_CELL > available_memory():
+            raise ModelError(f"size: {width} x {height} cells need more memory than is free")
         free = np.ones((height, width), dtype=bool)
         for boxes in self.obstacles.values():
             for x0, y0, x1, y1 in boxes:

@@ -1,0 +1,39 @@
+"""Compile the kernels ahead of their first use: `python -m prefplan.warm_up`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from prefplan import biobjective
+from prefplan.planner import Planner
+from prefplan.preference import Expression, Order, Preference
+from prefplan.problem import Problem, Task
+from prefplan.transition_system import TransitionSystem
+
+NARROW, WIDE = 1, 2**40
+"""A cost that 32-bit labels hold, and one that they do not."""
+
+
+def is_compiled() -> bool:
+    """Return whether the machine code of the search lies on disk and is not older than its source."""
+    source = Path(biobjective.__file__)
+    folder = Path(biobjective.run._cache.cache_path)  # type: ignore[attr-defined]
+    return any(file.stat().st_mtime >= source.stat().st_mtime for file in folder.glob("biobjective.run-*.nbi"))
+
+
+def warm_up() -> None:
+    """Solve small problems that take every kernel, with labels of either width."""
+    for cost in (NARROW, WIDE):
+        system = TransitionSystem.from_transitions(
+            [("s", "go", "t", cost), ("t", "go", "s", cost)], start="s", labels={"s": ["a"], "t": ["b"]}
+        )
+        tasks = [Task("x", "F b"), Task("y", "F (b & F a)")]
+        preferences: tuple[Preference, ...] = (Order(), Expression("x * y"))
+        for preference in preferences:
+            planner = Planner(Problem(system, tasks, preference))
+            planner.front()
+            planner.cheapest()
+
+
+if __name__ == "__main__":
+    warm_up()
