@@ -168,5 +168,7 @@ def _show(cell: Mapping[str, Any] | None, what: str, statistic: str = "median") 
     if cell is None or cell[what] is None:
         return ""
     value = cell[what][statistic]
+    if what == "peak_mb" and value < 1:
+        return "< 1"
     text = f"{value:,.0f}" if value >= 100 or what == "expanded" else f"{value:.2g}"
     return f">= {text}" if statistic in cell[what]["at_least"] else text
