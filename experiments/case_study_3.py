@@ -11,7 +11,9 @@ from pathlib import Path
 from rich.console import Console
 
 from experiments import output, scenarios
-from experiments.carry_out import Outcome, Tell, carry_out, outcome_json, scene_of, show_outcome, write_json
+from experiments.carry_out import Tell, carry_out, scene_of
+from experiments.files import write_json
+from experiments.outcome import Outcome, outcome_json, show_outcome
 from experiments.progress import Bars
 from experiments.start import INTERRUPTED
 from prefplan import Plan, Scenario, pareto_front

@@ -13,6 +13,7 @@ from typing import Any
 from rich.console import Console
 
 from experiments import output, scenarios
+from experiments.files import make_folder, write_json
 from experiments.progress import Bars
 from experiments.start import INTERRUPTED, loading, tell_if_compiling
 from prefplan.errors import PrefplanError
@@ -83,11 +84,13 @@ def run(options: argparse.Namespace) -> int:
     """Carry out `prefplan run`."""
     # MuJoCo takes a second to load, which the other commands are spared.
     with loading():
-        from experiments.carry_out import carry_out, make_folder, outcome_json, scene_of, show_outcome, write_json
+        from experiments.carry_out import carry_out, scene_of
+        from experiments.outcome import no_outcome_json, outcome_json, show_outcome
 
     scenario = scenarios.find(options.scenario)
     folder = options.out or Path("out", scenario.name)
     name = options.plan if isinstance(options.plan, str) else f"plan_{options.plan}"
+    tell_if_compiling()
     try:
         with Bars() as bars:
             scene = scene_of(scenario)
@@ -104,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
         return _no_plan(error.reason)
     except KeyboardInterrupt:
         if options.json:
-            _print_json({"completed": False, "plan": None, "executed": [], "video": None, "complete": False})
+            _print_json(no_outcome_json())
         raise
     write_json(folder / f"{name}.json", outcome_json(outcome))
     if options.json:
@@ -117,7 +120,8 @@ def run(options: argparse.Namespace) -> int:
         print("prefplan: interrupted", file=sys.stderr)
         return INTERRUPTED
     if not outcome.rollout.completed:
-        print(f"prefplan: execution failed {outcome.rollout.reason}", file=sys.stderr)
+        if options.json:
+            print(f"prefplan: execution failed {outcome.rollout.reason}", file=sys.stderr)
         return FAILED
     return DONE
 
@@ -132,7 +136,8 @@ def _choose(planner: Planner, wanted: str | int) -> Plan:
     if found.reason:
         raise NoPlanError(found.reason)
     if int(wanted) >= len(found):
-        raise PrefplanError(f"--plan {wanted}: the front has plans 0 to {len(found) - 1}")
+        there = "one plan, 0" if len(found) == 1 else f"plans 0 to {len(found) - 1}"
+        raise PrefplanError(f"--plan {wanted}: the front has {there}")
     return found[int(wanted)]
 
 

@@ -1,0 +1,39 @@
+"""Results on disk."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from prefplan.errors import PrefplanError
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder for results.
+
+    Raises:
+        PrefplanError: it cannot be made or written to.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PrefplanError(f"{path}: cannot be made ({error.strerror})") from None
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise PrefplanError(f"{path}: cannot be written to")
+
+
+def write_json(path: Path, value: dict[str, Any]) -> None:
+    """Write a JSON file that appears only when it is complete.
+
+    Raises:
+        PrefplanError: it cannot be written.
+    """
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        draft.write_text(json.dumps(value, indent=1) + "\n", encoding="utf-8")
+        os.replace(draft, path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None

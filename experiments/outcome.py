@@ -1,0 +1,106 @@
+"""What came of a plan, for people and as JSON for programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from experiments.output import number, plan_json
+from experiments.tally import Tally
+from prefplan.front import Plan
+from prefplan.quanta import Number
+from prefplan.scenario import Scenario
+from sim.rollout import Rollout
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a plan.
+
+    Attributes:
+        plan: what was meant to happen.
+        rollout: what happened.
+        books: costs and tasks as they were observed.
+        video: the film, or None.
+        no_video: why there is none although one was wanted, in one sentence.
+        interrupted: whether the user ended it early.
+    """
+
+    plan: Plan
+    rollout: Rollout
+    books: Tally
+    video: Path | None = None
+    no_video: str | None = None
+    interrupted: bool = False
+
+    @property
+    def executed(self) -> tuple[str, ...]:
+        """The actions that were carried out."""
+        return tuple(step.action for step in self.rollout.steps)
+
+    @property
+    def task_costs(self) -> dict[str, Number]:
+        """Each task's cost, by name."""
+        return {name: self.books.task_cost(name) for name in self.plan.task_costs}
+
+
+def outcome_json(outcome: Outcome) -> dict[str, Any]:
+    """Return what came of a plan as the documented JSON object."""
+    rollout = outcome.rollout
+    result = {
+        "completed": rollout.completed,
+        "plan": plan_json(outcome.plan),
+        "executed": list(outcome.executed),
+        "task_costs": outcome.task_costs,
+        "replans": 0,
+        "sim_seconds": round(rollout.sim_seconds, 3),
+        "max_placement_error_mm": round(rollout.placement_error * 1000, 3),
+        "video": None if outcome.video is None else str(outcome.video),
+        "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in rollout.events],
+    }
+    if rollout.reason is not None:
+        result["reason"] = rollout.reason
+    if outcome.interrupted:
+        result["complete"] = False
+    return result
+
+
+def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None:
+    """Print what came of a plan, for people."""
+    plan, rollout = outcome.plan, outcome.rollout
+    done = f"{len(outcome.executed)} of {len(plan.actions)} actions"
+    if rollout.completed:
+        console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.books.cost)}", style="bold")
+    else:
+        console.print(f"{scenario.name}: stopped after {done}", style="bold")
+        console.print(f"  {rollout.reason}")
+    for name, cost in outcome.task_costs.items():
+        if name in outcome.books.satisfied[-1]:
+            console.print(f"  {name} satisfied at cost {number(cost)}")
+        else:
+            console.print(f"  {name} not satisfied")
+    console.print(f"  preference of the plan {number(plan.preference)}")
+    console.print(f"  placed to within {rollout.placement_error * 1000:.1f} mm")
+    factor = rollout.sim_seconds / rollout.wall_seconds
+    console.print(f"  {rollout.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
+    if outcome.video:
+        console.print(f"  video: {outcome.video}")
+
+
+def no_outcome_json() -> dict[str, Any]:
+    """Return what is known of a run that was interrupted before there was a plan."""
+    return {
+        "completed": False,
+        "plan": None,
+        "executed": [],
+        "task_costs": {},
+        "replans": 0,
+        "sim_seconds": 0.0,
+        "max_placement_error_mm": 0.0,
+        "video": None,
+        "events": [],
+        "complete": False,
+    }

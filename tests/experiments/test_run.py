@@ -1,0 +1,297 @@
+"""`prefplan run` and the case studies: plans carried out, filmed, failing and interrupted."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import imageio_ffmpeg
+import mujoco
+import pytest
+
+from experiments import carry_out, case_study_1, case_study_3
+from experiments.cli import main
+from experiments.outcome import outcome_json
+from prefplan import load, pareto_front
+from sim import execution
+from sim.errors import RenderingError
+from sim.painter import check_rendering
+from sim.scene import Scene, initial_state
+
+CUP = """
+[model]
+kind = "manipulation"
+start = "home"
+costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
+[model.locations]
+desk = { at = [0.45, 0.10] }
+tray = { at = [0.45, -0.25], kind = "bin" }
+shelf = { at = [0.60, 0.10] }
+[model.objects]
+cup = { start = "desk" }
+
+[[tasks]]
+name = "tidy"
+formula = "F cup_tray"
+
+[preference]
+kind = "order"
+"""
+
+PLAN = ["transit desk", "grasp cup", "transport cup tray", "release cup tray"]
+
+
+class Result(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+
+Run = Callable[..., Result]
+
+
+@pytest.fixture
+def cup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A small scenario in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cup.toml").write_text(CUP)
+    return tmp_path
+
+
+@pytest.fixture
+def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that calls `prefplan run` in that folder."""
+
+    def call(*arguments: str) -> Result:
+        try:
+            status = main(["run", *arguments])
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        captured = capsys.readouterr()
+        return Result(status, captured.out, captured.err)
+
+    return call
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["example"], "example.toml: model.kind: only a manipulation model can be carried out"),
+        (["nowhere"], "no scenario named 'nowhere'"),
+        (["cup.toml", "--plan", "1"], "--plan 1: the front has one plan, 0"),
+        (["case_study_3", "--plan", "2"], "--plan 2: the front has plans 0 to 1"),
+        (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
+        (["cup.toml", "--plan", "-1"], "--plan"),
+        (["cup.toml", "--seed", "-1"], "--seed"),
+        (["cup.toml", "--seed", "two"], "'two' is not a whole number >= 0"),
+        (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
+    ],
+)
+def test_bad_input_is_told_in_a_sentence(run: Run, arguments: list[str], message: str) -> None:
+    result = run(*arguments, "--no-video", "--json")
+    assert (result.status, result.out) == (2, "")
+    assert message in result.err and "Traceback" not in result.err
+
+
+def test_a_location_out_of_reach_is_named(run: Run, cup: Path) -> None:
+    (cup / "far.toml").write_text(CUP.replace("[0.60, 0.10]", "[1.60, 0.10]"))
+    result = run("far.toml", "--no-video")
+    assert (result.status, result.out) == (2, "")
+    assert "far.toml: model.locations.shelf" in result.err
+    assert not (cup / "out").exists()
+
+
+def test_a_task_that_cannot_be_done_is_told_before_anything_moves(run: Run, cup: Path) -> None:
+    (cup / "never.toml").write_text(CUP.replace("F cup_tray", "F (cup_tray & cup_desk)"))
+    result = run("never.toml", "--json", "--no-video")
+    assert result.status == 3
+    assert "tidy" in result.err
+    printed = json.loads(result.out)
+    assert printed["front"] == [] and printed["reason"]["tasks"] == ["tidy"]
+
+
+def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
+    result = run("cup.toml", "--json", "--no-video", "--seed", "3", "--out", "deep/down")
+    assert (result.status, result.err) == (0, "")
+    printed = json.loads(result.out)
+    assert list(printed) == [
+        "completed",
+        "plan",
+        "executed",
+        "task_costs",
+        "replans",
+        "sim_seconds",
+        "max_placement_error_mm",
+        "video",
+        "events",
+    ]
+    assert printed["completed"] is True and printed["video"] is None and printed["replans"] == 0
+    assert printed["executed"] == printed["plan"]["plan"] == PLAN
+    assert printed["task_costs"] == printed["plan"]["task_costs"] == {"tidy": 10}
+    assert 3 < printed["sim_seconds"] < 30
+    assert 0 < printed["max_placement_error_mm"] < 5
+    assert [event["kind"] for event in printed["events"]] == ["grasped", "placed"]
+    assert [path.name for path in (cup / "deep" / "down").iterdir()] == ["cost.json"]
+    assert json.loads((cup / "deep" / "down" / "cost.json").read_text()) == printed
+
+
+@pytest.mark.parametrize(("plan", "name"), [("preference", "preference"), ("0", "plan_0")])
+def test_people_get_a_summary(run: Run, cup: Path, plan: str, name: str) -> None:
+    result = run("cup.toml", "--no-video", "--plan", plan)
+    assert (result.status, result.err) == (0, "")
+    assert "carried out, 4 of 4 actions, cost 10" in result.out
+    assert "tidy satisfied at cost 10" in result.out
+    assert (cup / "out" / "cup" / f"{name}.json").exists()
+
+
+def misplaced(scene: Scene, *, seed: int | None = None) -> mujoco.MjData:
+    """Return an initial state in which the cup is not where the model has it."""
+    data = initial_state(scene, seed=seed)
+    data.joint("cup").qpos[:2] = scene.slots["shelf"][0].position[:2]
+    mujoco.mj_forward(scene.mujoco, data)
+    return data
+
+
+def test_a_surprise_ends_the_run(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carry_out, "initial_state", misplaced)
+    result = run("cup.toml", "--no-video", "--json")
+    assert result.status == 4
+    printed = json.loads(result.out)
+    assert printed["completed"] is False and printed["executed"] == ["transit desk"]
+    assert printed["task_costs"] == {"tidy": 3}
+    assert "expected cup on desk, but it rests on shelf" in printed["reason"]
+    assert printed["reason"] in result.err
+
+
+def test_people_are_told_of_a_surprise_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carry_out, "initial_state", misplaced)
+    result = run("cup.toml", "--no-video")
+    assert result.status == 4
+    assert "stopped after 1 of 4 actions" in result.out and "tidy not satisfied" in result.out
+
+
+def interrupted_at(action: str) -> Callable[[execution.Run, str], bool]:
+    """Return a way to carry an action out that is interrupted at one of them."""
+    carry_out = execution.Run.carry_out
+
+    def carry_out_or_stop(self: execution.Run, what: str) -> bool:
+        if what == action:
+            raise KeyboardInterrupt
+        return carry_out(self, what)
+
+    return carry_out_or_stop
+
+
+def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(execution.Run, "carry_out", interrupted_at("transport cup tray"))
+    result = run("cup.toml", "--json")
+    assert result.status == 130
+    printed = json.loads(result.out)
+    assert printed["complete"] is False and printed["completed"] is False
+    assert printed["executed"] == PLAN[:2] and printed["video"] is None
+    assert result.err == "prefplan: interrupted\n"
+
+
+def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("experiments.cli.Planner.cheapest", interrupted)
+    result = run("cup.toml", "--json")
+    assert result.status == 130
+    printed = json.loads(result.out)
+    assert printed["complete"] is False and printed["plan"] is None and printed["executed"] == []
+
+
+def test_ctrl_c_while_libraries_load_leaves_no_traceback() -> None:
+    code = f"""
+import os
+from experiments.start import loading
+with loading():
+    try:
+        os.kill(os.getpid(), {int(signal.SIGINT)})
+        sum(range(10**6))
+    except BaseException:
+        print("swallowed")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "prefplan: interrupted\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["off", "nonsense"])
+def test_without_opengl_all_but_the_video_is_there(cup: Path, backend: str) -> None:
+    command = [sys.executable, "-c", "import sys; from experiments.start import main; sys.exit(main())"]
+    done = subprocess.run(
+        [*command, "run", "cup.toml", "--json"],
+        env=os.environ | {"MUJOCO_GL": backend},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    printed = json.loads(done.stdout)
+    assert printed["completed"] is True and printed["video"] is None
+    assert done.stderr.startswith("prefplan: no video: no OpenGL here") and done.stderr.count("\n") == 1
+    assert [path.name for path in (cup / "out" / "cup").iterdir()] == ["cost.json"]
+
+
+@pytest.fixture
+def gl() -> None:
+    try:
+        check_rendering()
+    except RenderingError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.slow
+def test_a_run_is_filmed(cup: Path, gl: None) -> None:
+    scenario = load("cup.toml")
+    scene = carry_out.scene_of(scenario)
+    plan = pareto_front(scenario.problem())[0]
+    told: list[tuple[str, int, int, str]] = []
+    film = cup / "cup.mp4"
+    outcome = carry_out.carry_out(
+        scenario,
+        scene,
+        replace(plan, actions=plan.actions[:1]),
+        film=film,
+        size=(160, 90),
+        tell=lambda *what: told.append(what),
+    )
+    assert outcome.video == film
+    frames, _ = imageio_ffmpeg.count_frames_and_secs(str(film))
+    assert frames >= outcome.rollout.sim_seconds * 30
+    assert told[:2] == [("executing", 0, 1, "transit desk"), ("executing", 1, 1, "")]
+    assert told[-1] == ("rendering", frames, frames, "")
+    assert outcome_json(outcome)["video"] == str(film)
+
+
+def test_case_study_1_meets_the_published_front(capsys: pytest.CaptureFixture[str]) -> None:
+    case_study_1.main()
+    printed = capsys.readouterr().out
+    assert ": the published front." in printed and "NOT" not in printed
+
+
+def draw_nothing(scene: Any, rollout: Any, captions: Any, path: Path, **options: Any) -> Path:
+    """Stand in for the renderer."""
+    path.write_bytes(b"")
+    return path
+
+
+@pytest.mark.slow
+def test_the_demo_carries_both_plans_out(
+    cup: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(carry_out, "render_video", draw_nothing)
+    assert case_study_3.main() == 0
+    printed = capsys.readouterr().out
+    assert "carried out, 14 of 14 actions, cost 34" in printed
+    assert "carried out, 17 of 17 actions, cost 41" in printed
+    assert printed.endswith("Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n")
