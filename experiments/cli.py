@@ -12,10 +12,11 @@ from typing import Any
 
 from rich.console import Console
 
-from experiments import output, scenarios
+from experiments import automaton_formats, output, scenarios
 from experiments.files import make_folder, write_json
 from experiments.progress import Bars
 from experiments.start import INTERRUPTED, loading, tell_if_compiling
+from prefplan.automaton import automaton as minimal_automaton
 from prefplan.errors import PrefplanError
 from prefplan.front import Front, NoPlanError, Plan, Reason
 from prefplan.planner import Planner
@@ -126,6 +127,16 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
+def automaton(options: argparse.Namespace) -> int:
+    """Carry out `prefplan automaton`."""
+    found = minimal_automaton(options.formula)
+    if options.format == "table":
+        automaton_formats.show_table(Console(soft_wrap=True), found)
+    else:
+        print(automaton_formats.WRITERS[options.format](found), end="")
+    return DONE
+
+
 def _choose(planner: Planner, wanted: str | int) -> Plan:
     """Return the plan that `--plan` names."""
     if wanted == "cost":
@@ -181,16 +192,20 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    def add(function: Callable[[argparse.Namespace], int], summary: str, example: str) -> argparse.ArgumentParser:
+    def add_bare(function: Callable[[argparse.Namespace], int], summary: str, example: str) -> argparse.ArgumentParser:
         sub = commands.add_parser(
             function.__name__,
             help=summary,
             description=summary,
             epilog=f"example: {example}",
         )
+        sub.set_defaults(command=function)
+        return sub
+
+    def add(function: Callable[[argparse.Namespace], int], summary: str, example: str) -> argparse.ArgumentParser:
+        sub = add_bare(function, summary, example)
         sub.add_argument("scenario", metavar="SCENARIO", help="name of a scenario that ships, or path of a TOML file")
         sub.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
-        sub.set_defaults(command=function)
         return sub
 
     sub = add(front, "Print the Pareto front of total cost and preference.", "prefplan front case_study_1")
@@ -219,4 +234,12 @@ def _parser() -> argparse.ArgumentParser:
         "--seed", type=_seed, metavar="N", help="move each object by up to 5 mm and 5 degrees at the start"
     )
     sub.add_argument("--no-video", action="store_true", help="render nothing")
+    sub = add_bare(automaton, "Print a task's automaton.", "prefplan automaton '!pizza U cheese' --format dot")
+    sub.add_argument("formula", metavar="FORMULA", help="a co-safe formula of ! & | -> X F U, names, true, false")
+    sub.add_argument(
+        "--format",
+        choices=["table", *automaton_formats.WRITERS],
+        default="table",
+        help="for people, for other tools, or for Graphviz (default: table)",
+    )
     return parser
