@@ -78,7 +78,7 @@ def test_hoa_is_read_back_as_the_same_deterministic_complete_automaton(parser: H
         assert read.header.nb_states == dfa.size, formula
         assert {"state-acc", "deterministic", "complete"} <= {str(name) for name in read.header.properties or ()}
         assert read.header.acceptance.name == "Buchi"
-        assert read.header.acceptance.condition == AcceptanceAtom(AtomType.INFINITE, 0), formula
+        assert read.header.acceptance.condition == AcceptanceAtom(AtomType.INFINITE, 0, False), formula
         assert_same(read, dfa)
 
 
