@@ -130,17 +130,19 @@ def run(
         satisfied = np.int64(facts[label_row[parent], SATISFIED])
     while True:
         while k < count:
-            after = cost + next_cost[k]
+            # The open list is last in, first out: entering the model's first action last prefers it among equals.
+            j = count - 1 - k
+            after = cost + next_cost[j]
             spent = after >> view.shift
             value = mu + growth.rate[satisfied] * (spent - (cost >> view.shift))
             value = _convex(growth, value, satisfied, cost >> view.shift, spent)
             if view.relaxed or parent == NONE:
                 for i in range(growth.violation.shape[0]):
-                    value += growth.violation[i] * violation[k, i]
+                    value += growth.violation[i] * violation[j, i]
             if value >= bounds[0] or after > bounds[1]:
                 k += 1
                 continue
-            code = next_code[k]
+            code = next_code[j]
             slot = first_slot(code, slot_mask)
             row = slots[slot]
             while row >= 0 and codes[row] != code:

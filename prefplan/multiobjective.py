@@ -130,11 +130,13 @@ def run_vector(
             if parent != NONE:
                 cost = np.int64(labels.cost[parent])
                 satisfied = np.int64(facts[labels.row[parent], SATISFIED])
-            after = cost + room.cost[k]
+            # The open list is last in, first out: entering the model's first action last prefers it among equals.
+            j = count - 1 - k
+            after = cost + room.cost[j]
             if after > bounds[1]:
                 k += 1
                 continue
-            code = room.code[k]
+            code = room.code[j]
             slot = first_slot(code, slot_mask)
             row = slots[slot]
             while row >= 0 and codes[row] != code:
@@ -159,7 +161,7 @@ def run_vector(
             now = facts[row, SATISFIED] & (2**31 - 1)
             before, spent = cost >> view.shift, after >> view.shift
             mu = _follow(
-                view, growth, key, programs, callback, labels, room, scratch, parent, k, before, spent, satisfied, now
+                view, growth, key, programs, callback, labels, room, scratch, parent, j, before, spent, satisfied, now
             )
             if mu != mu or (key.tolerance == 0 and mu > LARGEST):
                 return TOO_WIDE

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.cost_to_go import Backward, growth_to_go
-from prefplan.heuristic import THREADS_FROM, in_parallel
-from prefplan.kernels import Integer, bare_kernel
+from prefplan.heuristic import THREADS_FROM, Patterns, in_parallel
+from prefplan.kernels import INFINITE, Integer, bare_kernel
 from prefplan.measure import Measure
 from prefplan.terms import OrderRate
 
@@ -50,11 +50,12 @@ def no_blocks(tasks: int, dtype: type) -> Blocks:
     return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=dtype))
 
 
-def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type) -> Blocks:
+def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: Patterns) -> Blocks:
     """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
 
     Args:
         reverse: the product.
+        known: costs-to-go; those of single tasks are put to use.
         measure: its rates are quanta of mu for a quantum of cost.
         unit: quanta of cost in one internal unit.
         dtype: np.int32 or np.int64.
@@ -66,19 +67,32 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type) -> Block
     orders = [rate.groups for rate in measure.rates if isinstance(rate, OrderRate)]
     groups = orders[0] if orders else tuple((i,) for i in range(n))
     split = _split(reverse, groups)
-    jobs = []
+    jobs: dict[tuple[tuple[int, ...], tuple[int, ...]], list[int]] = {}
     for members in split:
         for outside in range(n - len(members) + 1):
-            rates = [_rate(measure, members, s, outside) for s in range(2 ** len(members))]
-            jobs.append((members, outside, np.array([int(r * measure.scale) * unit for r in rates], dtype=np.int64)))
-    if not any(rates.any() for _, _, rates in jobs):
+            exact = [_rate(measure, members, s, outside) for s in range(2 ** len(members))]
+            rates = tuple(int(r * measure.scale) * unit for r in exact)
+            jobs.setdefault((members, rates), []).append(outside)
+    if not any(any(rates) for _, rates in jobs):
         return no_blocks(n, dtype)
+
+    def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
+        members, rates = job
+        tasks = np.array(members, dtype=np.int64)
+        size = len(reverse.classes) * int(np.prod(reverse.sizes[tasks]))
+        if not any(rates):
+            return np.zeros(size, dtype=dtype)
+        if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
+            # Alone, a task makes mu grow at one rate until it is satisfied.
+            cost = known.table[0, known.base[members[0]] :][:size].astype(np.int64) >> reverse.shift
+            growth = cost * rates[0]
+            if (growth[cost < INFINITE[dtype] >> reverse.shift] >= INFINITE[dtype]).any():
+                raise OverflowError
+            return np.minimum(growth, INFINITE[dtype]).astype(dtype)
+        return growth_to_go(reverse, tasks, dtype, np.array(rates, dtype=np.int64))
+
     work = len(jobs) * len(reverse.classes) * float(np.mean(reverse.sizes)) ** max(map(len, split))
-    tables = in_parallel(
-        lambda job: growth_to_go(reverse, np.array(job[0], dtype=np.int64), dtype, job[2]),
-        jobs,
-        threads=1 if work < THREADS_FROM else os.cpu_count() or 1,
-    )
+    tables = in_parallel(tabulate, list(jobs), threads=1 if work < THREADS_FROM else os.cpu_count() or 1)
     width = max(map(len, split))
     tasks = np.full((len(split), width), -1, dtype=np.int64)
     strides = np.zeros((len(split), width), dtype=np.int64)
@@ -88,8 +102,8 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type) -> Block
         sizes = reverse.sizes[np.array(members[:-1], dtype=np.int64)]
         strides[b, : len(members)] = np.cumprod(np.concatenate([[len(reverse.classes)], sizes]))
     first = 0
-    for (members, outside, _), table in zip(jobs, tables, strict=True):
-        base[split.index(members), outside] = first
+    for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
+        base[split.index(members), outsides] = first
         first += len(table)
     bits = np.array([sum(1 << i for i in members) for members in split], dtype=np.int64)
     return Blocks(tasks, strides, base, bits, np.concatenate(tables))

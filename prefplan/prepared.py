@@ -75,7 +75,11 @@ class Prepared:
         bounded = options.preference_bound and measure.bi_objective
         unit = product.unit
         self.blocks = self._fit(
-            lambda dtype: blocks(self._reverse, measure, unit, dtype) if bounded else no_blocks(measure.tasks, dtype)
+            lambda dtype: (
+                blocks(self._reverse, measure, unit, dtype, self.patterns)
+                if bounded
+                else no_blocks(measure.tasks, dtype)
+            )
         )
 
     def _fit(self, build: Callable[[Any], Any]) -> Any:
@@ -91,7 +95,7 @@ class Prepared:
     def bound_growth(self, mu: int) -> None:
         """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in quanta."""
         measure = self.product.problem.measure
-        growing = self.options.preference_bound and measure.rates and self._size > 0
+        growing = self.options.preference_bound and measure.rates and self._size > 1
         if growing and len(self.patterns.budgets) == 1 and mu < INFINITE[np.int64]:
             budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
             unit = self.product.unit

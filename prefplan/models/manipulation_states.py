@@ -73,6 +73,7 @@ class _Builder:
 
     def __init__(self, model: ManipulationModel) -> None:
         self.model = model
+        self.marks = model.marks
         self.names = [place.name for place in model.locations]
         self.things = [thing.name for thing in model.objects]
         self.hands = self.names + ([model.start] if model.start not in self.names else [])
@@ -87,7 +88,7 @@ class _Builder:
 
     def mark_digit(self, thing: int, mark: str) -> int:
         """Return the digit that holds whether an object carries a mark."""
-        return 1 + len(self.things) + thing * len(self.model.marks) + self.model.marks.index(mark)
+        return 1 + len(self.things) + thing * len(self.marks) + self.marks.index(mark)
 
     def digit(self, codes: np.ndarray, d: int) -> np.ndarray:
         """Return one digit of every code."""
@@ -104,7 +105,7 @@ class _Builder:
             marks=frozenset(
                 (thing, mark)
                 for o, thing in enumerate(self.things)
-                for mark in self.model.marks
+                for mark in self.marks
                 if digits[self.mark_digit(o, mark)]
             ),
         )
@@ -164,7 +165,8 @@ class _Builder:
         kinds, decimals = to_quanta([self.model.costs[kind] for kind in ACTION_KINDS])
         cost_of = dict(zip(ACTION_KINDS, kinds, strict=True))
         layer = np.array([self.start_code()], dtype=np.int64)
-        layers, known = [layer], layer
+        codes = _Numbering(self.weights[-1] * self.radices[-1])
+        codes.add(layer)
         sources, targets, actions, costs = [], [], [], []
         action_names: list[str] = []
         while len(layer):
@@ -175,21 +177,16 @@ class _Builder:
                 targets.append(target)
                 actions.append(np.full(len(target), a, dtype=np.int32))
                 costs.append(np.full(len(target), cost_of[kind], dtype=np.int64))
-            reached = np.unique(np.concatenate([target for *_, target in found]))
-            layer = reached[~_member(reached, known)]
-            known = np.union1d(known, layer)
-            layers.append(layer)
-        codes = np.concatenate(layers)
-        rank = np.argsort(codes)
-        source = rank[np.searchsorted(codes, np.concatenate(sources), sorter=rank)]
-        target = rank[np.searchsorted(codes, np.concatenate(targets), sorter=rank)]
+            layer = codes.add(np.concatenate([target for *_, target in found]))
+        source = codes.number(np.concatenate(sources))
+        target = codes.number(np.concatenate(targets))
         action = np.concatenate(actions)
-        order = np.lexsort((action, source))
-        labels, label_sets = self.labels(codes)
+        order = np.argsort(source, kind="stable")
+        labels, label_sets = self.labels(codes.all)
         return TransitionSystem(
-            states=_Codes(self, codes),
+            states=_Codes(self, codes.all),
             start=0,
-            offsets=np.searchsorted(source[order], np.arange(len(codes) + 1)).astype(np.int64),
+            offsets=np.searchsorted(source[order], np.arange(len(codes.all) + 1)).astype(np.int64),
             targets=target[order].astype(np.int32),
             actions=action[order],
             costs=np.concatenate(costs)[order],
@@ -227,6 +224,39 @@ def _pick(rows: list[np.ndarray], index: np.ndarray) -> np.ndarray:
     return np.array(rows)[np.minimum(index, len(rows) - 1), np.arange(len(index))]
 
 
-def _member(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    at = np.minimum(np.searchsorted(known, values), len(known) - 1)
-    return known[at] == values
+DENSE = 2**28
+"""Codes up to here are looked up in an array of all possible ones."""
+
+
+class _Numbering:
+    """Codes in the order in which they were added, and the way back."""
+
+    def __init__(self, bound: int) -> None:
+        self._layers: list[np.ndarray] = []
+        self._count = 0
+        self._index = np.full(bound, -1, dtype=np.int32) if bound <= DENSE else None
+        self._sorted = np.empty(0, dtype=np.int64)
+
+    @property
+    def all(self) -> np.ndarray:
+        """All codes, by number."""
+        return np.concatenate(self._layers)
+
+    def add(self, codes: np.ndarray) -> np.ndarray:
+        """Number codes that are new, smallest first, and return them."""
+        if self._index is not None:
+            new = np.unique(codes[self._index[codes] < 0])
+            self._index[new] = np.arange(self._count, self._count + len(new), dtype=np.int32)
+        else:
+            new = np.setdiff1d(codes, self._sorted)
+            self._sorted = np.union1d(self._sorted, new)
+        self._layers.append(new)
+        self._count += len(new)
+        return new
+
+    def number(self, codes: np.ndarray) -> np.ndarray:
+        """Return the numbers of codes."""
+        if self._index is not None:
+            return self._index[codes]
+        rank = np.argsort(self.all)
+        return rank[np.searchsorted(self.all, codes, sorter=rank)]
