@@ -28,7 +28,7 @@ import numpy as np
 from prefplan.errors import PreferenceError
 from prefplan.expression import is_integral
 from prefplan.quanta import LIMIT
-from prefplan.terms import Formula, Maximum, Rate, Tardiness, Term, Violation
+from prefplan.terms import Formula, Maximum, Rate, Tardiness, Term, Violation, WeightedRate
 
 TASK_LIMIT = 20
 """Tables over all sets of satisfied tasks have 2^N entries."""
@@ -119,32 +119,29 @@ class Measure:
         """Quanta of the additive and maximum terms in one user's unit of mu, beyond those of cost."""
         factors = [w for term in self.maxima for w in term.weights] + [term.weight for term in self.tardiness]
         factors += [w for term in self._some(Violation) for w in term.weights]
-        factors += [Fraction(r) for r in self._rate_values]
+        for rate in self.rates:
+            factors += rate.weights if isinstance(rate, WeightedRate) else [rate.weight]
         return lcm(1, *(factor.denominator for factor in factors))
-
-    @cached_property
-    def _rate_values(self) -> list[Fraction]:
-        """Return the sum of all rates for every satisfied set."""
-        if not self.rates:
-            return [Fraction(0)]
-        return [sum((term.rate(s) for term in self.rates), Fraction(0)) for s in range(2**self.tasks)]
 
     def rate_table(self) -> np.ndarray:
         """Return the (2^N,) int64 growth of mu in each satisfied set, in quanta of mu for a quantum of cost."""
-        values = [int(rate * self.scale) for rate in self._rate_values]
-        if max(values) >= LIMIT:
-            raise PreferenceError("weights: too large to be held exactly")
-        return np.array(values if self.rates else values * 2**self.tasks, dtype=np.int64)
+        table = np.zeros(2**self.tasks, dtype=np.int64)
+        for rate in self.rates:
+            largest = max(rate.weights) if isinstance(rate, WeightedRate) else rate.weight
+            if largest * self.scale * self.tasks * len(self.rates) >= LIMIT:
+                raise PreferenceError("weights: too large to be held exactly")
+            table += rate.table(self.tasks, self.scale)
+        return table
 
     def maximum_table(self) -> np.ndarray:
         """Return the (M, 2^N) int64 largest weight of an unsatisfied task, for every maximum and satisfied set."""
-        table = np.zeros((len(self.maxima), 2**self.tasks), dtype=np.int64)
+        sets = np.arange(2**self.tasks)
+        table = np.zeros((len(self.maxima), len(sets)), dtype=np.int64)
         for k, term in enumerate(self.maxima):
-            weights = [int(w * self.scale) for w in term.weights]
-            if max(weights) >= LIMIT:
-                raise PreferenceError("weights: too large to be held exactly")
-            for s in range(2**self.tasks):
-                table[k, s] = max((w for i, w in enumerate(weights) if not s >> i & 1), default=0)
+            for i, weight in enumerate(term.weights):
+                if weight * self.scale >= LIMIT:
+                    raise PreferenceError("weights: too large to be held exactly")
+                table[k] = np.maximum(table[k], (1 - (sets >> i & 1)) * int(weight * self.scale))
         return table
 
     def violation_weights(self) -> np.ndarray:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from prefplan.expression import Constant, Expression, Operation, Variable, evaluate, shape, variables
 
 Costs = Sequence[Fraction]
@@ -35,6 +37,17 @@ class OrderRate:
     def rate(self, satisfied: int) -> Fraction:
         """Return the rate of a satisfied set, given as bits."""
         return self._sum(satisfied, satisfied.bit_count(), frozenset(i for group in self.groups for i in group))
+
+    def table(self, tasks: int, scale: int) -> np.ndarray:
+        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
+        sets = np.arange(2**tasks)
+        count, place = np.bitwise_count(sets).astype(np.int64), 0
+        total = np.zeros(len(sets), dtype=np.int64)
+        for group in self.groups:
+            due = np.clip(count - place, 0, len(group))
+            total += np.maximum(0, due - sum(sets >> i & 1 for i in group))
+            place += len(group)
+        return total * int(self.weight * scale)
 
     def among(self, members: frozenset[int], satisfied: int) -> Fraction:
         """Return the rate if some tasks were the only ones, in the same order; it is at most the rate of all tasks.
@@ -77,6 +90,11 @@ class WeightedRate:
         """Return the rate of a satisfied set, given as bits."""
         return sum((w for i, w in enumerate(self.weights) if not satisfied >> i & 1), Fraction(0))
 
+    def table(self, tasks: int, scale: int) -> np.ndarray:
+        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
+        sets = np.arange(2**tasks)
+        return sum((1 - (sets >> i & 1)) * int(w * scale) for i, w in enumerate(self.weights)) + 0 * sets
+
     def among(self, members: frozenset[int], satisfied: int) -> Fraction:
         """Return the rate if some tasks were the only ones."""
         return self.part(members, satisfied, 0)
@@ -101,6 +119,11 @@ class SpreadRate:
         """Return the rate of a satisfied set, given as bits."""
         done = sum(satisfied >> i & 1 for i in self.members)
         return self.weight if 0 < done < len(self.members) else Fraction(0)
+
+    def table(self, tasks: int, scale: int) -> np.ndarray:
+        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
+        done = np.bitwise_count(np.arange(2**tasks) & sum(1 << i for i in self.members))
+        return np.where((done > 0) & (done < len(self.members)), int(self.weight * scale), 0)
 
     def among(self, members: frozenset[int], satisfied: int) -> Fraction:
         """Return the whole rate if all its tasks are among some, else nothing."""
@@ -191,8 +214,6 @@ class Formula:
         if self.tree is not None:
             return self.weight * evaluate(self.tree, costs, violations)
         assert self.function is not None
-        import numpy as np
-
         arguments = (np.array([float(c) for c in costs]), np.array([float(v) for v in violations]))
         return float(self.weight) * float(self.function(*arguments))
 
