@@ -8,7 +8,6 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
 
 from prefplan.errors import PreferenceError
 from prefplan.terms import Formula
@@ -22,6 +21,9 @@ SEED = 2023
 TOLERANCE = 1e-9
 """Relative; functions and divisions are computed in floating point."""
 
+LARGEST = 1e200
+"""Values beyond this would overflow when they are added up."""
+
 Vector = tuple[list[Fraction], list[Fraction]]
 
 
@@ -31,9 +33,7 @@ def check_never_falls(formula: Formula, tasks: Sequence[str], where: str) -> Non
     for _ in range(TRIALS // 4):
         before, before_value = None, 0.0
         for after in _trajectory(rng, len(tasks)):
-            value = _value(formula, after, tasks, where)
-            if value < 0:
-                raise PreferenceError(f"{where}: must not be negative, but is {value:g} at {_text(after, tasks)}")
+            value = value_at(after, formula, tasks, where)
             if before is not None and _less(value, before_value):
                 raise PreferenceError(
                     f"{where}: falls along a trajectory, from {before_value:g} at {_text(before, tasks)} "
@@ -49,7 +49,7 @@ def check_contract(formula: Formula, tasks: Sequence[str], where: str) -> None:
         match formula.contract:
             case "componentwise":
                 low, high = _ordered_pair(rng, len(tasks))
-                a, b = (_value(formula, vector, tasks, where) for vector in (low, high))
+                a, b = (value_at(vector, formula, tasks, where) for vector in (low, high))
                 if _less(b, a):
                     raise PreferenceError(
                         f"{where}: not componentwise: {a:g} at {_text(low, tasks)} "
@@ -75,7 +75,7 @@ def _check_key(rng: random.Random, formula: Formula, tasks: Sequence[str], where
         return costs, paid[k]
 
     start = [vector(k, {}, Fraction(0)) for k in (0, 1)]
-    values = [_value(formula, v, tasks, where) for v in start]
+    values = [value_at(v, formula, tasks, where) for v in start]
     if _less(values[1], values[0]):
         if spent[0] < spent[1]:
             return
@@ -83,7 +83,7 @@ def _check_key(rng: random.Random, formula: Formula, tasks: Sequence[str], where
     total = _number(rng)
     more = {i: _number(rng) % (total + 1) for i in range(n) if i not in satisfied and rng.random() < 0.5}
     ends = [vector(k, more, total) for k in (0, 1)]
-    after = [_value(formula, v, tasks, where) for v in ends]
+    after = [value_at(v, formula, tasks, where) for v in ends]
     grew = [y - x for x, y in zip(values, after, strict=True)]
     same = formula.contract == "convex" or abs(grew[0] - grew[1]) <= TOLERANCE * max(1, *map(abs, after))
     if _less(after[1], after[0]) or not same:
@@ -120,14 +120,20 @@ def _number(rng: random.Random) -> Fraction:
     return Fraction(0 if kind < 0.15 else rng.randint(1, 20) if kind < 0.7 else rng.randint(1, 2000))
 
 
-def _value(formula: Formula, vector: Vector, tasks: Sequence[str], where: str) -> float:
+def value_at(vector: Vector, formula: Formula, tasks: Sequence[str], where: str) -> float:
+    """Return mu of a cost vector.
+
+    Raises:
+        PreferenceError: if it cannot be worked out, is not a number, negative or too large.
+    """
     try:
-        value: Any = formula.value(*vector)
-        number = float(value)
+        number = float(formula.value(*vector))
     except Exception as error:
         raise PreferenceError(f"{where}: fails at {_text(vector, tasks)}: {error}") from None
-    if number != number or number in (float("inf"), float("-inf")):
-        raise PreferenceError(f"{where}: is {number} at {_text(vector, tasks)}")
+    if number != number or abs(number) > LARGEST:
+        raise PreferenceError(f"{where}: is {number:g} at {_text(vector, tasks)}")
+    if number < 0:
+        raise PreferenceError(f"{where}: must not be negative, but is {number:g} at {_text(vector, tasks)}")
     return number
 
 

@@ -206,6 +206,9 @@ _TOKEN = re.compile(
     r"|(?P<symbol>[-+*/(),])|(?P<wrong>\S))"
 )
 _NESTING = 100
+_LENGTH = 400
+_MAGNITUDE = 30
+"""Limits that keep trees shallow enough to walk and numbers small enough to be exact."""
 
 
 class _Parser:
@@ -218,6 +221,8 @@ class _Parser:
             for match in _TOKEN.finditer(text)
         ]
         self.tokens.append(("end", "", len(text)))
+        if len(self.tokens) > _LENGTH:
+            raise PreferenceError(f"expression: longer than {_LENGTH} names, numbers and symbols")
         self.position = 0
         self.depth = 0
 
@@ -265,7 +270,10 @@ class _Parser:
         kind, text, column = self.tokens[self.position]
         self.position += 1
         if kind == "number":
-            return Constant(Fraction(Decimal(text)))
+            value = Decimal(text)
+            if value and abs(value.adjusted()) > _MAGNITUDE:
+                raise self.error(f"a number beyond 1e{_MAGNITUDE} or below 1e-{_MAGNITUDE}", column)
+            return Constant(Fraction(value))
         if kind == "name" and self.token == "(":
             return self.call(text, column)
         if kind == "name":

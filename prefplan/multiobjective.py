@@ -36,6 +36,9 @@ from prefplan.label_store import (
 )
 from prefplan.programs import Programs, evaluate
 
+HUGE = 1e200
+"""A formula's value beyond this, or below 0, ends the search."""
+
 LARGEST = 2.0**53
 """Larger whole numbers are not exact in floating point."""
 
@@ -272,6 +275,8 @@ def _follow(
     value = 0
     for f in range(programs.first.shape[0] - 1):
         amount = evaluate(programs, f, scratch.costs, scratch.violations, callback) * key.weight
+        if amount < 0 or amount > HUGE:
+            return np.nan
         mu += amount
         if value < key.values.shape[0] and key.values[value] == f:
             entry[first_value + value] = amount

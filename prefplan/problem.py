@@ -89,10 +89,10 @@ class Problem:
                 raise FormulaError(f"tasks[{i}].formula: {error}") from None
             self._check_relaxations(i, task)
         try:
-            parts = preference.terms(self.names)
+            measure = Measure.of(preference.terms(self.names), len(self.tasks))
         except PrefplanError as error:
             raise type(error)(f"preference.{error}") from None
-        object.__setattr__(self, "measure", Measure.of(parts, len(self.tasks)))
+        object.__setattr__(self, "measure", measure)
         if not self.measure.weighs_violation:
             for i, task in enumerate(self.tasks):
                 if task.relax or task.skip is not None:
@@ -115,9 +115,9 @@ class Problem:
                 raise FormulaError(f"{where}.when: {error}") from None
             if is_temporal(condition):
                 raise FormulaError(f"{where}.when: '{relaxation.when}' has a temporal operator")
-            if exact(relaxation.cost) < 0:
+            if exact(relaxation.cost, f"{where}.cost") < 0:
                 raise PrefplanError(f"{where}.cost: negative cost {relaxation.cost}")
-        if task.skip is not None and exact(task.skip) < 0:
+        if task.skip is not None and exact(task.skip, f"tasks[{i}].skip") < 0:
             raise PrefplanError(f"tasks[{i}].skip: negative cost {task.skip}")
 
     @property

@@ -113,18 +113,39 @@ def no_callback() -> Any:
     return nothing
 
 
-def callback(function: Callable[[Any, Any], float]) -> Any:
-    """Return a Python function of two arrays behind a C pointer: compiled by numba where it can be."""
+def callback(function: Callable[[Any, Any], float], tasks: int) -> Any:
+    """Return a Python function of two arrays behind a C pointer: compiled by numba where that gives the same values."""
     try:
         compiled = function if isinstance(function, numba.core.dispatcher.Dispatcher) else numba.njit(function)
 
+        @numba.njit
+        def guarded(costs: Any, violations: Any) -> float:
+            try:
+                return compiled(costs, violations)
+            except Exception:
+                return np.nan
+
         @numba.cfunc(SIGNATURE)
         def bridge(costs: Any, violations: Any, count: Any) -> float:
-            return compiled(numba.carray(costs, (count,)), numba.carray(violations, (count,)))
+            return guarded(numba.carray(costs, (count,)), numba.carray(violations, (count,)))
 
-        return bridge
-    except (numba.core.errors.NumbaError, TypeError):
+        return bridge if _agree(function, guarded, tasks) else _Interpreted(function)
+    except Exception:
+        # What cannot be compiled raises more than numba's own errors; Python can still run it.
         return _Interpreted(function)
+
+
+def _agree(function: Callable[[Any, Any], float], compiled: Callable[[Any, Any], float], tasks: int) -> bool:
+    """Return whether a compiled function gives Python's values on some costs."""
+    rng = np.random.default_rng(0)
+    for scale in (0, 1, 7.25, 100, 1e4):
+        arguments = rng.integers(0, 9, (2, tasks)) * float(scale)
+        try:
+            if not np.isclose(float(function(*arguments)), compiled(*arguments), rtol=1e-12, equal_nan=True):
+                return False
+        except Exception:
+            return False
+    return True
 
 
 class _Interpreted(types.WrapperAddressProtocol):

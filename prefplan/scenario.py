@@ -360,8 +360,13 @@ def _kinds(location: Sequence[Any]) -> list[str]:
 
 def _key_path(location: Sequence[Any], data: Any, key: Any = None) -> str:
     """Return a path of keys as a person would write it, leaving out the decoder's own steps into unions."""
+    steps = list(location)
+    if steps[:1] in (["model"], ["preference"]):
+        del steps[1:2]
+    if steps[:2] == ["preference", "terms"]:
+        del steps[3:4]
     text = ""
-    for step in location:
+    for step in steps:
         if isinstance(step, int) and isinstance(data, Sequence) and step < len(data):
             text += f"[{step}]"
         elif isinstance(data, Mapping) and step in data:

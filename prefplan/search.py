@@ -6,13 +6,14 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from prefplan import biobjective, multiobjective
 from prefplan.biobjective import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE
-from prefplan.errors import PreferenceError
+from prefplan.contracts import value_at
 from prefplan.extraction import Waypoint
 from prefplan.kernels import INFINITE, Successors
 from prefplan.label_store import (
@@ -358,7 +359,7 @@ class VectorSearch(Search):
         measure = problem.measure
         self._max_mu = max_mu
         functions = [formula.function for formula in measure.formulas if formula.function is not None]
-        self._callback = callback(functions[0]) if functions else no_callback()
+        self._callback = callback(functions[0], measure.tasks) if functions else no_callback()
         self._programs = compile_programs(measure.formulas)
         scale = 10**problem.decimals
         general = measure.contract == "general"
@@ -440,8 +441,13 @@ class VectorSearch(Search):
 
     def _widen(self) -> None:
         error = getattr(self._callback, "error", None)
-        if error is not None:
-            raise PreferenceError(f"preference: the function failed: {error}") from error
+        if isinstance(error, KeyboardInterrupt):
+            raise error
+        measure, names = self.product.problem.measure, self.product.problem.names
+        for formula in measure.formulas:
+            costs = [Fraction(float(c)) for c in self._scratch.costs]
+            violations = [Fraction(float(v)) for v in self._scratch.violations]
+            value_at((costs, violations), formula, names, "preference")
         super()._widen()
 
 

@@ -11,9 +11,12 @@ import pytest
 from prefplan import (
     Deadline,
     Due,
+    Expression,
+    Function,
     ManipulationModel,
     ModelError,
     Order,
+    PreferenceError,
     PrefplanError,
     Problem,
     Task,
@@ -81,3 +84,60 @@ def test_bounds_are_as_exact_as_costs(cost: int) -> None:
     assert pareto_front(problem, max_cost=cost)
     assert not pareto_front(problem, max_cost=cost - 1)
     assert cheapest_plan(problem, max_preference=0).cost == cost
+
+
+def two_steps() -> TransitionSystem:
+    return TransitionSystem.from_transitions(
+        [("s", "go", "t", 1.25), ("t", "on", "u", 2)], start="s", labels={"t": ["p"], "u": ["q"]}
+    )
+
+
+def raises(costs: object, violations: object) -> float:
+    if costs[0] == 3.25:  # type: ignore[index]
+        raise ValueError("three")
+    return costs[0]  # type: ignore[index, no-any-return]
+
+
+def is_nan(costs: object, violations: object) -> float:
+    return float("nan") if costs[0] == 3.25 else costs[0]  # type: ignore[index]
+
+
+def is_negative(costs: object, violations: object) -> float:
+    return -1.0 if costs[0] == 3.25 else costs[0]  # type: ignore[index]
+
+
+def is_huge(costs: object, violations: object) -> float:
+    return 1e300 * costs[0]  # type: ignore[index, no-any-return]
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [(raises, "fails at .*phi=3.25.*: three"), (is_nan, "is nan at"), (is_negative, "negative"), (is_huge, "is 9")],
+)
+def test_a_function_that_fails_in_the_middle_of_a_search_is_reported(function: object, message: str) -> None:
+    with pytest.raises(PreferenceError, match=message):
+        pareto_front(Problem(two_steps(), [Task("phi", "F q")], Function(function, "componentwise")))  # type: ignore[arg-type]
+
+
+def test_ctrl_c_inside_a_function_stays_an_interrupt() -> None:
+    def interrupted(costs: object, violations: object) -> float:
+        if costs[0] == 3.25:  # type: ignore[index]
+            raise KeyboardInterrupt
+        return float(str(costs[0]))  # type: ignore[index]
+
+    with pytest.raises(KeyboardInterrupt):
+        pareto_front(Problem(two_steps(), [Task("phi", "F q")], Function(interrupted, "componentwise")))
+
+
+def test_a_function_that_compiles_to_something_else_stays_in_python() -> None:
+    def through_text(costs: object, violations: object) -> float:
+        return float(str(costs[0]))  # type: ignore[index]
+
+    front = pareto_front(Problem(two_steps(), [Task("phi", "F q")], Function(through_text, "componentwise")))
+    assert [(plan.cost, plan.preference) for plan in front] == [(3.25, 3.25)]
+
+
+@pytest.mark.parametrize("text", ["1e400 * phi", "1e999999999 * phi", "1e-999999 * phi", "+".join(["phi"] * 5000)])
+def test_expressions_beyond_reason_are_refused(text: str) -> None:
+    with pytest.raises(PreferenceError, match="preference.expression: "):
+        Problem(two_steps(), [Task("phi", "F q")], Expression(text))
