@@ -43,10 +43,10 @@ from experiments.start import INTERRUPTED
 SIZES = {SINGLE: (2, 3, 4, 5, 6, 7, 8, 10, 12), FRONT: (2, 3, 4, 5, 6, 7, 8, 9, 10)}
 """Numbers of tasks: the paper's, and on to where minutes or gigabytes end it."""
 
-PAPER_SIZES = 8
-"""The most tasks that the paper timed. Larger fronts take minutes and are planned for a few random instances only."""
+MANY = {SINGLE: 10, FRONT: 8}
+"""The most tasks for which all instances are planned; larger ones take minutes, and are but a few on random cells."""
 
-LARGE_FRONT_SEEDS = 3
+FEW_SEEDS = 3
 
 YARDSTICK_SIZES = {MAX_MIN: 8, BARE: 7}
 """The most tasks that leave the yardstick a chance to end within its limits."""
@@ -132,9 +132,10 @@ def plan_runs(sizes: range, seeds: int, yardstick_seeds: int) -> list[Run]:
     for tasks in sizes:
         for kind in KINDS:
             for family in FAMILIES:
-                if tasks not in SIZES[kind] or (kind == FRONT and tasks > PAPER_SIZES and family != RANDOM):
+                few = tasks > MANY[kind]
+                if tasks not in SIZES[kind] or (few and family != RANDOM):
                     continue
-                ours = min(seeds, LARGE_FRONT_SEEDS) if kind == FRONT and tasks > PAPER_SIZES else seeds
+                ours = min(seeds, FEW_SEEDS) if few else seeds
                 runs += [Run(family, kind, OURS, tasks, seed, OUR_SECONDS) for seed in range(ours)]
                 for method, most in ((MAX_MIN, yardstick_seeds), (BARE, min(yardstick_seeds, BARE_SEEDS))):
                     if tasks <= YARDSTICK_SIZES[method]:

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from experiments import benchmark_table1
-from experiments.benchmark_instances import FAMILIES, PAPER, instance
-from experiments.benchmark_runs import KINDS, MAX_MIN, OURS, Outcome, Run
+from experiments.benchmark_instances import FAMILIES, PAPER, RANDOM, instance
+from experiments.benchmark_runs import KINDS, MAX_MIN, OURS, Outcome, Run, carry_out
 from experiments.benchmark_summary import cells, disagreements
 
 
@@ -73,6 +73,12 @@ def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeyp
     results = benchmark_table1.carry_out_all(runs, tmp_path)
     assert carried_out == runs
     assert list(results) == runs
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_run_ends_at_its_time_limit(kind: str) -> None:
+    ended = carry_out(Run(RANDOM, kind, OURS, 12, 0, max_seconds=0.3), lambda: None)
+    assert ended.ended == "time" and ended.points is None
 
 
 def test_what_was_ended_counts_as_a_lower_bound() -> None:
