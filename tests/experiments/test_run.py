@@ -226,12 +226,11 @@ with loading():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ["off", "nonsense"])
-def test_without_opengl_all_but_the_video_is_there(cup: Path, backend: str) -> None:
+def test_without_opengl_all_but_the_video_is_there(cup: Path) -> None:
     command = [sys.executable, "-c", "import sys; from experiments.start import main; sys.exit(main())"]
     done = subprocess.run(
         [*command, "run", "cup.toml", "--json"],
-        env=os.environ | {"MUJOCO_GL": backend},
+        env=os.environ | {"MUJOCO_GL": "off"},
         capture_output=True,
         text=True,
     )
