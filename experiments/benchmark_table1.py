@@ -51,9 +51,6 @@ FEW_SEEDS = 3
 YARDSTICK_SIZES = {MAX_MIN: 8, BARE: 7}
 """The most tasks that leave the yardstick a chance to end within its limits."""
 
-BARE_SEEDS = 1
-"""Without a heuristic all instances of a size take about the same: nearly the whole product is searched."""
-
 OUR_SECONDS, YARDSTICK_SECONDS = 150, 120
 
 WRONG = 1
@@ -96,7 +93,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     if wrong := disagreements(results):
         return _refuse("two methods disagree, so that times would mean nothing", wrong)
-    report = write(results, options.out, [options.note] if options.note else [])
+    yardstick, few = (min(options.seeds, most) for most in (options.yardstick_seeds, FEW_SEEDS))
+    instances = (
+        f"Instances of each size: {options.seeds} for ours, {yardstick} of them for the yardstick; "
+        f"{few} for single plans of over {MANY[SINGLE]} tasks and fronts of over {MANY[FRONT]}."
+    )
+    report = write(results, options.out, [instances, *([options.note] if options.note else [])])
     print(markdown(report))
     _journal(options.out).unlink(missing_ok=True)
     return 0
@@ -137,9 +139,9 @@ def plan_runs(sizes: range, seeds: int, yardstick_seeds: int) -> list[Run]:
                     continue
                 ours = min(seeds, FEW_SEEDS) if few else seeds
                 runs += [Run(family, kind, OURS, tasks, seed, OUR_SECONDS) for seed in range(ours)]
-                for method, most in ((MAX_MIN, yardstick_seeds), (BARE, min(yardstick_seeds, BARE_SEEDS))):
-                    if tasks <= YARDSTICK_SIZES[method]:
-                        numbers = range(min(most, seeds))
+                for method, most in YARDSTICK_SIZES.items():
+                    if tasks <= most:
+                        numbers = range(min(yardstick_seeds, seeds))
                         runs += [Run(family, kind, method, tasks, seed, YARDSTICK_SECONDS) for seed in numbers]
     return runs
 
