@@ -87,6 +87,7 @@ def run(
     view: ProductView,
     growth: Growth,
     patterns: Patterns,
+    budgeted: Patterns,
     blocks: Blocks,
     states: States,
     labels: Labels,
@@ -107,6 +108,7 @@ def run(
         view: the product.
         growth: how mu grows.
         patterns: bounds of the cost-to-go.
+        budgeted: bounds of the cost-to-go where mu may grow by so much only.
         blocks: bounds of mu's growth.
         states: product states met.
         labels: paths.
@@ -210,12 +212,12 @@ def run(
             label_parent[label] = counters[FREE]
             counters[FREE] = label
             continue
-        level = patterns.budgets.shape[0] - 1
-        while patterns.budgets[level] < bounds[0] - 1 - mu:
+        level = budgeted.budgets.shape[0] - 1
+        while budgeted.budgets[level] < bounds[0] - 1 - mu:
             level -= 1
         if level > 0:
             node = decode(view, codes[row], room.choice)
-            estimate = label_cost[label] + cost_bound(patterns, node, room.choice, level)
+            estimate = label_cost[label] + cost_bound(budgeted, node, room.choice, level)
             if estimate > counters[FLOOR]:
                 if estimate >= infinite or estimate > bounds[1]:
                     facts[row, HEAD] = _without(labels.sibling, facts[row, HEAD], label)

@@ -68,15 +68,15 @@ def no_patterns(dtype: type) -> Patterns:
 def pattern_size(reverse: Backward, *, single: bool) -> int:
     """Return how many tasks a set has, so that the tables pay and stay within ENTRIES.
 
-    Measured on 10 x 10 grids with up to 12 tasks: pairs pay for a single plan of up to 8 tasks, triples beyond and for
-    fronts, sets of four from 10 tasks on.
+    Measured on 10 x 10 grids with up to 12 tasks: pairs pay for a single plan of up to 6 tasks, triples beyond and for
+    fronts, sets of four for fronts of 10 tasks and more.
 
     Args:
         reverse: the product.
         single: whether one plan is wanted, not the front.
     """
     tasks, nodes = len(reverse.sizes), len(reverse.classes)
-    wanted = 4 if tasks >= 10 else 2 if single and tasks <= 8 else 3
+    wanted = (2 if tasks <= 6 else 3) if single else (3 if tasks < 10 else 4)
     for k in range(min(wanted, tasks), 1, -1):
         entries = nodes * comb(tasks, k) * float(np.mean(reverse.sizes)) ** k
         if entries <= ENTRIES:

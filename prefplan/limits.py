@@ -23,12 +23,14 @@ class Limits:
     Attributes:
         seconds: time, from when this was made.
         bytes: memory of the search.
-        ended: `time`, `memory` or `interrupt` once that stopped a search.
+        expansions: labels expanded.
+        ended: `time`, `memory`, `expansions` or `interrupt` once that stopped a search.
         floor: all goals of lower cost (internal units) have been found.
     """
 
     seconds: float = math.inf
     bytes: float = math.inf
+    expansions: float = math.inf
     ended: str | None = None
     floor: float = 0
     _began: float = field(default_factory=time.perf_counter)

@@ -19,6 +19,9 @@ from prefplan.product import Product
 from prefplan.quanta import Number, exact, to_number
 from prefplan.search import BiObjectiveSearch, Found, Search, VectorSearch
 
+LONG = 400_000
+"""Expansions after which looking for a cheapest plan starts again with larger pattern databases."""
+
 MEMORY_SHARE = 0.8
 """Part of the free memory that a search may take unless told otherwise."""
 
@@ -200,11 +203,19 @@ class Planner:
 
     def _tightest(self, prepared: Prepared, limits: Limits, max_cost: float) -> Search:
         """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
-        alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
-        cheapest = next(alone.goals(limits), None)
+        while True:
+            alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
+            limits.expansions = LONG
+            cheapest = next(alone.goals(limits), None)
+            limits.expansions = math.inf
+            if limits.ended != "expansions":
+                break
+            limits.ended = None
+            if not prepared.deepen():
+                cheapest = next(alone.goals(limits), None)
+                break
         if cheapest is None:
             return alone
-        prepared.bound_growth(int(cheapest.mu))
         return BiObjectiveSearch(prepared, max_mu=cheapest.mu, max_cost=cheapest.cost)
 
     def _account(self, search: Search, began: float) -> None:

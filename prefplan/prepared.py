@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,13 @@ from prefplan.product import Product
 
 BUDGETS = (0.75, 0.5, 0.33, 0.2, 0.1, 0.05, 0)
 """Parts of the preference value to improve on, for which bounds of the cost-to-go are tabulated."""
+
+
+DEEPEST, DEEP_ENTRIES = 4, 60_000_000
+"""Tasks in a set, and entries of all tables, that a search of unusual length may call for."""
+
+BUDGET_SIZE = 3
+"""Tasks in a set of these tables: those of four take longer to build than they save."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +57,7 @@ class Prepared:
         graph: over what.
         view: both, as the kernels see them.
         patterns: bounds of the cost-to-go.
+        budgeted: the same where mu may grow by so much only; empty until `bound_growth`.
         blocks: bounds of mu's growth.
         dtype: type of labels that these bounds fit.
     """
@@ -72,6 +81,7 @@ class Prepared:
         self.patterns = self._fit(
             lambda dtype: patterns(self._reverse, self._size, dtype) if size else no_patterns(dtype)
         )
+        self.budgeted = no_patterns(self.dtype)
         bounded = options.preference_bound and measure.bi_objective
         unit = product.unit
         self.blocks = self._fit(
@@ -92,13 +102,24 @@ class Prepared:
             self.dtype = np.int64
             return build(self.dtype)
 
+    def deepen(self) -> bool:
+        """Build tables for sets of one more task; return False if they are the largest that are worth it."""
+        entries = len(self.graph.classes) * comb(len(self._reverse.sizes), self._size + 1)
+        entries *= int(np.mean(self._reverse.sizes) ** (self._size + 1))
+        if self.options.heuristic is not None or self._size >= DEEPEST or entries > DEEP_ENTRIES:
+            return False
+        self._size += 1
+        self.patterns = self._fit(lambda dtype: patterns(self._reverse, self._size, dtype))
+        return True
+
     def bound_growth(self, mu: int) -> None:
         """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in quanta."""
         measure = self.product.problem.measure
         growing = self.options.preference_bound and measure.rates and self._size > 1
-        if growing and len(self.patterns.budgets) == 1 and mu < INFINITE[np.int64]:
+        if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
             budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
             unit = self.product.unit
-            self.patterns = self._fit(
-                lambda dtype: patterns(self._reverse, self._size, dtype, measure=measure, unit=unit, budgets=budgets)
+            size = min(self._size, BUDGET_SIZE)
+            self.budgeted = self._fit(
+                lambda dtype: patterns(self._reverse, size, dtype, measure=measure, unit=unit, budgets=budgets)
             )

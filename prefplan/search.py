@@ -189,6 +189,9 @@ class Search(ABC):
             elif not self._make_room(end, limits):
                 limits.ended = "memory"
                 return
+            if self.counters[EXPANDED] > limits.expansions:
+                limits.ended = "expansions"
+                return
             if limits.out_of_time:
                 limits.ended = "time"
                 return
@@ -317,6 +320,7 @@ class BiObjectiveSearch(Search):
             p.view,
             self.growth,
             p.patterns,
+            p.budgeted,
             p.blocks,
             self.states,
             self.labels,
