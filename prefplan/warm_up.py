@@ -28,7 +28,7 @@ def warm_up() -> None:
             [("s", "go", "t", cost), ("t", "go", "s", cost)], start="s", labels={"s": ["a"], "t": ["b"]}
         )
         tasks = [Task("x", "F b"), Task("y", "F (b & F a)")]
-        preferences: tuple[Preference, ...] = (Order(), Expression("x * y"))
+        preferences: tuple[Preference, ...] = (Order(), Expression("x + min(x, y)"))
         for preference in preferences:
             planner = Planner(Problem(system, tasks, preference))
             planner.front()
