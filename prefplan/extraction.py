@@ -54,31 +54,32 @@ def _way(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> l
 
     Ties go to fewer actions, then to the model's order of actions.
     """
-    system = product.problem.system
+    offsets, targets, costs, classes = product.offsets, product.targets, product.costs, product.classes
     source, target = int(graph.states[before.node]), int(graph.states[after.node])
     limit = after.cost - before.cost
-    rests = _resting_classes(product, before.automata)
-    moves = _leads(product, before.automata, after.automata)
+    rests = _resting_classes(product, before.automata).tolist()
+    arrives = _leads(product, int(classes[target]), before.automata, after.automata)
     links: list[tuple[int, int]] = []
     queue: list[tuple[int, int, int, int]] = [(0, 0, -1, source)]
     passed: set[int] = set()
     while queue:
         cost, length, link, state = heapq.heappop(queue)
         if link >= 0:
-            if state == target and cost == limit and moves[product.classes[target]]:
+            if state == target and cost == limit and arrives:
                 way = []
                 while link >= 0:
                     link, edge = links[link]
                     way.append(edge)
                 return way[::-1]
-            if state in passed or not rests[product.classes[state]] or not graph.contracted:
+            if state in passed or not graph.contracted or not rests[classes[state]]:
                 continue
             passed.add(state)
-        for edge in system.edges(state):
-            more = cost + int(product.costs[edge])
-            if more <= limit:
+        first, last = int(offsets[state]), int(offsets[state + 1])
+        ways = zip(costs[first:last].tolist(), targets[first:last].tolist(), strict=True)
+        for edge, (step, end) in enumerate(ways, first):
+            if cost + step <= limit and end not in passed:
                 links.append((link, edge))
-                heapq.heappush(queue, (more, length + 1, len(links) - 1, int(product.targets[edge])))
+                heapq.heappush(queue, (cost + step, length + 1, len(links) - 1, end))
     raise AssertionError("the search made a step that the model does not have")
 
 
@@ -90,16 +91,13 @@ def _resting_classes(product: Product, automata: tuple[int, ...]) -> np.ndarray:
     return rests
 
 
-def _leads(product: Product, before: tuple[int, ...], after: tuple[int, ...]) -> np.ndarray:
-    """Return the (C,) bool label classes that some reading takes the automata from one combination to another by."""
-    leads = np.ones(product.delta.shape[2], dtype=bool)
+def _leads(product: Product, label: int, before: tuple[int, ...], after: tuple[int, ...]) -> bool:
+    """Return whether some reading of a label class takes the automata from one combination to another."""
     for i, (q, then) in enumerate(zip(before, after, strict=True)):
-        reads = product.delta[i, q] == then
-        for c in np.flatnonzero(~reads):
-            first, last = product.extra_first[i, q, c], product.extra_first[i, q, c + 1]
-            reads[c] = then in product.extra_state[first:last]
-        leads &= reads
-    return leads
+        bought = slice(product.extra_first[i, q, label], product.extra_first[i, q, label + 1])
+        if product.delta[i, q, label] != then and then not in product.extra_state[bought]:
+            return False
+    return True
 
 
 def _account(product: Product, edges: list[int], states: list[tuple[int, ...]], start: Start) -> Plan:
@@ -120,7 +118,7 @@ def _account(product: Product, edges: list[int], states: list[tuple[int, ...]], 
             price = Fraction(dfa.skip or 0) * quantum
             purchases.append(Purchase(name, 0, None, to_number(price)))
             violations[i] += price
-        for k, automata in enumerate(states):
+        for k, automata in enumerate(states if dfa.relaxations else states[:1]):
             if k > 0:
                 label = system.label(int(product.targets[edges[k - 1]]))
                 readings = dfa.readings(states[k - 1][i], label)
