@@ -83,7 +83,6 @@ class Until:
 Formula = Constant | Literal | And | Or | Next | Until
 
 TRUE = Constant(True)
-FALSE = Constant(False)
 
 
 def parse(text: str, *, propositions: Iterable[str] | None = None) -> Formula:

@@ -57,6 +57,7 @@ class Problem:
         tasks: phi_1 .. phi_N.
         preference: mu (Definition 5).
         measure: the preference's terms for these tasks.
+        automata: the tasks' minimal DFAs (Definition 6).
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a
@@ -67,6 +68,7 @@ class Problem:
     tasks: tuple[Task, ...]
     preference: Preference
     measure: Measure = field(repr=False, compare=False)
+    automata: tuple[Automaton, ...] = field(repr=False, compare=False)
 
     def __init__(self, system: TransitionSystem, tasks: Iterable[Task], preference: Preference) -> None:
         """Check that the parts fit together."""
@@ -77,6 +79,7 @@ class Problem:
             raise PrefplanError("tasks: a problem needs at least one task")
         if len(self.tasks) > TASK_LIMIT:
             raise PrefplanError(f"tasks: {len(self.tasks)} are more than the {TASK_LIMIT} that the search can take")
+        automata: list[Automaton] = []
         for i, task in enumerate(self.tasks):
             check_names([task.name], where=f"tasks[{i}].name")
             if task.name in ("min", "max", "abs"):
@@ -84,10 +87,12 @@ class Problem:
             if task.name in self.names[:i]:
                 raise PrefplanError(f"tasks[{i}].name: {task.name!r} is used twice")
             try:
-                automaton(parse(task.formula, propositions=system.propositions))
+                parse(task.formula, propositions=system.propositions)
+                automata.append(automaton(task.formula))
             except FormulaError as error:
                 raise FormulaError(f"tasks[{i}].formula: {error}") from None
             self._check_relaxations(i, task)
+        object.__setattr__(self, "automata", tuple(automata))
         try:
             measure = Measure.of(preference.terms(self.names), len(self.tasks))
         except PrefplanError as error:
@@ -124,11 +129,6 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """The tasks' names."""
         return tuple(task.name for task in self.tasks)
-
-    @cached_property
-    def automata(self) -> tuple[Automaton, ...]:
-        """The tasks' minimal DFAs (Definition 6)."""
-        return tuple(automaton(task.formula) for task in self.tasks)
 
     @cached_property
     def decimals(self) -> int:
