@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
@@ -62,6 +63,11 @@ def stats_json(stats: Stats) -> dict[str, Any]:
         "build_seconds": round(stats.build_seconds, 6),
         "seconds": round(stats.seconds, 6),
     }
+
+
+def print_json(value: dict[str, Any]) -> None:
+    """Print a JSON object on stdout."""
+    print(json.dumps(value, indent=1))
 
 
 def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 INTERRUPTED = 130
+"""As in `experiments.status`, which takes longer to load."""
 
 
 def main() -> int:

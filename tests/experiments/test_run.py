@@ -203,7 +203,7 @@ def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, monkeypatch: pyt
     def interrupted(self: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("experiments.cli.Planner.cheapest", interrupted)
+    monkeypatch.setattr("prefplan.planner.Planner.cheapest", interrupted)
     result = run("cup.toml", "--json")
     assert result.status == 130
     printed = json.loads(result.out)

@@ -1,0 +1,59 @@
+"""Arguments that several commands take, and how their text becomes a value."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
+
+Command = Callable[[argparse.Namespace], int]
+"""What carries a command out and returns its exit status."""
+
+Commands = argparse._SubParsersAction
+"""Where a command adds itself: what `ArgumentParser.add_subparsers` returns."""
+
+
+def add_command(
+    commands: Commands[argparse.ArgumentParser], command: Command, summary: str, example: str
+) -> argparse.ArgumentParser:
+    """Add a command that bears its function's name, and return its parser."""
+    parser = commands.add_parser(command.__name__, help=summary, description=summary, epilog=f"example: {example}")
+    parser.set_defaults(command=command)
+    return parser
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    """Add the scenario."""
+    parser.add_argument("scenario", metavar="SCENARIO", help="name of a scenario that ships, or path of a TOML file")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add the switch that makes a command speak to programs."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+
+
+def number(text: str) -> Decimal:
+    """Return a number >= 0, exactly."""
+    try:
+        value = Decimal(text)
+    except InvalidOperation:
+        value = Decimal("nan")
+    if not value.is_finite() or value < 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number >= 0")
+    return value
+
+
+def which_plan(text: str) -> str | int:
+    """Return how a plan of the front is named: `cost`, `preference` or its number."""
+    if text in ("cost", "preference"):
+        return text
+    if text.isascii() and text.isdigit():
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is neither cost nor preference nor a plan's number, counted from 0")
+
+
+def whole(text: str) -> int:
+    """Return a whole number >= 0."""
+    if text.isascii() and text.isdigit():
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= 0")

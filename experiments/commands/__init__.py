@@ -1,0 +1,1 @@
+"""The commands of `prefplan`, one a module; each has `add(commands)`, which adds its parser."""

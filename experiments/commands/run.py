@@ -1,0 +1,105 @@
+"""`prefplan run`: a plan carried out in simulation and filmed."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from experiments import output, scenarios
+from experiments.arguments import Commands, add_command, add_json, add_scenario, which_plan, whole
+from experiments.files import make_folder, write_json
+from experiments.progress import Bars
+from experiments.start import loading, tell_if_compiling
+from experiments.status import DONE, FAILED, INTERRUPTED, no_plan
+from prefplan.errors import PrefplanError
+from prefplan.front import Front, NoPlanError, Plan
+from prefplan.planner import Planner
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Carry a plan out in simulation and film it."
+    parser = add_command(commands, run, summary, "prefplan run case_study_3 --plan preference")
+    add_scenario(parser)
+    add_json(parser)
+    parser.add_argument(
+        "--plan",
+        type=which_plan,
+        default="cost",
+        metavar="cost|preference|INDEX",
+        help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: out/SCENARIO)")
+    parser.add_argument(
+        "--seed", type=whole, metavar="N", help="move each object by up to 5 mm and 5 degrees at the start"
+    )
+    parser.add_argument("--no-video", action="store_true", help="render nothing")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Carry out `prefplan run`."""
+    # MuJoCo takes a second to load, which the other commands are spared.
+    with loading():
+        from experiments.carry_out import carry_out, scene_of
+        from experiments.outcome import no_outcome_json, outcome_json, show_outcome
+
+    scenario = scenarios.find(options.scenario)
+    folder = options.out or Path("out", scenario.name)
+    name = options.plan if isinstance(options.plan, str) else f"plan_{options.plan}"
+    tell_if_compiling()
+    try:
+        with Bars() as bars:
+            scene = scene_of(scenario)
+            make_folder(folder)
+            bars("planning", 0, 0, "")
+            planner = Planner(scenario.problem())
+            chosen = choose(planner, options.plan)
+            bars("planning", 1, 1, "")
+            film = None if options.no_video else folder / f"{name}.mp4"
+            outcome = carry_out(scenario, scene, chosen, seed=options.seed, film=film, tell=bars)
+    except NoPlanError as error:
+        if options.json:
+            output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
+        return no_plan(error.reason)
+    except KeyboardInterrupt:
+        if options.json:
+            output.print_json(no_outcome_json())
+        raise
+    write_json(folder / f"{name}.json", outcome_json(outcome))
+    if options.json:
+        output.print_json(outcome_json(outcome))
+    else:
+        show_outcome(Console(soft_wrap=True, highlight=False), scenario, outcome)
+    if outcome.no_video:
+        print(f"prefplan: no video: {outcome.no_video}", file=sys.stderr)
+    if outcome.interrupted:
+        print("prefplan: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    if not outcome.rollout.completed:
+        if options.json:
+            print(f"prefplan: execution failed {outcome.rollout.reason}", file=sys.stderr)
+        return FAILED
+    return DONE
+
+
+def choose(planner: Planner, wanted: str | int) -> Plan:
+    """Return the plan that `--plan` names.
+
+    Raises:
+        NoPlanError: there is none at all.
+        PrefplanError: the front has no plan of that number.
+    """
+    if wanted == "cost":
+        return planner.cheapest()
+    if wanted == "preference":
+        return planner.preferred()
+    found = planner.front()
+    if found.reason:
+        raise NoPlanError(found.reason)
+    if int(wanted) >= len(found):
+        there = "one plan, 0" if len(found) == 1 else f"plans 0 to {len(found) - 1}"
+        raise PrefplanError(f"--plan {wanted}: the front has {there}")
+    return found[int(wanted)]

@@ -1,0 +1,15 @@
+"""Exit statuses of the programs, and the sentence that goes with some of them."""
+
+from __future__ import annotations
+
+import sys
+
+from prefplan.front import Reason
+
+DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
+
+
+def no_plan(reason: Reason) -> int:
+    """Say on stderr why there is no plan, and return the status that means so."""
+    print(f"prefplan: {reason}", file=sys.stderr)
+    return NO_PLAN
