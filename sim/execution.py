@@ -95,14 +95,10 @@ class Run:
             reason=self.reason,
             steps=tuple(self.steps),
             events=tuple(cell.events),
-            times=np.array(cell.times),
-            qpos=np.array(cell.frames),
-            glow=np.array(cell.glow),
+            **cell.recorder.arrays,
             sim_seconds=float(cell.data.time),
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
-            speed_share=cell.watch.speed_share,
-            torque_share=cell.watch.torque_share,
         )
 
     def _states(self, index: int) -> ManipulationState:

@@ -32,6 +32,9 @@ PADS = ("left_pad", "right_pad")
 VELOCITY_LIMITS = np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61])
 """(7,) greatest joint speeds, rad/s (Franka Control Interface documentation, limits for Panda)."""
 
+TORQUE_LIMITS = np.array([87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0])
+"""(7,) greatest joint torques, N m (the same page)."""
+
 HOME = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
 """(7,) rad, Franka's ready pose: the hand points down in front of the base."""
 

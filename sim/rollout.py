@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationState
+from sim.panda import TORQUE_LIMITS, VELOCITY_LIMITS
 
 FRAME_RATE = 30
 """Recorded (and rendered) states a simulated second."""
@@ -59,11 +60,12 @@ class Rollout:
         times: (T,) s, when each recorded state was taken; `FRAME_RATE` a second.
         qpos: (T, nq) recorded positions of the scene's MuJoCo model.
         glow: (T,) index into the model's locations of the marking location at work, -1 for none.
+        speeds: (T, 7) greatest speed of each arm joint since the frame before, rad/s.
+        torques: (T, 7) greatest torque of each arm joint since the frame before, N m.
+        pad_forces: (T, 2) with which the left and the right pad were pressed, N.
         sim_seconds: simulated time in all.
         wall_seconds: real time in all.
         placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
-        speed_share: (7,) greatest speed of each arm joint, as a share of its limit.
-        torque_share: (7,) greatest torque of each arm joint, as a share of its limit.
     """
 
     completed: bool
@@ -73,8 +75,19 @@ class Rollout:
     times: np.ndarray
     qpos: np.ndarray
     glow: np.ndarray
+    speeds: np.ndarray
+    torques: np.ndarray
+    pad_forces: np.ndarray
     sim_seconds: float
     wall_seconds: float
     placement_error: float
-    speed_share: np.ndarray
-    torque_share: np.ndarray
+
+    @property
+    def speed_share(self) -> np.ndarray:
+        """(7,) greatest speed of each arm joint, as a share of its limit."""
+        return self.speeds.max(axis=0) / VELOCITY_LIMITS
+
+    @property
+    def torque_share(self) -> np.ndarray:
+        """(7,) greatest torque of each arm joint, as a share of its limit."""
+        return self.torques.max(axis=0) / TORQUE_LIMITS

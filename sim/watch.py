@@ -1,11 +1,11 @@
-"""The watch kept over a running simulation: joint limits, what the pads press, and touches nobody asked for."""
+"""The watch kept over a running simulation: what the pads press, and touches nobody asked for."""
 
 from __future__ import annotations
 
 import mujoco
 import numpy as np
 
-from sim.panda import ARM_JOINTS, PADS, VELOCITY_LIMITS
+from sim.panda import PADS
 from sim.scene import Scene
 
 WORLD, HANDLED, ALOFT, ROBOT = range(4)
@@ -22,21 +22,16 @@ class Watch:
         handled: the object the pads may touch, or None.
         pad_forces: (2,) N, with which the left and the right pad pressed it when last looked at.
         pressed: when both pads last pressed it, s; -inf if they have not.
-        speed_share: (7,) greatest joint speeds so far, in shares of their limits.
-        torque_share: (7,) greatest joint torques so far, in shares of their limits.
     """
 
     def __init__(self, scene: Scene) -> None:
         """Take the robot for everything that hangs from `link0`, and all else for the world."""
         self._model = model = scene.mujoco
-        self._dofs = [int(model.joint(name).dofadr[0]) for name in ARM_JOINTS]
-        self._torque_limits = np.array([model.actuator(name).forcerange[1] for name in ARM_JOINTS])
         self._pads = [model.geom(name).id for name in PADS]
         self._roles: list[int] = np.where(_below(model, "link0"), ROBOT, WORLD)[model.geom_bodyid].tolist()
         self.handled: str | None = None
         self.pad_forces = np.zeros(2)
         self.pressed = -np.inf
-        self.speed_share, self.torque_share = np.zeros(7), np.zeros(7)
 
     @property
     def aloft(self) -> bool:
@@ -53,11 +48,6 @@ class Watch:
 
     def look(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Take note of a state just simulated; return the touches nobody asked for, as in `touches`."""
-        speeds = np.abs(data.qvel[self._dofs]) / VELOCITY_LIMITS
-        # The real arm's motors carry its weight too, which `gravcomp` does here beside the actuators.
-        torques = np.abs(data.qfrc_actuator[self._dofs] + data.qfrc_gravcomp[self._dofs]) / self._torque_limits
-        np.maximum(self.speed_share, speeds, out=self.speed_share)
-        np.maximum(self.torque_share, torques, out=self.torque_share)
         presses, touches = self._sort(data)
         self.pad_forces = np.zeros(2)
         if presses:

@@ -10,7 +10,8 @@ import numpy as np
 from sim.grounding import ObjectPose, object_pose
 from sim.motion import CONTROL_PERIOD, Arm
 from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, TCP
-from sim.rollout import FRAME_RATE, Event
+from sim.recorder import Recorder
+from sim.rollout import Event
 from sim.scene import Scene
 from sim.watch import Watch
 
@@ -34,13 +35,11 @@ class Workcell:
         scene: what is simulated.
         data: the MuJoCo state.
         arm: kinematics of the arm.
-        watch: keeps an eye on limits and contacts.
+        watch: keeps an eye on contacts.
+        recorder: what is kept of every frame.
         reference: (7,) joint reference last sent, rad.
         events: what was worth telling, in order of time.
-        times: when each recorded frame was taken, s.
-        frames: recorded positions, each (nq,).
-        glow: for each frame, index of the marking location at work or -1.
-        glowing: the one at work now.
+        glowing: index of the marking location at work now, or -1.
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData) -> None:
@@ -56,11 +55,9 @@ class Workcell:
         self.scene, self.data, self.arm, self.watch = scene, data, Arm(), Watch(scene)
         self.reference = data.qpos[self._qpos].copy()
         self.events: list[Event] = []
-        self.times: list[float] = []
-        self.frames: list[np.ndarray] = []
-        self.glow: list[int] = []
+        self.recorder = Recorder(scene)
         self.glowing = -1
-        self._record()
+        self.recorder.record(data, glow=self.glowing)
 
     def tell(self, kind: str, **detail: Any) -> None:
         """Add an event at the present time."""
@@ -141,17 +138,13 @@ class Workcell:
             if commands is not None:
                 data.ctrl[self._motors] = commands[substep]
             mujoco.mj_step(self.scene.mujoco, data)
-            if data.time * FRAME_RATE >= len(self.times) - 1e-6:
-                self._record()
+            self.recorder.feel(data)
+            if self.recorder.is_due(data):
+                self.recorder.record(data, glow=self.glowing)
         for pair in self.watch.look(data):
             if data.time - self._touched.get(pair, -np.inf) > EPISODE:
                 self.tell("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time
-
-    def _record(self) -> None:
-        self.times.append(float(self.data.time))
-        self.frames.append(self.data.qpos.copy())
-        self.glow.append(self.glowing)
 
 
 def _commands(start: np.ndarray, references: np.ndarray, substeps: int) -> np.ndarray:

@@ -6,7 +6,7 @@ import pytest
 
 from prefplan.models.manipulation import Location, ManipulationModel, Object
 from sim.grounding import object_pose, slot_of
-from sim.panda import PADS
+from sim.panda import PADS, TORQUE_LIMITS, VELOCITY_LIMITS
 from sim.scene import Scene, build_scene, initial_state
 from sim.skills import GLOW_TIME, SkillError, perform
 from sim.workcell import Workcell
@@ -22,7 +22,8 @@ def run(scene: Scene, *actions: str, seed: int | None = 0) -> Workcell:
 def assert_clean(cell: Workcell) -> None:
     """Fail if a limit was passed or anything was touched that should not be."""
     assert [event for event in cell.events if event.kind == "contact"] == []
-    assert cell.watch.speed_share.max() < 1 and cell.watch.torque_share.max() < 1
+    frames = cell.recorder.arrays
+    assert np.all(frames["speeds"] < VELOCITY_LIMITS) and np.all(frames["torques"] < TORQUE_LIMITS)
 
 
 def assert_placed(cell: Workcell, thing: str, location: str) -> None:
@@ -104,7 +105,7 @@ def test_a_bin_takes_two_and_gives_back_either(scene: Scene) -> None:
 
 def test_a_marking_location_glows_while_it_works(scene: Scene) -> None:
     cell = run(scene, "transit top", "grasp pink", "transport pink san", "release pink san")
-    glow = np.array(cell.glow)
+    glow = cell.recorder.arrays["glow"]
     index = list(scene.slots).index("san")
     assert set(glow) == {-1, index}
     assert np.sum(glow == index) == pytest.approx(GLOW_TIME * 30, abs=2)

@@ -50,11 +50,12 @@ def rollout(scene: Scene) -> Rollout:
         times=times,
         qpos=qpos,
         glow=np.where(times > 1.0, places.index("san"), -1),
+        speeds=np.zeros((frames, 7)),
+        torques=np.zeros((frames, 7)),
+        pad_forces=np.zeros((frames, 2)),
         sim_seconds=float(times[-1]),
         wall_seconds=0.0,
         placement_error=0.0,
-        speed_share=0.0,
-        torque_share=0.0,
     )
 
 

@@ -63,14 +63,3 @@ def test_the_palm_may_not_touch_what_is_handled(scene: Scene, arm: Arm) -> None:
     watch = Watch(scene)
     watch.handle("pink")
     assert ("hand", "pink") in watch.look(posed(scene, arm, (0.50, 0.0, 0.048)))
-
-
-def test_the_greatest_share_of_the_limits_is_kept(scene: Scene) -> None:
-    watch, data = Watch(scene), initial_state(scene)
-    data.joint("joint2").qvel[0] = 2.175
-    data.ctrl[:] = 0
-    mujoco.mj_forward(scene.mujoco, data)
-    watch.look(data)
-    watch.look(initial_state(scene))
-    assert watch.speed_share[1] == pytest.approx(1.0)
-    assert watch.torque_share.max() > 0.9

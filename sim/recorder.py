@@ -1,0 +1,79 @@
+"""What is recorded of a running simulation: positions frame by frame, and the greatest loads between two frames."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from sim.panda import ARM_JOINTS, PADS
+from sim.rollout import FRAME_RATE
+from sim.scene import Scene
+
+
+class Recorder:
+    """Frames of a simulation, `FRAME_RATE` a second; loads are felt at every step between them."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Begin without a frame."""
+        model = scene.mujoco
+        first = int(model.joint(ARM_JOINTS[0]).dofadr[0])
+        self._arm = slice(first, first + len(ARM_JOINTS))
+        self._pads = {model.geom(name).id: i for i, name in enumerate(PADS)}
+        self._speed, self._torque = np.zeros(7), np.zeros(7)
+        self._times: list[float] = []
+        self._qpos: list[np.ndarray] = []
+        self._glow: list[int] = []
+        self._speeds: list[np.ndarray] = []
+        self._torques: list[np.ndarray] = []
+        self._pad_forces: list[np.ndarray] = []
+
+    def is_due(self, data: mujoco.MjData) -> bool:
+        """Return whether the time has come for another frame."""
+        return bool(data.time * FRAME_RATE >= len(self._times) - 1e-6)
+
+    def feel(self, data: mujoco.MjData) -> None:
+        """Take note of the joints' speeds and torques in a state just simulated."""
+        np.maximum(self._speed, np.abs(data.qvel[self._arm]), out=self._speed)
+        # The real arm's motors carry its weight too, which `gravcomp` does here beside the actuators.
+        torque = data.qfrc_actuator[self._arm] + data.qfrc_gravcomp[self._arm]
+        np.maximum(self._torque, np.abs(torque), out=self._torque)
+
+    def record(self, data: mujoco.MjData, *, glow: int) -> None:
+        """Add a frame.
+
+        Args:
+            data: the present state.
+            glow: index of the marking location at work, -1 for none.
+        """
+        self._times.append(float(data.time))
+        self._qpos.append(data.qpos.copy())
+        self._glow.append(glow)
+        self._speeds.append(self._speed)
+        self._torques.append(self._torque)
+        self._pad_forces.append(self._press(data))
+        self._speed, self._torque = np.zeros(7), np.zeros(7)
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What was recorded, by the names it has in a `Rollout`; loads since the last frame are added to it."""
+        speeds, torques = np.array(self._speeds), np.array(self._torques)
+        np.maximum(speeds[-1], self._speed, out=speeds[-1])
+        np.maximum(torques[-1], self._torque, out=torques[-1])
+        return {
+            "times": np.array(self._times),
+            "qpos": np.array(self._qpos),
+            "glow": np.array(self._glow),
+            "speeds": speeds,
+            "torques": torques,
+            "pad_forces": np.array(self._pad_forces),
+        }
+
+    def _press(self, data: mujoco.MjData) -> np.ndarray:
+        """Return the (2,) N with which whatever it is presses the left and the right pad."""
+        forces = np.zeros(2)
+        for i, pair in enumerate(data.contact.geom.tolist()):
+            for geom in pair:
+                if geom in self._pads:
+                    # The first row of an elliptic cone is the normal force.
+                    forces[self._pads[geom]] += data.efc_force[data.contact.efc_address[i]]
+        return forces
