@@ -67,7 +67,7 @@ class Run:
         before, predicted = self._states(self.state), self._states(target)
         # Whoever disturbed the scene since the last action may have moved positions alone.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
-        start = float(self.cell.data.time)
+        start, spent = float(self.cell.data.time), self.cell.meter.total
         failure = None
         try:
             perform(self.cell, action)
@@ -75,7 +75,8 @@ class Run:
             failure = str(error)
             self.cell.wait(AFTERMATH)
         observed = self._observe(before, predicted)
-        self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed))
+        effort = self.cell.meter.total - spent
+        self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, effort))
         if action.startswith("release"):
             self._released.add(action.split()[1])
         difference = mismatch(self.scene, self.cell.data, predicted=predicted, observed=observed)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationState
+from sim.effort import Effort
 from sim.panda import TORQUE_LIMITS, VELOCITY_LIMITS
 
 FRAME_RATE = 30
@@ -24,6 +25,7 @@ class Step:
         end: simulated time at which it ended, s.
         predicted: the state the model expects afterwards.
         observed: the state read back from the simulation afterwards.
+        effort: what it took of the arm.
     """
 
     action: str
@@ -31,6 +33,7 @@ class Step:
     end: float
     predicted: ManipulationState
     observed: ManipulationState
+    effort: Effort = Effort()
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from sim.effort import EffortMeter
 from sim.grounding import ObjectPose, object_pose
 from sim.motion import CONTROL_PERIOD, Arm
 from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, TCP
@@ -37,6 +38,7 @@ class Workcell:
         arm: kinematics of the arm.
         watch: keeps an eye on contacts.
         recorder: what is kept of every frame.
+        meter: adds up the arm's effort.
         reference: (7,) joint reference last sent, rad.
         events: what was worth telling, in order of time.
         glowing: index of the marking location at work now, or -1.
@@ -53,6 +55,7 @@ class Workcell:
         self._touched: dict[tuple[str, str], float] = {}
         self._scratch = mujoco.MjData(model)
         self.scene, self.data, self.arm, self.watch = scene, data, Arm(), Watch(scene)
+        self.meter = EffortMeter(model, data)
         self.reference = data.qpos[self._qpos].copy()
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
@@ -141,6 +144,7 @@ class Workcell:
             self.recorder.feel(data)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
+        self.meter.look(data)
         for pair in self.watch.look(data):
             if data.time - self._touched.get(pair, -np.inf) > EPISODE:
                 self.tell("contact", moving=pair[0], other=pair[1])
