@@ -32,6 +32,17 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
 
 
+def add_perturb(parser: argparse.ArgumentParser, *, default: str | None) -> None:
+    """Add how much each rollout's world differs from the nominal one; read by `sim.perturbation`."""
+    keys = "position and noise in mm, angle in degrees, friction and mass in shares"
+    parser.add_argument(
+        "--perturb",
+        default=default,
+        metavar="KEY=VALUE,...",
+        help=f"greatest random differences: {keys} (default: position=5,angle=5)",
+    )
+
+
 def number(text: str) -> Decimal:
     """Return a number >= 0, exactly."""
     try:

@@ -15,6 +15,7 @@ from prefplan.models.manipulation import ManipulationModel
 from prefplan.scenario import Scenario
 from sim.errors import RenderingError, SimulationError
 from sim.execution import Run
+from sim.perturbation import Perturbation, perturbed
 from sim.scene import Scene, build_scene, initial_state
 from sim.video import render_video
 
@@ -46,6 +47,7 @@ def carry_out(
     plan: Plan,
     *,
     seed: int | None = None,
+    perturbation: Perturbation | None = None,
     film: Path | None = None,
     size: tuple[int, int] = (1280, 720),
     tell: Tell = lambda stage, done, total, what: None,
@@ -56,12 +58,17 @@ def carry_out(
         scenario: what was planned.
         scene: from `scene_of`.
         plan: one of its plans.
-        seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
+        seed: None for the nominal world; otherwise it is perturbed at random.
+        perturbation: by how much at most; None for 5 mm and 5 degrees.
         film: file to render a video to; None for no video. It appears only when it is complete.
         size: (width, height) of the video in pixels.
         tell: told of progress.
     """
-    run = Run(scene, initial_state(scene, seed=seed), system=scenario.problem().system)
+    perturbation = perturbation or Perturbation()
+    if seed is not None:
+        scene = perturbed(scene, perturbation, seed=seed)
+    start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
+    run = Run(scene, start, system=scenario.problem().system)
     interrupted = False
     try:
         for done, action in enumerate(plan.actions):

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationModel
+from sim.errors import SimulationError
 from sim.furniture import add_block, add_station, add_table, table_for, yaw_quat
 from sim.layout import arrange
 from sim.materials import OBJECT_COLOURS, add_finishes, add_studio
@@ -22,6 +23,12 @@ AZIMUTH, ELEVATION = 156.0, -21.5
 
 FOCUS_HEIGHT = 0.21
 """Height of the picture's middle above the table: half the arm at work, m."""
+
+OVERLAP = 0.001
+"""Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
+
+DRAWS = 1000
+"""... so often at most."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +98,9 @@ def initial_state(
         seed: None for nominal poses; otherwise each object is moved at random.
         position: greatest offset along x and along y, m.
         angle: greatest turn about z, rad.
+
+    Raises:
+        SimulationError: moved so far, the objects hardly ever have room beside one another.
     """
     data = mujoco.MjData(scene.mujoco)
     for name, value in zip(ARM_JOINTS, HOME, strict=True):
@@ -100,13 +110,16 @@ def initial_state(
         data.joint(name).qpos[0] = MAX_WIDTH / 2
     data.actuator(GRIPPER).ctrl[0] = MAX_WIDTH
     rng = None if seed is None else np.random.default_rng(seed)
-    for thing, slot in start_slots(scene.model, scene.slots).items():
-        off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
-        pose = data.joint(thing).qpos
-        pose[:2] = slot.position[:2] + off[:2]
-        pose[3:] = yaw_quat(slot.yaw + off[2])
-    mujoco.mj_forward(scene.mujoco, data)
-    return data
+    for _ in range(DRAWS):
+        for thing, slot in start_slots(scene.model, scene.slots).items():
+            off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
+            pose = data.joint(thing).qpos
+            pose[:2] = slot.position[:2] + off[:2]
+            pose[3:] = yaw_quat(slot.yaw + off[2])
+        mujoco.mj_forward(scene.mujoco, data)
+        if rng is None or data.ncon == 0 or data.contact.dist.min() > -OVERLAP:
+            return data
+    raise SimulationError(f"objects moved by up to {position * 1000:g} mm stand inside one another; move them by less")
 
 
 def _set_physics(spec: mujoco.MjSpec) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from experiments import output, scenarios
-from experiments.arguments import Commands, add_command, add_json, add_scenario, which_plan, whole
+from experiments.arguments import Commands, add_command, add_json, add_perturb, add_scenario, which_plan, whole
 from experiments.files import make_folder, write_json
 from experiments.progress import Bars
 from experiments.start import loading, tell_if_compiling
@@ -34,8 +34,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: out/SCENARIO)")
     parser.add_argument(
-        "--seed", type=whole, metavar="N", help="move each object by up to 5 mm and 5 degrees at the start"
+        "--seed", type=whole, metavar="N", help="start otherwise than nominal, each object moved as --perturb says"
     )
+    add_perturb(parser, default=None)
     parser.add_argument("--no-video", action="store_true", help="render nothing")
 
 
@@ -45,8 +46,10 @@ def run(options: argparse.Namespace) -> int:
     with loading():
         from experiments.carry_out import carry_out, scene_of
         from experiments.outcome import no_outcome_json, outcome_json, show_outcome
+        from experiments.perturb import perturbation_of
 
     scenario = scenarios.find(options.scenario)
+    perturbation = perturbation_of(options.perturb, seed=options.seed)
     folder = options.out or Path("out", scenario.name)
     name = options.plan if isinstance(options.plan, str) else f"plan_{options.plan}"
     tell_if_compiling()
@@ -59,7 +62,9 @@ def run(options: argparse.Namespace) -> int:
             chosen = choose(planner, options.plan)
             bars("planning", 1, 1, "")
             film = None if options.no_video else folder / f"{name}.mp4"
-            outcome = carry_out(scenario, scene, chosen, seed=options.seed, film=film, tell=bars)
+            outcome = carry_out(
+                scenario, scene, chosen, seed=options.seed, perturbation=perturbation, film=film, tell=bars
+            )
     except NoPlanError as error:
         if options.json:
             output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))

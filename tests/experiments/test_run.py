@@ -92,6 +92,11 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--seed", "-1"], "--seed"),
         (["cup.toml", "--seed", "two"], "'two' is not a whole number >= 0"),
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
+        (
+            ["cup.toml", "--seed", "1", "--perturb", "mas=1"],
+            "--perturb: unknown perturbation 'mas' (did you",
+        ),
+        (["cup.toml", "--perturb", "mass=0.2"], "--perturb: needs --seed"),
     ],
 )
 def test_bad_input_is_told_in_a_sentence(run: Run, arguments: list[str], message: str) -> None:
@@ -142,6 +147,17 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
     assert json.loads((cup / "deep" / "down" / "cost.json").read_text()) == printed
 
 
+def test_a_perturbed_run_differs_by_more_than_its_start(run: Run) -> None:
+    def seen(*perturb: str) -> list[Any]:
+        result = run("cup.toml", "--json", "--no-video", "--seed", "3", *perturb)
+        assert result.status == 0, result.err
+        return json.loads(result.out)["events"]
+
+    default = seen()
+    assert seen("--perturb", "position=5,angle=5") == default
+    assert seen("--perturb", "position=5,angle=5,mass=0.9") != default
+
+
 @pytest.mark.parametrize(("plan", "name"), [("preference", "preference"), ("0", "plan_0")])
 def test_people_get_a_summary(run: Run, cup: Path, plan: str, name: str) -> None:
     result = run("cup.toml", "--no-video", "--plan", plan)
@@ -151,9 +167,9 @@ def test_people_get_a_summary(run: Run, cup: Path, plan: str, name: str) -> None
     assert (cup / "out" / "cup" / f"{name}.json").exists()
 
 
-def misplaced(scene: Scene, *, seed: int | None = None) -> mujoco.MjData:
+def misplaced(scene: Scene, *, seed: int | None = None, **amounts: float) -> mujoco.MjData:
     """Return an initial state in which the cup is not where the model has it."""
-    data = initial_state(scene, seed=seed)
+    data = initial_state(scene, seed=seed, **amounts)
     data.joint("cup").qpos[:2] = scene.slots["shelf"][0].position[:2]
     mujoco.mj_forward(scene.mujoco, data)
     return data
