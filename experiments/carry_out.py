@@ -82,7 +82,7 @@ def carry_out(
     rollout = run.rollout()
     if interrupted:
         rollout = replace(rollout, completed=False, reason="interrupted")
-    books = tally(scene.model, scenario.problem(), plan, rollout.steps)
+    books = tally(scenario.problem(), plan, rollout.steps)
     outcome = Outcome(plan, rollout, books, interrupted=interrupted)
     if film is None or interrupted:
         return outcome

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from prefplan.front import Plan
-from prefplan.models.manipulation import ManipulationModel, ManipulationState
 from prefplan.problem import Problem
 from prefplan.quanta import Number, exact, to_number
 from sim.rollout import Step
@@ -35,17 +34,16 @@ class Tally:
         return next((c for c, names in zip(self.costs, self.satisfied, strict=True) if task in names), self.cost)
 
 
-def tally(model: ManipulationModel, problem: Problem, plan: Plan, steps: Sequence[Step]) -> Tally:
+def tally(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Tally:
     """Return the books of an execution, each task's automaton reading what was observed after every action.
 
     Args:
-        model: what the action costs are taken from.
         problem: the tasks, over the model's transition system.
         plan: what was carried out; its relaxations are granted to what was observed.
         steps: the actions that were carried out.
     """
     start = problem.system.label(problem.system.start)
-    readings = [start, *(propositions(step.observed) for step in steps)]
+    readings = [start, *(step.observed.label for step in steps)]
     satisfied: list[set[str]] = [set() for _ in readings]
     for task, automaton in zip(problem.tasks, problem.automata, strict=True):
         if any(bought.task == task.name and bought.assume is None for bought in plan.relaxations):
@@ -57,7 +55,7 @@ def tally(model: ManipulationModel, problem: Problem, plan: Plan, steps: Sequenc
                 satisfied[k].add(task.name)
     spent = [Fraction(0)]
     for step in steps:
-        spent.append(spent[-1] + Fraction(exact(model.costs[step.action.split()[0]])))
+        spent.append(spent[-1] + Fraction(exact(step.cost)))
     return Tally(tuple(map(to_number, spent)), tuple(map(frozenset, satisfied)))
 
 
@@ -66,9 +64,3 @@ def _assumed(plan: Plan, task: str, step: int) -> set[str]:
     return {
         bought.assume for bought in plan.relaxations if (bought.task, bought.step) == (task, step) and bought.assume
     }
-
-
-def propositions(state: ManipulationState) -> frozenset[str]:
-    """Return L(state): the propositions true in a state, whether or not the model could reach it."""
-    names = {f"{thing}_{place}" for thing, place in (*state.places, *state.marks)}
-    return frozenset(names | ({f"holding_{state.held}"} if state.held else set()))

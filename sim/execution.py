@@ -63,7 +63,7 @@ class Run:
         Raises:
             ModelError: the action does not exist in the present state.
         """
-        target, _ = self.system.step(self.state, action)
+        target, cost = self.system.step(self.state, action)
         before, predicted = self._states(self.state), self._states(target)
         # Whoever disturbed the scene since the last action may have moved positions alone.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
@@ -76,7 +76,7 @@ class Run:
             self.cell.wait(AFTERMATH)
         observed = self._observe(before, predicted)
         effort = self.cell.meter.total - spent
-        self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, effort))
+        self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
         if action.startswith("release"):
             self._released.add(action.split()[1])
         difference = mismatch(self.scene, self.cell.data, predicted=predicted, observed=observed)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationState
+from prefplan.quanta import Number
 from sim.effort import Effort
 from sim.panda import TORQUE_LIMITS, VELOCITY_LIMITS
 
@@ -25,6 +26,7 @@ class Step:
         end: simulated time at which it ended, s.
         predicted: the state the model expects afterwards.
         observed: the state read back from the simulation afterwards.
+        cost: what the model charges for the action where it was begun, whether or not it works out.
         effort: what it took of the arm.
     """
 
@@ -33,6 +35,7 @@ class Step:
     end: float
     predicted: ManipulationState
     observed: ManipulationState
+    cost: Number
     effort: Effort = Effort()
 
 

@@ -24,6 +24,9 @@ class Location:
         capacity: how many objects have room.
         marks: what happens to an object released here: `<object>_<marks>` holds from then on.
         kind: what it looks like in simulation; None for a plain spot.
+        closed: True if nothing can be put here: a place where something happens to lie.
+        clear_of: locations that keep objects from being put here, or taken from here if it is closed, while they hold
+            any.
     """
 
     name: str
@@ -32,6 +35,8 @@ class Location:
     capacity: int = 1
     marks: str | None = None
     kind: str | None = None
+    closed: bool = False
+    clear_of: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,13 +93,25 @@ class ManipulationModel:
         """The distinct marks that locations leave, in the order of the file."""
         return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
 
-    def transition_system(self) -> TransitionSystem:
+    def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
         """Return every state reachable from the start as a weighted transition system.
 
         States are `ManipulationState`s; the actions are `transit L`, `grasp O`, `transport O L` and
         `release O L`, in this order, then in file order.
+
+        Args:
+            start: the state to begin in; None for the hand at `start` and every object where it starts. A hand at
+                no location leaves its pose for good.
+
+        Raises:
+            ModelError: the state mentions what the model does not have, or leaves an object without a place.
         """
-        return reachable(self)
+        return reachable(self, start or self.initial_state)
+
+    @property
+    def initial_state(self) -> ManipulationState:
+        """The hand at `start`, every object where it starts, no marks."""
+        return ManipulationState(self.start, None, tuple((thing.name, thing.start) for thing in self.objects))
 
 
 def _check_costs(costs: Mapping[str, Number]) -> None:
@@ -123,6 +140,9 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
             if support not in names or support == place.name:
                 others = [name for name in names if name != place.name]
                 raise ModelError(f"{where}.on: unknown location {support!r} {choices(support, others)}")
+        for other in place.clear_of:
+            if other not in names:
+                raise ModelError(f"{where}.clear_of: unknown location {other!r} {choices(other, names)}")
         if place.capacity < 1:
             raise ModelError(f"{where}.capacity: must be at least 1, not {place.capacity}")
         if place.marks is not None:

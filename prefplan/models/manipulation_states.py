@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from prefplan.errors import ModelError
+from prefplan.errors import ModelError, choices
 from prefplan.quanta import to_quanta
 from prefplan.transition_system import TransitionSystem
 
@@ -38,6 +38,12 @@ class ManipulationState:
     def place(self) -> dict[str, str]:
         """The location of every object that rests somewhere."""
         return dict(self.places)
+
+    @property
+    def label(self) -> frozenset[str]:
+        """The propositions true in this state."""
+        names = {f"{thing}_{place}" for thing, place in (*self.places, *self.marks)}
+        return frozenset(names | ({f"holding_{self.held}"} if self.held else set()))
 
     def __str__(self) -> str:
         """Return the state on one line."""
@@ -71,12 +77,13 @@ class _Builder:
     then one bit for each object and mark.
     """
 
-    def __init__(self, model: ManipulationModel) -> None:
+    def __init__(self, model: ManipulationModel, start: ManipulationState) -> None:
         self.model = model
+        self.start = start
         self.marks = model.marks
         self.names = [place.name for place in model.locations]
         self.things = [thing.name for thing in model.objects]
-        self.hands = self.names + ([model.start] if model.start not in self.names else [])
+        self.hands = self.names + ([start.hand] if start.hand not in self.names else [])
         self.held = len(self.names)
         radices = [len(self.hands)] + [self.held + 1] * len(self.things) + [2] * (len(self.things) * len(model.marks))
         self.weights = [1]
@@ -111,10 +118,26 @@ class _Builder:
         )
 
     def start_code(self) -> int:
-        """Return the code of the start state."""
-        code = self.hands.index(self.model.start)
-        for o, thing in enumerate(self.model.objects):
-            code += self.weights[1 + o] * self.names.index(thing.start)
+        """Return the code of the start state.
+
+        Raises:
+            ModelError: it mentions what the model does not have, or leaves an object without a place.
+        """
+        where = self.start.place | ({self.start.held: None} if self.start.held else {})
+        for thing in where.keys() - set(self.things):
+            raise ModelError(f"start: unknown object {thing!r} {choices(thing, self.things)}")
+        code = self.hands.index(self.start.hand)
+        for o, thing in enumerate(self.things):
+            if thing not in where:
+                raise ModelError(f"start: {thing!r} is neither at a location nor in the hand")
+            place = where[thing]
+            if place is not None and place not in self.names:
+                raise ModelError(f"start: {thing!r} at unknown location {place!r} {choices(place, self.names)}")
+            code += self.weights[1 + o] * (self.held if place is None else self.names.index(place))
+        for thing, mark in self.start.marks:
+            if thing not in self.things or mark not in self.marks:
+                raise ModelError(f"start: {thing!r} cannot be marked {mark!r}")
+            code += self.weights[self.mark_digit(self.things.index(thing), mark)]
         return code
 
     def successors(self, codes: np.ndarray) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
@@ -124,12 +147,17 @@ class _Builder:
         count = [sum((p == x).astype(np.int8) for p in place) for x in range(self.held)]
         room = [count[x] < where.capacity for x, where in enumerate(self.model.locations)]
         for x, where in enumerate(self.model.locations):
+            room[x] = room[x] & (not where.closed)
             for support in where.on:
                 room[x] = room[x] & (count[self.names.index(support)] > 0)
+            for other in where.clear_of:
+                room[x] = room[x] & (count[self.names.index(other)] == 0)
         clear = [np.ones(len(codes), dtype=bool) for _ in self.names]
         for x, where in enumerate(self.model.locations):
             for support in where.on:
                 clear[self.names.index(support)] &= count[x] == 0
+            for other in where.clear_of if where.closed else ():
+                clear[x] &= count[self.names.index(other)] == 0
         empty = np.logical_and.reduce([p != self.held for p in place]) if place else np.ones(len(codes), dtype=bool)
         found = []
         for x, name in enumerate(self.names):
@@ -209,15 +237,13 @@ class _Builder:
         keys, labels = np.unique(codes // self.radices[0], return_inverse=True)
         sets = []
         for key in keys:
-            state = self.decode(int(key) * self.radices[0])
-            names = {f"{thing}_{place}" for thing, place in (*state.places, *state.marks)}
-            sets.append(frozenset(names | ({f"holding_{state.held}"} if state.held else set())))
+            sets.append(self.decode(int(key) * self.radices[0]).label)
         return labels.astype(np.int32), tuple(sets)
 
 
-def reachable(model: ManipulationModel) -> TransitionSystem:
-    """Return every state of a manipulation model that is reachable from its start."""
-    return _Builder(model).build()
+def reachable(model: ManipulationModel, start: ManipulationState) -> TransitionSystem:
+    """Return every state of a manipulation model that is reachable from one of them."""
+    return _Builder(model, start).build()
 
 
 def _pick(rows: list[np.ndarray], index: np.ndarray) -> np.ndarray:

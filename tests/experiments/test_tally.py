@@ -12,7 +12,7 @@ import pytest
 
 from experiments import scenarios
 from experiments.captions import captions
-from experiments.tally import Tally, propositions, tally
+from experiments.tally import Tally, tally
 from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, load, pareto_front
 from sim.rollout import Rollout, Step
 
@@ -45,18 +45,20 @@ weights = { serve = 1, wash = 1 }
 """
 
 
-def steps_of(plan: Plan, states: Sequence[ManipulationState]) -> tuple[Step, ...]:
+def steps_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState]) -> tuple[Step, ...]:
     """Return a plan's actions, one a second, after which these states are observed."""
     expected = cast(tuple[ManipulationState, ...], plan.states)
     together = enumerate(zip(plan.actions, expected[1:], states[1:], strict=True))
-    return tuple(Step(action, k, k + 1, predicted, seen) for k, (action, predicted, seen) in together)
+    costs = cast(ManipulationModel, scenario.model).costs
+    return tuple(
+        Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
+    )
 
 
 def books_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState] | None = None) -> Tally:
     """Return the tally of a plan that goes well, or as observed."""
     seen = states or cast(tuple[ManipulationState, ...], plan.states)
-    model = cast(ManipulationModel, scenario.model)
-    return tally(model, scenario.problem(), plan, steps_of(plan, seen))
+    return tally(scenario.problem(), plan, steps_of(scenario, plan, seen))
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +81,7 @@ def relaxed(tmp_path: Path) -> Scenario:
 def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
     system = arch.problem().system
     for state in range(0, system.size, 7):
-        assert propositions(cast(ManipulationState, system.states[state])) == system.label(state)
+        assert cast(ManipulationState, system.states[state]).label == system.label(state)
 
 
 def test_a_plan_that_goes_well_costs_what_was_planned(arch: Scenario, front: list[Plan]) -> None:
@@ -115,7 +117,7 @@ def test_a_task_counts_only_when_it_is_seen_to_be_done(arch: Scenario, front: li
 def test_captions_show_the_books_before_each_action_and_at_the_end(arch: Scenario, front: list[Plan]) -> None:
     plan = front[1]
     books = books_of(arch, plan)
-    steps = steps_of(plan, cast(tuple[ManipulationState, ...], plan.states))
+    steps = steps_of(arch, plan, cast(tuple[ManipulationState, ...], plan.states))
     nothing = np.zeros(0)
     rollout = Rollout(True, None, steps, (), *[nothing] * 6, 17.0, 1.0, 0.0)
     texts = captions(arch.tasks, rollout, books, total=plan.cost)

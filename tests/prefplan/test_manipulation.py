@@ -187,6 +187,66 @@ def test_states_tell_in_words_what_they_are() -> None:
     assert system.states[0:2] == [system.states[0], system.states[1]]
 
 
+def test_any_state_may_be_the_start(arch: list[Location]) -> None:
+    objects = [Object("beam", "top"), Object("base", "left"), Object("prop", "right")]
+    what = model(*objects, locations=arch)
+    whole = what.transition_system()
+    reached = after(whole, "transit top", "grasp beam", "transport beam spare")
+    system = what.transition_system(start=whole.states[reached])  # type: ignore[arg-type]
+    assert system.states[system.start] == whole.states[reached]
+    assert enabled(system) == enabled(whole, "transit top", "grasp beam", "transport beam spare")
+    assert label(system) == whole.label(reached)
+
+
+def test_a_start_in_the_middle_of_things_keeps_marks_and_an_unknown_pose_is_left_for_good() -> None:
+    what = model(Object("cup", "sink"), locations=[spot("sink", marks="clean"), spot("rack")])
+    begun = ManipulationState("no location", "cup", (), frozenset({("cup", "clean")}))
+    system = what.transition_system(start=begun)
+    assert label(system) == {"holding_cup", "cup_clean"}
+    assert enabled(system) == ["transport cup sink", "transport cup rack"]
+    assert label(system, "transport cup rack", "release cup rack") == {"cup_rack", "cup_clean"}
+    assert [state.hand for state in system.states].count("no location") == 1
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        (ManipulationState("home", None, ()), "start: 'cup' is neither at a location nor in the hand"),
+        (ManipulationState("home", None, (("cup", "d"),)), "start: 'cup' at unknown location 'd' (valid: a, b, c)"),
+        (ManipulationState("home", "cut", (("cup", "a"),)), "start: unknown object 'cut' (did you mean 'cup'?)"),
+        (ManipulationState("home", "cup", (), frozenset({("cup", "hot")})), "start: 'cup' cannot be marked 'hot'"),
+    ],
+)
+def test_a_start_that_does_not_fit_the_model_is_refused(state: ManipulationState, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        model(Object("cup", "a")).transition_system(start=state)
+    assert str(caught.value) == message
+
+
+def test_things_are_taken_from_a_closed_location_and_never_put_there() -> None:
+    what = model(Object("cup", "lost"), locations=[spot("a"), spot("lost", closed=True)], start="lost")
+    system = what.transition_system()
+    assert "grasp cup" in enabled(system)
+    assert enabled(system, "grasp cup") == ["transport cup a"]
+    assert enabled(system, "grasp cup", "transport cup a") == ["release cup a"]
+
+
+def test_nothing_is_put_where_something_lies_in_the_way() -> None:
+    places = [spot("a", clear_of=("lost",)), spot("b"), spot("lost", closed=True)]
+    system = model(Object("cup", "b"), Object("jug", "lost"), locations=places).transition_system()
+    assert enabled(system, "transit b", "grasp cup") == ["release cup b"]
+    tidied = ("transit lost", "grasp jug", "transport jug a", "release jug a")
+    assert "release jug a" in enabled(system, *tidied[:3])
+    assert "transport jug a" not in enabled(system, "transit b", "grasp cup")
+
+
+def test_nothing_is_taken_from_a_closed_location_while_another_is_in_the_way() -> None:
+    places = [spot("a"), spot("lost", closed=True, clear_of=("b",)), spot("b")]
+    system = model(Object("cup", "lost"), Object("jug", "b"), locations=places).transition_system()
+    assert "grasp cup" not in enabled(system, "transit lost")
+    assert "grasp cup" in enabled(system, "transit b", "grasp jug", "transport jug a", "release jug a", "transit lost")
+
+
 class Plain(NamedTuple):
     """A state of the re-implementation below."""
 
@@ -310,6 +370,7 @@ A, B = spot("a"), spot("b")
         ),
         ([A, Location("t", on=("t",))], [], "locations.t.on: unknown location 't' (valid: a)"),
         ([Location("t", on=("u",)), Location("u", on=("t",))], [], "locations.t.on: it would rest on itself"),
+        ([A, spot("b", clear_of=("c",))], [], "locations.b.clear_of: unknown location 'c' (valid: a, b)"),
         ([spot("a", capacity=0)], [], "locations.a.capacity: must be at least 1, not 0"),
         ([A, B], [Object("o", "c")], "objects.o.start: unknown location 'c' (valid: a, b)"),
         (
