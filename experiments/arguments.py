@@ -9,6 +9,9 @@ from decimal import Decimal, InvalidOperation
 Command = Callable[[argparse.Namespace], int]
 """What carries a command out and returns its exit status."""
 
+ROBOTS = ("default", "menagerie")
+"""Those of `sim.robots`, which takes a second to load."""
+
 Commands = argparse._SubParsersAction
 """Where a command adds itself: what `ArgumentParser.add_subparsers` returns."""
 
@@ -40,6 +43,16 @@ def add_perturb(parser: argparse.ArgumentParser, *, default: str | None) -> None
         default=default,
         metavar="KEY=VALUE,...",
         help=f"greatest random differences: {keys} (default: position=5,angle=5)",
+    )
+
+
+def add_robot(parser: argparse.ArgumentParser) -> None:
+    """Add the choice of the robot."""
+    parser.add_argument(
+        "--robot",
+        choices=ROBOTS,
+        default="default",
+        help="the Panda that ships, or that of MuJoCo Menagerie, which is fetched once with git (default: default)",
     )
 
 

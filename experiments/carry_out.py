@@ -23,12 +23,17 @@ Tell = Callable[[str, int, int, str], None]
 """Called with a stage (`executing` or `rendering`), how much of it is done, how much there is, and what is next."""
 
 
-def scene_of(scenario: Scenario) -> Scene:
+def scene_of(scenario: Scenario, *, robot: str = "default") -> Scene:
     """Return the scene of a scenario's manipulation model.
+
+    Args:
+        scenario: what is to be carried out.
+        robot: one of `sim.robots.ROBOTS`.
 
     Raises:
         ScenarioError: it has another kind of model, or a scene that the arm cannot work in; the message names the
             file and the key.
+        RobotError: the robot cannot be had.
     """
     if not isinstance(scenario.model, ManipulationModel):
         raise ScenarioError(
@@ -36,7 +41,7 @@ def scene_of(scenario: Scenario) -> Scene:
             "`prefplan plan` with this scenario"
         )
     try:
-        return build_scene(scenario.model)
+        return build_scene(scenario.model, robot=robot)
     except SimulationError as error:
         raise ScenarioError(f"{scenario.path}: model.{error}") from None
 

@@ -11,3 +11,7 @@ class SimulationError(PrefplanError):
 
 class RenderingError(PrefplanError):
     """No picture can be made on this machine; the message names what mends it."""
+
+
+class RobotError(PrefplanError):
+    """A robot that is unknown or cannot be fetched; the message names one that can be had."""

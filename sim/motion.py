@@ -8,7 +8,8 @@ import mink
 import numpy as np
 
 from sim.errors import SimulationError
-from sim.panda import HOME, TCP, VELOCITY_LIMITS, panda_spec
+from sim.panda import HOME, TCP, VELOCITY_LIMITS
+from sim.robots import arm_spec
 
 CONTROL_PERIOD = 0.01
 """Time between two joint references, s."""
@@ -131,12 +132,9 @@ def _polar(position: np.ndarray) -> tuple[float, float]:
 class Arm:
     """Kinematics of the Panda's seven joints; q is (7,) rad everywhere."""
 
-    def __init__(self) -> None:
-        """Compile the arm without its fingers."""
-        spec = panda_spec(meshes=False)
-        for finger in ("left_finger", "right_finger"):
-            spec.delete(spec.body(finger))
-        self.model = spec.compile()
+    def __init__(self, robot: str = "default") -> None:
+        """Compile the arm of a robot, one of `sim.robots.ROBOTS`."""
+        self.model = arm_spec(robot).compile()
         self._configuration = mink.Configuration(self.model)
         self._frame = mink.FrameTask(TCP, "site", position_cost=FRAME_COST, orientation_cost=TURN_COST)
         self._posture = mink.PostureTask(self.model, cost=POSTURE_COST)

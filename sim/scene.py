@@ -12,8 +12,9 @@ from sim.errors import SimulationError
 from sim.furniture import add_block, add_station, add_table, table_for, yaw_quat
 from sim.layout import arrange
 from sim.materials import OBJECT_COLOURS, add_finishes, add_studio
-from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH, panda_spec
+from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH
 from sim.places import BLOCK_HALF, Slot
+from sim.robots import robot_spec
 
 TIMESTEP = 0.002
 """Simulation step, s."""
@@ -45,6 +46,7 @@ class Scene:
         half: half the edge of an object, m.
         focus: (3,) middle of the picture: over the table's middle, m.
         span: half the table's longer side, m.
+        robot: which of `sim.robots.ROBOTS` works in it.
     """
 
     model: ManipulationModel
@@ -53,20 +55,23 @@ class Scene:
     half: float
     focus: np.ndarray
     span: float
+    robot: str = "default"
 
 
-def build_scene(model: ManipulationModel, *, meshes: bool | None = None) -> Scene:
+def build_scene(model: ManipulationModel, *, robot: str = "default", meshes: bool | None = None) -> Scene:
     """Build the scene of a manipulation model.
 
     Args:
         model: any locations and objects.
-        meshes: dress the robot with meshes; None for where they are installed.
+        robot: one of `sim.robots.ROBOTS`.
+        meshes: dress the default robot with meshes; None for where they are installed.
 
     Raises:
+        RobotError: the robot is unknown or cannot be had.
         SimulationError: a location out of reach or in the way of another; the message starts with its key.
     """
     layout = arrange(model)
-    spec = panda_spec(meshes=meshes)
+    spec = robot_spec(robot, meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)
     table = table_for(layout.stations)
@@ -79,7 +84,7 @@ def build_scene(model: ManipulationModel, *, meshes: bool | None = None) -> Scen
     for i, (thing, slot) in enumerate(start_slots(model, layout.slots).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
         add_block(spec, thing, slot.position, slot.yaw, rgba)
-    return Scene(model, spec.compile(), layout.slots, BLOCK_HALF, focus, float(table.half.max()))
+    return Scene(model, spec.compile(), layout.slots, BLOCK_HALF, focus, float(table.half.max()), robot)
 
 
 def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:

@@ -54,7 +54,7 @@ class Workcell:
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
         self._scratch = mujoco.MjData(model)
-        self.scene, self.data, self.arm, self.watch = scene, data, Arm(), Watch(scene)
+        self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)
         self.meter = EffortMeter(model, data)
         self.reference = data.qpos[self._qpos].copy()
         self.events: list[Event] = []

@@ -9,7 +9,16 @@ from pathlib import Path
 from rich.console import Console
 
 from experiments import output, scenarios
-from experiments.arguments import Commands, add_command, add_json, add_perturb, add_scenario, which_plan, whole
+from experiments.arguments import (
+    Commands,
+    add_command,
+    add_json,
+    add_perturb,
+    add_robot,
+    add_scenario,
+    which_plan,
+    whole,
+)
 from experiments.files import make_folder, write_json
 from experiments.progress import Bars
 from experiments.start import loading, tell_if_compiling
@@ -37,6 +46,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--seed", type=whole, metavar="N", help="start otherwise than nominal, each object moved as --perturb says"
     )
     add_perturb(parser, default=None)
+    add_robot(parser)
     parser.add_argument("--no-video", action="store_true", help="render nothing")
 
 
@@ -55,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     tell_if_compiling()
     try:
         with Bars() as bars:
-            scene = scene_of(scenario)
+            scene = scene_of(scenario, robot=options.robot)
             make_folder(folder)
             bars("planning", 0, 0, "")
             planner = Planner(scenario.problem())

@@ -16,11 +16,11 @@ import imageio_ffmpeg
 import mujoco
 import pytest
 
-from experiments import carry_out, case_study_1, case_study_3
+from experiments import arguments, carry_out, case_study_1, case_study_3
 from experiments.cli import main
 from experiments.outcome import outcome_json
 from prefplan import load, pareto_front
-from sim import execution
+from sim import execution, robots
 from sim.errors import RenderingError
 from sim.painter import check_rendering
 from sim.scene import Scene, initial_state
@@ -81,7 +81,7 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("words", "message"),
     [
         (["example"], "example.toml: model.kind: only a manipulation model can be carried out"),
         (["nowhere"], "no scenario named 'nowhere'"),
@@ -89,6 +89,7 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["case_study_3", "--plan", "2"], "--plan 2: the front has plans 0 to 1"),
         (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
         (["cup.toml", "--plan", "-1"], "--plan"),
+        (["cup.toml", "--robot", "panda"], "--robot"),
         (["cup.toml", "--seed", "-1"], "--seed"),
         (["cup.toml", "--seed", "two"], "'two' is not a whole number >= 0"),
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
@@ -99,10 +100,27 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--perturb", "mass=0.2"], "--perturb: needs --seed"),
     ],
 )
-def test_bad_input_is_told_in_a_sentence(run: Run, arguments: list[str], message: str) -> None:
-    result = run(*arguments, "--no-video", "--json")
+def test_bad_input_is_told_in_a_sentence(run: Run, words: list[str], message: str) -> None:
+    result = run(*words, "--no-video", "--json")
     assert (result.status, result.out) == (2, "")
     assert message in result.err and "Traceback" not in result.err
+
+
+def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
+    run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(cup / "cache"))
+    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
+    monkeypatch.delitem(sys.modules, "robot_descriptions.panda_mj_description", raising=False)
+    result = run("cup.toml", "--robot", "menagerie", "--no-video", "--json")
+    assert (result.status, result.out) == (2, "")
+    assert "cannot be fetched" in result.err and "the robot `default`" in result.err
+    assert result.err.count("\n") == 1
+    assert not (cup / "out").exists()
+
+
+def test_the_names_of_the_robots_are_those_of_the_simulation() -> None:
+    assert arguments.ROBOTS == robots.ROBOTS
 
 
 def test_a_location_out_of_reach_is_named(run: Run, cup: Path) -> None:

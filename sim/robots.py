@@ -1,0 +1,44 @@
+"""The robots to choose from, all with one interface: the names and commands of `sim.panda`."""
+
+from __future__ import annotations
+
+import mujoco
+
+from prefplan.errors import choices
+from sim.errors import RobotError
+from sim.menagerie import menagerie_spec
+from sim.panda import panda_spec
+
+ROBOTS = ("default", "menagerie")
+"""Our own description of the Panda, and that of MuJoCo Menagerie, which has to be fetched."""
+
+
+def robot_spec(robot: str = "default", *, meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return a robot, its base frame at the origin.
+
+    Args:
+        robot: one of `ROBOTS`.
+        meshes: dress the default robot with meshes; None for where they are installed. Menagerie's has its own.
+
+    Raises:
+        RobotError: it is unknown or cannot be had.
+    """
+    if robot == "default":
+        return panda_spec(meshes=meshes)
+    if robot == "menagerie":
+        return menagerie_spec()
+    raise RobotError(f"unknown robot {robot!r} {choices(robot, ROBOTS)}")
+
+
+def arm_spec(robot: str = "default") -> mujoco.MjSpec:
+    """Return a robot's kinematics alone: without shapes, fingers and whatever drives them.
+
+    Raises:
+        RobotError: it is unknown or cannot be had.
+    """
+    spec = robot_spec(robot, meshes=False)
+    for finger in ("left_finger", "right_finger"):
+        spec.delete(spec.body(finger))
+    for element in (*spec.geoms, *spec.meshes):
+        spec.delete(element)
+    return spec
