@@ -188,10 +188,17 @@ class _Location(_Table):
     kind: str | None = None
 
 
+def _sizes(value: Any) -> Any:
+    """One length or several, as a tuple."""
+    return tuple(value) if isinstance(value, list) else (value,)
+
+
 class _Object(_Table):
     start: str
     fixed: bool = False
     rgba: Annotated[tuple[_Metres, _Metres, _Metres, _Metres] | None, _Tuple] = None
+    kind: str = "cube"
+    size: Annotated[tuple[_Metres, ...], BeforeValidator(_sizes)] | None = None
 
 
 class _Manipulation(_Table):
@@ -207,7 +214,7 @@ class _Manipulation(_Table):
             self.start,
             self.costs,
             tuple(Location(name, x.at, x.on, x.capacity, x.marks, x.kind) for name, x in self.locations.items()),
-            tuple(Object(name, x.start, x.fixed, x.rgba) for name, x in self.objects.items()),
+            tuple(Object(name, x.start, x.fixed, x.rgba, x.kind, x.size) for name, x in self.objects.items()),
             frozenset(self.propositions),
         )
 

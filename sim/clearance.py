@@ -10,14 +10,14 @@ from prefplan.models.manipulation import ManipulationModel
 from sim.errors import SimulationError
 from sim.places import (
     ARM_LENGTH,
-    BLOCK_GAP,
-    BLOCK_HALF,
     CARRYING_HEIGHT,
+    FINGER_DEPTH,
+    FINGER_HALF,
     FINGER_TIPS,
-    FINGERS_HALF,
     LAMP_DISTANCE,
     LAMP_HALF,
     NEAREST,
+    OBJECT_GAP,
     PALM_CLEARANCE,
     PALM_HALF,
     SHOULDER_HEIGHT,
@@ -28,17 +28,21 @@ from sim.places import (
     Station,
 )
 from sim.rectangle import Rectangle, overlap
+from sim.shapes import CUBE_EDGE, Extent
+
+ASKEW = np.radians(5)
+"""Objects may start turned by this much, rad."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
 
 
-def check_reach(slots: Slots) -> None:
+def check_reach(slots: Slots, size: Extent) -> None:
     """Raise `SimulationError` for a slot that the hand cannot get at from above."""
-    tallest = max((float(slot.position[2]) + BLOCK_HALF for row in slots.values() for slot in row), default=0.0)
+    tallest = max((float(slot.position[2]) + size.high for row in slots.values() for slot in row), default=0.0)
     for row in slots.values():
         for slot in row:
             where = f"locations.{slot.location}"
-            x, y, z = slot.position
+            x, y, z = slot.position + [0.0, 0.0, size.high / 2]
             distance = float(np.hypot(x, y))
             reach = min(reach_at(z), reach_at(tallest + CARRYING_HEIGHT))
             if distance > reach:
@@ -62,22 +66,22 @@ def reach_at(height: float) -> float:
     return WRIST_OFFSET + float(np.sqrt(max(0.0, ARM_LENGTH**2 - rise**2)))
 
 
-def check_apart(stations: Sequence[Station]) -> None:
+def check_apart(stations: Sequence[Station], size: Extent) -> None:
     """Raise `SimulationError` for two locations whose objects, walls or plates would touch."""
     for i, station in enumerate(stations):
         for other in stations[:i]:
-            if overlap(_covered(station), _covered(other)):
+            if overlap(_covered(station, size), _covered(other, size)):
                 apart = np.hypot(*(station.outline.centre - other.outline.centre))
                 raise SimulationError(
                     f"locations.{station.name}: {apart:.3f} m from {other.name!r}, so close that they would touch"
                 )
 
 
-def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: Slots) -> None:
+def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: Slots, size: Extent) -> None:
     """Raise `SimulationError` for a slot at which the hand would meet something that may stand elsewhere."""
     for station in stations:
         for other in stations:
-            if other is not station and _fingers_meet(station, other):
+            if other is not station and _fingers_meet(station, other, size):
                 raise SimulationError(
                     f"locations.{station.name}: no room for the fingers beside {other.name!r}; move them apart"
                 )
@@ -86,19 +90,20 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
         for beside in flat:
             if beside.location == slot.location or _rests_on(model, beside.location, slot.location):
                 continue
-            if _hand_meets(slot, beside):
+            spread = _storeys(model, slot.location) * (size.high - size.low)
+            if _hand_meets(slot, beside, size, lowest=slot.position[2] - spread):
                 raise SimulationError(
                     f"locations.{slot.location}: no room for the hand beside an object at {beside.location!r}; "
                     "move them apart"
                 )
 
 
-def blocked(station: Station, others: Sequence[Station]) -> bool:
+def blocked(station: Station, others: Sequence[Station], size: Extent) -> bool:
     """Return whether the fingers at a station would meet another, or the other's would meet it."""
-    return any(_fingers_meet(station, other) or _fingers_meet(other, station) for other in others)
+    return any(_fingers_meet(station, other, size) or _fingers_meet(other, station, size) for other in others)
 
 
-def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots) -> np.ndarray:
+def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, size: Extent) -> np.ndarray:
     """Return the (2,) foot of a station's lamp: out of the hand's way, the farther from the base the better."""
     centre = station.outline.centre
     outwards = float(np.arctan2(centre[1], centre[0]))
@@ -112,31 +117,37 @@ def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots) -> np
             for row in slots.values()
             for slot in row
         )
-        if far and not any(overlap(stand, _covered(other)) for other in stations):
+        if far and not any(overlap(stand, _covered(other, size)) for other in stations):
             return foot
     raise SimulationError(
         f"locations.{station.name}: no room for its lamp {LAMP_DISTANCE:.2f} m away; move other locations off"
     )
 
 
-def _covered(station: Station) -> Rectangle:
-    return station.outline.grown(BLOCK_GAP / 2)
+def _covered(station: Station, size: Extent) -> Rectangle:
+    swing = float(np.sin(ASKEW)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
+    return station.outline.grown(OBJECT_GAP / 2 + swing)
 
 
-def _fingers(slot: Slot) -> Rectangle:
-    return Rectangle(slot.position[:2], FINGERS_HALF, slot.yaw)
+def _fingers(slot: Slot, size: Extent) -> Rectangle:
+    return Rectangle(slot.position[:2], np.array([size.opening / 2 + FINGER_DEPTH, FINGER_HALF]), slot.yaw)
 
 
-def _fingers_meet(station: Station, other: Station) -> bool:
-    return any(overlap(_fingers(slot), other.outline) for slot in station.slots)
+def _fingers_meet(station: Station, other: Station, size: Extent) -> bool:
+    return any(overlap(_fingers(slot, size), other.outline) for slot in station.slots)
 
 
-def _hand_meets(slot: Slot, other: Slot) -> bool:
-    block = Rectangle(other.position[:2], np.full(2, BLOCK_HALF), other.yaw)
-    top = other.position[2] + BLOCK_HALF
-    if top > slot.position[2] + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), block):
+def _hand_meets(slot: Slot, other: Slot, size: Extent, *, lowest: float) -> bool:
+    """Return whether the hand at a slot whose floor is at least as high as `lowest` meets what stands in another."""
+    thing = Rectangle(other.position[:2], size.half, other.yaw)
+    top, middle = other.position[2] + size.high, lowest + size.low / 2
+    if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), thing):
         return True
-    return top > slot.position[2] - FINGER_TIPS and overlap(_fingers(slot), block)
+    return top > middle - FINGER_TIPS and overlap(_fingers(slot, size), thing)
+
+
+def _storeys(model: ManipulationModel, location: str) -> int:
+    return max((1 + _storeys(model, support) for support in model.location(location).on), default=0)
 
 
 def _rests_on(model: ManipulationModel, upper: str, lower: str) -> bool:

@@ -9,13 +9,11 @@ import numpy as np
 
 from sim.materials import GLOW_OFF, GLOW_ON, Rgba
 from sim.panda import HIDDEN, VISIBLE, add_solid
-from sim.places import BLOCK_HALF, FLOOR, LAMP_HALF, Station
+from sim.places import FLOOR, LAMP_HALF, Station
 from sim.rectangle import Rectangle, overlap
-from sim.solids import Solid, plate, rounded_box, tray
+from sim.shapes import Shape
+from sim.solids import Solid, plate, rounded_box, rounded_cylinder, tray
 from sim.tabletop import Marking, Table, picture, text_size
-
-BLOCK_MASS = 0.055
-"""Mass of an object, kg: beech of the same size."""
 
 TABLE_THICKNESS = 0.045
 """Thickness of the table's board, m."""
@@ -105,15 +103,20 @@ def add_station(spec: mujoco.MjSpec, station: Station) -> None:
         _add_pad(spec, body, station)
 
 
-def add_block(spec: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float, rgba: Rgba) -> None:
+def add_object(spec: mujoco.MjSpec, name: str, shape: Shape, position: np.ndarray, yaw: float, rgba: Rgba) -> None:
     """Add an object: a free body, its joint and its colliding geom all bear its name."""
     body = spec.worldbody.add_body(name=name, pos=position, quat=yaw_quat(yaw))
     body.add_freejoint(name=name)
-    size = np.full(3, BLOCK_HALF)
-    geom = body.add_geom(name=name, type=BOX, size=size, mass=BLOCK_MASS, group=HIDDEN)
+    geom = body.add_geom(name=name, mass=shape.mass, group=HIDDEN)
     geom.friction, geom.condim = [0.8, 0.01, 0.0005], 4
     spec.add_material(name=name, rgba=rgba, specular=0.35, shininess=0.45)
-    _draw(spec, body, f"{name}_block", rounded_box(size, EDGE), name)
+    if shape.kind == "cylinder":
+        # Rolling friction stops a cylinder that has fallen over.
+        geom.type, geom.size, geom.condim = CYLINDER, [shape.half[0], shape.half[2], 0.0], 6
+        _draw(spec, body, f"{name}_body", rounded_cylinder(shape.half[0], shape.half[2], EDGE), name)
+    else:
+        geom.type, geom.size = BOX, shape.half
+        _draw(spec, body, f"{name}_body", rounded_box(shape.half, EDGE), name)
 
 
 def _marking(station: Station, others: Sequence[Station]) -> Marking:

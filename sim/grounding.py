@@ -11,12 +11,13 @@ from prefplan.models.manipulation import ManipulationState
 from sim.panda import TCP
 from sim.places import Slot
 from sim.scene import Scene
+from sim.shapes import UPRIGHT
 
 AT_RADIUS = 0.045
 """An object is at a slot when its centre is this near to the slot's on the horizontal, m: a block's width."""
 
 AT_HEIGHT = 0.008
-"""... and this near on the vertical, m: a tilted block is further off."""
+"""... and its underside this near to what it rests on, m."""
 
 TOUCH = 0.002
 """Objects touch when they are this near, m: contacts flicker, so their absence says little."""
@@ -31,40 +32,45 @@ class ObjectPose:
 
     Attributes:
         position: (3,) of its centre, m, robot base frame.
-        yaw: heading of its upright faces about z, rad; a cube's repeats every 90 degrees.
+        yaw: heading about z of the line along which the fingers rather close, rad, up to its shape's symmetry.
+        tilt: of its height from the vertical, rad; a cube stands on any of its faces.
     """
 
     position: np.ndarray
     yaw: float
+    tilt: float
 
 
 def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
     """Return where an object is: the skills' and the grounding's only perception, here the true pose."""
     body = data.body(name)
     axes = body.xmat.reshape(3, 3)
-    level = axes[:, int(np.argmin(np.abs(axes[2])))]
-    return ObjectPose(body.xpos.copy(), float(np.arctan2(level[1], level[0])))
+    steep = np.abs(axes[2])
+    cube = scene.shapes[name].kind == "cube"
+    level = axes[:, int(np.argmin(steep)) if cube else int(steep[0] > np.sqrt(0.5))]
+    tilt = np.arccos(min(1.0, float(steep.max() if cube else steep[2])))
+    return ObjectPose(body.xpos.copy(), float(np.arctan2(level[1], level[0])), float(tilt))
 
 
 def slot_of(scene: Scene, data: mujoco.MjData, name: str) -> Slot | None:
     """Return the slot in which an object rests, or None.
 
-    It rests there when it is near the slot's centre and, where the location lies on others, touches an object
-    that stands on one of them.
+    It rests there when it is upright, near the slot's centre and as high as what it would rest on. Where the location
+    lies on others, that is an object it touches, standing on one of them.
     """
-    position = object_pose(scene, data, name).position
-    near = [
-        slot
-        for row in scene.slots.values()
-        for slot in row
-        if np.hypot(*(position - slot.position)[:2]) < AT_RADIUS and abs(position[2] - slot.position[2]) < AT_HEIGHT
-    ]
-    for slot in sorted(near, key=lambda slot: float(np.linalg.norm(position - slot.position))):
+    pose = object_pose(scene, data, name)
+    if pose.tilt > UPRIGHT:
+        return None
+    underside = pose.position - [0.0, 0.0, scene.shapes[name].half[2]]
+    slots = [slot for row in scene.slots.values() for slot in row]
+    near = [slot for slot in slots if np.hypot(*(underside - slot.position)[:2]) < AT_RADIUS]
+    for slot in sorted(near, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
         supports = scene.model.location(slot.location).on
-        if not supports:
-            return slot
-        under = [slot_of(scene, data, other) for other in _carriers(scene, data, name)]
-        if any(below is not None and below.location in supports for below in under):
+        floors = [float(slot.position[2])]
+        if supports:
+            under = [other for other in _carriers(scene, data, name) if _stands_on(scene, data, other, supports)]
+            floors = [float(data.body(other).xpos[2] + scene.shapes[other].half[2]) for other in under]
+        if any(abs(underside[2] - floor) < AT_HEIGHT for floor in floors):
             return slot
     return None
 
@@ -140,9 +146,14 @@ def _where(state: ManipulationState, thing: str) -> str | None:
 def _carriers(scene: Scene, data: mujoco.MjData, name: str) -> list[str]:
     """Return the objects that an object touches and whose centres are lower than its bottom."""
     model = scene.mujoco
-    own, bottom = model.geom(name).id, data.body(name).xpos[2] - scene.half
+    own, bottom = model.geom(name).id, data.body(name).xpos[2] - scene.shapes[name].half[2]
     lower = [thing.name for thing in scene.model.objects if data.body(thing.name).xpos[2] < bottom]
     return [thing for thing in lower if _distance(model, data, own, model.geom(thing).id) < TOUCH]
+
+
+def _stands_on(scene: Scene, data: mujoco.MjData, name: str, locations: tuple[str, ...]) -> bool:
+    slot = slot_of(scene, data, name)
+    return slot is not None and slot.location in locations
 
 
 def _distance(model: mujoco.MjModel, data: mujoco.MjData, geom: int, other: int) -> float:

@@ -8,9 +8,6 @@ import numpy as np
 
 from sim.rectangle import Rectangle
 
-BLOCK_HALF = 0.0225
-"""Half the edge of an object, a cube of 4.5 cm that the open hand (8 cm) takes with room to spare, m."""
-
 SHOULDER_HEIGHT, ARM_LENGTH = 0.333, 0.7185
 """The shoulder above the table, and from there to the wrist with the arm all but straight, m."""
 
@@ -26,14 +23,14 @@ NEAREST = 0.32
 WIDEST = np.radians(150)
 """Greatest bearing from straight ahead, rad: the base turns 166 degrees and the wrist needs some of it."""
 
-ROW_PITCH = 0.064
-"""Distance between neighbouring slots of one location, m: 19 mm between blocks."""
+ROW_GAP = 0.019
+"""Distance between neighbouring objects of one location, m."""
 
-BLOCK_GAP = 0.014
-"""Least distance between objects of different locations, m: both may start 5 mm and 5 degrees off."""
+OBJECT_GAP = 0.014
+"""Least distance between cubes of different locations, m: both may start 5 mm and 5 degrees off."""
 
-FINGERS_HALF = np.array([0.062, 0.0145])
-"""Half the open hand's fingers on the table: along their closing line, and across with 4 mm to spare, m."""
+FINGER_DEPTH, FINGER_HALF = 0.027, 0.0145
+"""Of a finger, along the closing line from its pad outwards and half its width across, with 4 mm to spare, m."""
 
 FINGER_TIPS = 0.014
 """How far the finger tips reach below the centre of the object between them, with 5 mm to spare, m."""
@@ -48,7 +45,10 @@ BIN_MARGIN = 0.0125
 """From the last object of a row to a bin's wall, m."""
 
 PAD_MARGIN = 0.0375
-"""From an object to the edge of a pad, m."""
+"""From an object to the edge of a pad or of a stove, m."""
+
+PLATE_MARGIN = 0.020
+"""From the corner of an object to the edge of a plate, m."""
 
 SUPPORT_OVERLAP = 0.010
 """Least length by which an object rests on each of its supports, m."""
@@ -59,10 +59,10 @@ LAMP_DISTANCE = 0.19
 LAMP_HALF = 0.04
 """Half the width of a lamp's foot, m."""
 
-KINDS = ("spot", "pad", "bin")
-"""What a location on the table may look like: an outline, a raised plate, a box with walls."""
+KINDS = ("spot", "pad", "bin", "stove", "plate")
+"""What a location on the table may look like: an outline, a sheet of metal, a box with walls, a hob, a dish."""
 
-FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003}
+FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006}
 """Height above the table of the surface on which objects rest, m."""
 
 
@@ -73,9 +73,10 @@ class Slot:
     Attributes:
         location: the location it belongs to.
         index: 0 .. capacity - 1 within the location.
-        position: (3,) where the object's centre rests, m, robot base frame (z = 0 is the table top).
+        position: (3,) where the middle of the object's underside rests, m, robot base frame (z = 0 is the table top).
+            On other objects, z is where it rests at the highest: see `sim.grounding.surface`.
         yaw: heading about z of the line along which the fingers close, rad; both ends of it are free
-            of walls and neighbours. The object rests square to it: its yaw is this one modulo 90 degrees.
+            of walls and neighbours. The object rests with this yaw, up to its symmetry.
     """
 
     location: str

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationModel
 from sim.errors import SimulationError
-from sim.furniture import add_block, add_station, add_table, table_for, yaw_quat
+from sim.furniture import add_object, add_station, add_table, table_for, yaw_quat
 from sim.layout import arrange
 from sim.materials import OBJECT_COLOURS, add_finishes, add_studio
 from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH
-from sim.places import BLOCK_HALF, Slot
+from sim.places import Slot
 from sim.robots import robot_spec
+from sim.shapes import Shape, shapes_of
 
 TIMESTEP = 0.002
 """Simulation step, s."""
@@ -43,7 +44,7 @@ class Scene:
         model: what it was built from.
         mujoco: the compiled model.
         slots: for each location, in the order of the file, room for `capacity` objects.
-        half: half the edge of an object, m.
+        shapes: of each object, in the order of the file.
         focus: (3,) middle of the picture: over the table's middle, m.
         span: half the table's longer side, m.
         robot: which of `sim.robots.ROBOTS` works in it.
@@ -52,7 +53,7 @@ class Scene:
     model: ManipulationModel
     mujoco: mujoco.MjModel
     slots: dict[str, tuple[Slot, ...]]
-    half: float
+    shapes: dict[str, Shape]
     focus: np.ndarray
     span: float
     robot: str = "default"
@@ -68,9 +69,10 @@ def build_scene(model: ManipulationModel, *, robot: str = "default", meshes: boo
 
     Raises:
         RobotError: the robot is unknown or cannot be had.
-        SimulationError: a location out of reach or in the way of another; the message starts with its key.
+        SimulationError: a location out of reach or in the way of another, or an object that the hand cannot take;
+            the message starts with its key.
     """
-    layout = arrange(model)
+    shapes, layout = shapes_of(model), arrange(model)
     spec = robot_spec(robot, meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)
@@ -83,14 +85,30 @@ def build_scene(model: ManipulationModel, *, robot: str = "default", meshes: boo
         add_station(spec, station)
     for i, (thing, slot) in enumerate(start_slots(model, layout.slots).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
-        add_block(spec, thing, slot.position, slot.yaw, rgba)
-    return Scene(model, spec.compile(), layout.slots, BLOCK_HALF, focus, float(table.half.max()), robot)
+        add_object(spec, thing, shapes[thing], slot.position + [0.0, 0.0, shapes[thing].half[2]], slot.yaw, rgba)
+    return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot)
 
 
 def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:
-    """Return the slot in which each object starts; objects at one location fill its slots in file order."""
+    """Return the slot in which each object starts, as high as what starts below it says.
+
+    Objects at one location fill its slots in file order.
+    """
     taken = {name: iter(row) for name, row in slots.items()}
-    return {thing.name: next(taken[thing.start]) for thing in model.objects}
+    found = {thing.name: next(taken[thing.start]) for thing in model.objects}
+    shapes = shapes_of(model)
+    first = {thing.start: thing.name for thing in reversed(model.objects)}
+
+    def floor(location: str) -> float:
+        below = model.location(location).on
+        if not below:
+            return float(slots[location][0].position[2])
+        return max(floor(support) + shapes[first[support]].height for support in below)
+
+    return {
+        name: replace(slot, position=np.array([*slot.position[:2], floor(slot.location)]))
+        for name, slot in found.items()
+    }
 
 
 def initial_state(
@@ -120,6 +138,7 @@ def initial_state(
             off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
             pose = data.joint(thing).qpos
             pose[:2] = slot.position[:2] + off[:2]
+            pose[2] = slot.position[2] + scene.shapes[thing].half[2]
             pose[3:] = yaw_quat(slot.yaw + off[2])
         mujoco.mj_forward(scene.mujoco, data)
         if rng is None or data.ncon == 0 or data.contact.dist.min() > -OVERLAP:
@@ -128,7 +147,7 @@ def initial_state(
 
 
 def _set_physics(spec: mujoco.MjSpec) -> None:
-    """Set the solver so that friction alone holds a block in the hand."""
+    """Set the solver so that friction alone holds an object in the hand."""
     option = spec.option
     option.timestep = TIMESTEP
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -10,7 +10,9 @@ from prefplan.models.manipulation import ACTION_KINDS
 from sim.errors import SimulationError
 from sim.grounding import AT_RADIUS, hand_over
 from sim.motion import CONTROL_PERIOD, wrap
-from sim.places import Slot
+from sim.places import FINGER_TIPS, Slot
+from sim.rectangle import Rectangle, overlap
+from sim.shapes import Grip, extent
 from sim.workcell import Workcell
 
 HOVER = 0.12
@@ -24,9 +26,6 @@ DETOURS = (0.0, 0.1, 0.2)
 
 FORESIGHT = 10
 """Every so many joint references are looked at for obstacles before they are followed: every 0.1 s."""
-
-OPENING = 0.07
-"""Width of the open hand, m: 12 mm to either side of a block, and the fingers still fit into a bin."""
 
 SQUEEZE = 0.015
 """How much narrower than the object the hand is commanded to close, m: about 15 N on either side."""
@@ -46,8 +45,11 @@ SETTLE_TIME = 0.1
 DROP = 0.0005
 """Height from which an object is let go, m: so that it does not press on what it is put on."""
 
-ROOM = 0.05
-"""Least distance between the centres of objects that rest side by side, m: a block and 5 mm."""
+ROOM, FAR = 0.005, 0.1
+"""Least gap between objects that rest side by side, and the distance of their centres that is as good as any, m."""
+
+TOPPLED = np.radians(45)
+"""An object tilted by more than this fell over, rad: the hand takes it only as it stood."""
 
 GLOW_TIME = 1.5
 """How long a marking location works on what was released there, s."""
@@ -73,24 +75,28 @@ def transit(cell: Workcell, location: str) -> None:
     cell.watch.handle(None)
     slots = cell.scene.slots[location]
     centre = np.mean([slot.position for slot in slots], axis=0)
-    height = max(centre[2] + HOVER, _passage(cell))
+    middle = extent(cell.scene.shapes.values()).high / 2
+    height = max(centre[2] + middle + HOVER, _passage(cell))
     _travel(cell, np.array([*centre[:2], height]), slots[0].yaw)
 
 
 def grasp(cell: Workcell, thing: str) -> None:
     """Lower the hand on the object below it, close until both pads feel it, and raise it."""
-    slot = _slot_below(cell, thing)
+    slot, shape = _slot_below(cell, thing), cell.scene.shapes[thing]
     pose = cell.see(thing)
-    above = np.array([*pose.position[:2], slot.position[2] + HOVER])
+    if pose.tilt > TOPPLED:
+        raise SkillError(f"{thing} fell over")
+    above = pose.position + [0.0, 0.0, HOVER]
     cell.watch.handle(thing)
-    cell.grip(OPENING, CONTROL_PERIOD)
-    line = _free_line(cell, pose.position, _square_to(pose.yaw, slot.yaw))
+    yaw = shape.yaw_near(pose.yaw, slot.yaw)
+    line, grip = _free_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grips])
+    cell.grip(grip.opening, CONTROL_PERIOD)
     yaw = _move(cell, above, [line, line + np.pi])
     _move(cell, pose.position, [yaw])
-    cell.grip(2 * cell.scene.half - SQUEEZE, CLOSE_TIME)
+    cell.grip(grip.width - SQUEEZE, CLOSE_TIME)
     forces = _await_grip(cell)
     if forces is None:
-        cell.grip(OPENING, OPEN_TIME)
+        cell.grip(grip.opening, OPEN_TIME)
     _move(cell, above, [yaw])
     if forces is None:
         raise SkillError(f"the fingers closed without a firm grip on {thing}")
@@ -102,10 +108,11 @@ def transport(cell: Workcell, thing: str, location: str) -> None:
     """Carry the held object over the location's free slot."""
     _check_held(cell, thing)
     slot = _free_slot(cell, thing, location)
+    middle = _middle(cell, thing, slot)
     cell.watch.handle(thing)
-    line = _free_line(cell, slot.position, slot.yaw)
+    line, _ = _free_line(cell, middle, _putting(cell, thing, slot))
     cell.watch.handle(thing, aloft=True)
-    _travel(cell, slot.position + [0.0, 0.0, HOVER], line, held=thing)
+    _travel(cell, middle + [0.0, 0.0, HOVER], line, held=thing)
     _check_held(cell, thing)
 
 
@@ -126,7 +133,7 @@ def release(cell: Workcell, thing: str, location: str) -> None:
     cell.watch.handle(thing)
     _move(cell, position, [yaw])
     cell.wait(SETTLE_TIME)
-    cell.grip(OPENING, OPEN_TIME)
+    cell.grip(_grip(cell, thing).opening, OPEN_TIME)
     _move(cell, above, [yaw])
     cell.watch.handle(None)
     error = float(np.hypot(*(cell.see(thing).position - slot.position)[:2]))
@@ -165,34 +172,59 @@ def _travel(cell: Workcell, position: np.ndarray, line: float, *, held: str | No
     raise SkillError(f"the way is blocked by {' and '.join(sorted(obstacles))}")
 
 
-def _free_line(cell: Workcell, position: np.ndarray, line: float) -> float:
-    """Return the closing line, this or the one across it, at which the open fingers touch nothing but the object.
+def _free_line(cell: Workcell, position: np.ndarray, options: list[tuple[float, Grip]]) -> tuple[float, Grip]:
+    """Return the first closing line, with its grip, at which the open fingers touch nothing but the object.
 
     Raises:
-        SkillError: neither is free.
+        SkillError: none is free.
     """
-    for option in (line, line + np.pi / 2):
-        q, _ = cell.arm.reach(position, [option, option + np.pi])
-        obstacles = cell.foresee(q, width=OPENING)
+    met: set[str] = set()
+    for line, grip in options:
+        q, _ = cell.arm.reach(position, [line, line + np.pi])
+        obstacles = cell.foresee(q, width=grip.opening)
         if not obstacles:
-            return option
-    raise SkillError(f"no room for the fingers: they would touch {' and '.join(obstacles)}")
+            return line, grip
+        met.update(obstacles)
+    raise SkillError(f"no room for the fingers: they would touch {' and '.join(sorted(met))}")
 
 
-def _square_to(yaw: float, line: float) -> float:
-    """Return the heading of a cube's faces, known up to 90 degrees, that is nearest to a line."""
-    return yaw + np.pi / 2 * round((line - yaw) / (np.pi / 2))
+def _grip(cell: Workcell, thing: str) -> Grip:
+    """Return how the hand has the held object."""
+    turn = cell.arm.tool(cell.reference).yaw - cell.see(thing).yaw
+    return min(cell.scene.shapes[thing].grips, key=lambda grip: abs(wrap(turn - grip.turn, np.pi)))
+
+
+def _putting(cell: Workcell, thing: str, slot: Slot) -> list[tuple[float, Grip]]:
+    """Return the closing lines, each with its grip, at which the held object can be put down square to a slot."""
+    grip, shape = _grip(cell, thing), cell.scene.shapes[thing]
+    if shape.symmetry > np.pi / 2:
+        return [(slot.yaw + grip.turn, grip)]
+    return [(slot.yaw, grip), (slot.yaw + np.pi / 2, grip)]
+
+
+def _middle(cell: Workcell, thing: str, slot: Slot) -> np.ndarray:
+    """Return where the centre of an object is when it rests in a slot, on what lies there now."""
+    scene, floor = cell.scene, float(slot.position[2])
+    below = [other.position[:2] for name in scene.model.location(slot.location).on for other in scene.slots[name]]
+    tops = [
+        cell.see(other).position[2] + shape.half[2]
+        for other, shape in scene.shapes.items()
+        if other != thing and any(np.hypot(*(cell.see(other).position[:2] - xy)) < AT_RADIUS for xy in below)
+    ]
+    return np.array([*slot.position[:2], max(tops, default=floor) + scene.shapes[thing].half[2]])
 
 
 def _passage(cell: Workcell, held: str | None = None) -> float:
     """Return the height at which the tool, and what it holds, passes over everything that rests."""
-    tops = [cell.see(thing.name).position[2] for thing in cell.scene.model.objects if thing.name != held]
-    return max(tops, default=0.0) + 2 * cell.scene.half + CLEARANCE
+    shapes = cell.scene.shapes
+    tops = [cell.see(thing).position[2] + shape.half[2] for thing, shape in shapes.items() if thing != held]
+    below = shapes[held].half[2] if held else FINGER_TIPS
+    return max(tops, default=0.0) + below + CLEARANCE
 
 
 def _slot_below(cell: Workcell, thing: str) -> Slot:
     """Return the slot at the hand's location where the object rests."""
-    position = cell.see(thing).position
+    position = cell.see(thing).position - [0.0, 0.0, cell.scene.shapes[thing].half[2]]
     slots = [slot for row in cell.scene.slots.values() for slot in row]
     slot = min(slots, key=lambda slot: float(np.linalg.norm(position - slot.position)))
     if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS or not hand_over(cell.scene, cell.data, slot.location):
@@ -207,15 +239,27 @@ def _check_held(cell: Workcell, thing: str) -> None:
 
 def _free_slot(cell: Workcell, thing: str, location: str) -> Slot:
     """Return the slot of a location farthest from the other objects on its level."""
-    others = [cell.see(other.name).position for other in cell.scene.model.objects if other.name != thing]
+    shapes = cell.scene.shapes
+    own = shapes[thing].half
+    others = [(shape, cell.see(other)) for other, shape in shapes.items() if other != thing]
 
-    def room(slot: Slot) -> float:
-        level = [p for p in others if abs(p[2] - slot.position[2]) < 2 * cell.scene.half]
-        return min((float(np.hypot(*(p - slot.position)[:2])) for p in level), default=np.inf)
+    def room(slot: Slot) -> tuple[bool, float]:
+        """Return whether it fits in, and how near the nearest of the others is, m."""
+        middle = _middle(cell, thing, slot)
+        level = [
+            (shape, pose) for shape, pose in others if abs(pose.position - middle)[2] < own[2] + shape.half[2] - ROOM
+        ]
+        place = Rectangle(middle[:2], own[:2] + ROOM, slot.yaw)
+        taken = [
+            Rectangle(pose.position[:2], shape.half[:2], shape.yaw_near(pose.yaw, slot.yaw)) for shape, pose in level
+        ]
+        nearest = min((float(np.hypot(*(pose.position - middle)[:2])) for _, pose in level), default=FAR)
+        return not any(overlap(place, other) for other in taken), min(nearest, FAR)
 
-    slot = max(cell.scene.slots[location], key=lambda slot: min(room(slot), 2 * ROOM))
-    if room(slot) < ROOM:
-        raise SkillError(f"no room for {thing} on {location}: another object is {room(slot) * 1000:.0f} mm from it")
+    slot = max(cell.scene.slots[location], key=room)
+    fits, nearest = room(slot)
+    if not fits:
+        raise SkillError(f"no room for {thing} on {location}: another object is {nearest * 1000:.0f} mm from it")
     return slot
 
 
@@ -233,8 +277,9 @@ def _await_grip(cell: Workcell) -> np.ndarray | None:
 def _placing(cell: Workcell, thing: str, slot: Slot) -> tuple[np.ndarray, float]:
     """Return the tool's position and yaw that put the held object, as it lies in the hand, into a slot."""
     tool, held = cell.arm.tool(cell.reference), cell.see(thing)
-    turn = wrap(slot.yaw - held.yaw, np.pi / 2)
+    symmetry = cell.scene.shapes[thing].symmetry
+    turn = wrap(slot.yaw - held.yaw, symmetry) if symmetry else 0.0
     c, s = np.cos(turn), np.sin(turn)
     offset = held.position - tool.position
     turned = np.array([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1], offset[2] - DROP])
-    return slot.position - turned, tool.yaw + turn
+    return _middle(cell, thing, slot) - turned, tool.yaw + turn

@@ -1,4 +1,4 @@
-"""Shapes with rounded edges, which catch the light as real things do: boxes, plates and trays."""
+"""Solids with rounded edges, which catch the light as real things do: boxes, cylinders, plates and trays."""
 
 from __future__ import annotations
 
@@ -83,6 +83,21 @@ def plate(half: np.ndarray, *, corner: float, bevel: float) -> Solid:
         ],
         closed=False,
     )
+
+
+def rounded_cylinder(radius: float, half: float, bevel: float, *, steps: int = 3) -> Solid:
+    """Return an upright cylinder with rounded rims, its middle at the origin.
+
+    Args:
+        radius: m.
+        half: half its height, m.
+        bevel: radius of the rims' rounding, m.
+        steps: quads across a rim.
+    """
+    angles = np.linspace(0, np.pi / 2, steps + 1)
+    top = [(radius - bevel + bevel * np.cos(a), half - bevel + bevel * np.sin(a)) for a in angles]
+    bottom = [(r, -z) for r, z in reversed(top)]
+    return _lofted([(r, r, r, z) for r, z in [*bottom, *top]], closed=False)
 
 
 def tray(half: np.ndarray, *, wall: float, corner: float) -> Solid:

@@ -47,12 +47,16 @@ class Object:
         start: name of the location where it rests at first.
         fixed: True if it is never grasped.
         rgba: colour in simulation, each in 0 .. 1; None for a default.
+        kind: its shape in simulation, such as `cube`.
+        size: its lengths in metres, which and how many its kind says; None for a cube of usual size.
     """
 
     name: str
     start: str
     fixed: bool = False
     rgba: tuple[float, float, float, float] | None = None
+    kind: str = "cube"
+    size: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)

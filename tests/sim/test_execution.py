@@ -10,6 +10,7 @@ from prefplan.transition_system import TransitionSystem
 from sim.execution import Run, execute
 from sim.rollout import FRAME_RATE, Rollout
 from sim.scene import Scene, build_scene, initial_state
+from sim.shapes import CUBE_EDGE
 
 COST_OPTIMAL = (
     "transit top, grasp pink, transport pink san, release pink san, grasp pink, transport pink bin1, "
@@ -100,7 +101,7 @@ def test_a_plan_the_model_does_not_allow_is_refused_before_it_begins(scene: Scen
 def test_a_block_moved_before_the_grasp_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
     run = Run(scene, initial_state(scene), system=system)
     assert run.carry_out("transit top")
-    run.cell.data.joint("pink").qpos[:3] = scene.slots["table"][0].position
+    run.cell.data.joint("pink").qpos[:3] = scene.slots["table"][0].position + [0.0, 0.0, CUBE_EDGE / 2]
     assert not run.carry_out("grasp pink")
     rollout = run.rollout()
     assert not rollout.completed

@@ -10,10 +10,13 @@ import pytest
 from prefplan.models.manipulation import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.layout import arrange
-from sim.places import BLOCK_HALF, FLOOR, Layout
+from sim.places import FLOOR, Layout
 from sim.scene import Scene, build_scene, initial_state, start_slots
+from sim.shapes import CUBE_EDGE
 
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+
+HALF = np.array([0.0, 0.0, CUBE_EDGE / 2])
 
 
 @pytest.fixture
@@ -39,7 +42,7 @@ def test_every_location_has_as_many_slots_as_it_has_room(scene: Scene) -> None:
 
 def test_a_location_on_others_lies_midway_and_one_object_higher(scene: Scene) -> None:
     left, right, top = (scene.slots[name][0].position for name in ("left", "right", "top"))
-    assert top == pytest.approx((left + right) / 2 + [0, 0, 2 * BLOCK_HALF])
+    assert top == pytest.approx((left + right) / 2 + [0, 0, CUBE_EDGE])
 
 
 def test_stacks_stand_on_stacks(layout_of: Callable[..., Layout]) -> None:
@@ -47,7 +50,7 @@ def test_stacks_stand_on_stacks(layout_of: Callable[..., Layout]) -> None:
         Location("third", on=("second",)), Location("second", on=("first",)), Location("first", at=(0.5, 0.0))
     ).slots
     assert list(slots) == ["third", "second", "first"]
-    assert slots["third"][0].position == pytest.approx([0.5, 0.0, 5 * BLOCK_HALF])
+    assert slots["third"][0].position == pytest.approx([0.5, 0.0, 2 * CUBE_EDGE])
 
 
 def test_fingers_close_past_a_near_neighbour_rather_than_into_the_gap(scene: Scene) -> None:
@@ -64,7 +67,7 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
         line = np.array([np.cos(slot.yaw), np.sin(slot.yaw), 0.0])
         for direction in (line, -line):
             hit = np.array([-1], dtype=np.int32)
-            start = slot.position - [0.0, 0.0, 0.01]
+            start = slot.position + HALF - [0.0, 0.0, 0.01]
             distance = mujoco.mj_ray(scene.mujoco, data, start, direction, None, 1, inside, hit)
             assert distance < 0 or distance > 0.062, (slot, scene.mujoco.geom(hit[0]).name)
 
@@ -154,7 +157,7 @@ def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
     data = initial_state(scene)
     settle(scene, data, 1.0)
     for thing, slot in start_slots(scene.model, scene.slots).items():
-        assert data.body(thing).xpos == pytest.approx(slot.position, abs=1e-3)
+        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -162,8 +165,8 @@ def test_a_perturbed_start_stays_within_bounds_and_stands(scene: Scene, seed: in
     data = initial_state(scene, seed=seed)
     places = {name: data.body(name).xpos.copy() for name in start_slots(scene.model, scene.slots)}
     for name, slot in start_slots(scene.model, scene.slots).items():
-        off = places[name] - slot.position
-        assert np.abs(off[:2]).max() <= 0.005 and off[2] == 0
+        off = places[name] - slot.position - HALF
+        assert np.abs(off[:2]).max() <= 0.005 and off[2] == pytest.approx(0)
         turn = 2 * np.arctan2(data.body(name).xquat[3], data.body(name).xquat[0]) - slot.yaw
         assert abs((turn + np.pi / 4) % (np.pi / 2) - np.pi / 4) <= np.radians(5) + 1e-9
     assert min((contact.dist for contact in data.contact), default=0.0) > -1e-6
@@ -199,7 +202,7 @@ def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> N
     settle(scene, data, 1.5)
     inside = data.body("green").xpos - middle
     assert np.abs(inside[:2]).max() < 0.0665
-    assert data.body("green").xpos[2] == pytest.approx(FLOOR["bin"] + BLOCK_HALF, abs=2e-3)
+    assert data.body("green").xpos[2] == pytest.approx(FLOOR["bin"] + CUBE_EDGE / 2, abs=2e-3)
 
 
 def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationModel) -> None:
@@ -225,5 +228,5 @@ def test_any_number_of_locations_and_objects(layout_of: Callable[..., Layout]) -
     data = initial_state(scene, seed=1)
     settle(scene, data, 0.5)
     for thing, slot in start_slots(model, scene.slots).items():
-        assert data.body(thing).xpos == pytest.approx(slot.position, abs=8e-3)
+        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
     assert {"wash_glow", "dry_glow"} <= {scene.mujoco.mat(i).name for i in range(scene.mujoco.nmat)}

@@ -8,6 +8,7 @@ from prefplan.models.manipulation import Location, ManipulationModel, Object
 from sim.grounding import object_pose, slot_of
 from sim.panda import PADS, TORQUE_LIMITS, VELOCITY_LIMITS
 from sim.scene import Scene, build_scene, initial_state
+from sim.shapes import CUBE_EDGE
 from sim.skills import GLOW_TIME, SkillError, perform
 from sim.workcell import Workcell
 
@@ -44,7 +45,7 @@ def own_scene(scene: Scene) -> Scene:
 def test_transit_brings_the_empty_hand_over_a_location(scene: Scene) -> None:
     cell = run(scene, "transit bin1")
     centre = np.mean([slot.position for slot in scene.slots["bin1"]], axis=0)
-    offset = cell.data.site("tcp").xpos - centre
+    offset = cell.data.site("tcp").xpos - centre - [0.0, 0.0, CUBE_EDGE / 2]
     assert np.hypot(*offset[:2]) < 0.002 and 0.1 < offset[2] < 0.15
     assert_clean(cell)
 
@@ -137,7 +138,7 @@ def test_an_object_lost_on_the_way_is_noticed(own_scene: Scene) -> None:
 
 def test_an_occupied_place_is_refused(scene: Scene) -> None:
     cell = run(scene, "transit top", "grasp pink")
-    cell.data.joint("green").qpos[:3] = scene.slots["san"][0].position + [0.01, 0.0, 0.0]
+    cell.data.joint("green").qpos[:3] = scene.slots["san"][0].position + [0.01, 0.0, CUBE_EDGE / 2]
     mujoco.mj_forward(scene.mujoco, cell.data)
     with pytest.raises(SkillError, match="no room for pink on san: another object is 10 mm"):
         perform(cell, "transport pink san")
