@@ -56,6 +56,7 @@ class Problem:
         system: the robot's model (Definition 1).
         tasks: phi_1 .. phi_N.
         preference: mu (Definition 5).
+        present: a proposition; a plan that drops tasks does not end before it holds. None for no such thing.
         measure: the preference's terms for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
 
@@ -67,14 +68,18 @@ class Problem:
     system: TransitionSystem
     tasks: tuple[Task, ...]
     preference: Preference
+    present: str | None
     measure: Measure = field(repr=False, compare=False)
     automata: tuple[Automaton, ...] = field(repr=False, compare=False)
 
-    def __init__(self, system: TransitionSystem, tasks: Iterable[Task], preference: Preference) -> None:
+    def __init__(
+        self, system: TransitionSystem, tasks: Iterable[Task], preference: Preference, *, present: str | None = None
+    ) -> None:
         """Check that the parts fit together."""
         object.__setattr__(self, "system", system)
         object.__setattr__(self, "tasks", tuple(tasks))
         object.__setattr__(self, "preference", preference)
+        object.__setattr__(self, "present", present)
         if not self.tasks:
             raise PrefplanError("tasks: a problem needs at least one task")
         if len(self.tasks) > TASK_LIMIT:
@@ -146,5 +151,5 @@ class Problem:
             prices, _ = to_quanta([relaxation.cost for relaxation in task.relax], self.decimals)
             bought = tuple((r.assume, parse(r.when), price) for r, price in zip(task.relax, prices, strict=True))
             skip = None if task.skip is None else to_quanta([task.skip], self.decimals)[0][0]
-            found.append(WeightedAutomaton(dfa, bought, skip))
+            found.append(WeightedAutomaton(dfa, bought, skip, self.present))
         return tuple(found)

@@ -14,7 +14,6 @@ from itertools import product
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.formula import propositions_of
 from prefplan.problem import Problem
 from prefplan.weighted_automaton import Reading, WeightedAutomaton
 
@@ -99,12 +98,7 @@ class Product:
 
     def _tabulate(self) -> None:
         system = self.problem.system
-        relevant = [
-            frozenset(dfa.automaton.propositions).union(
-                *({assumed} | propositions_of(when) for assumed, when, _ in dfa.relaxations)
-            )
-            for dfa in self.automata
-        ]
+        relevant = [dfa.propositions for dfa in self.automata]
         mentioned = frozenset().union(*relevant)
         seen: dict[frozenset[str], int] = {}
         kept = [seen.setdefault(label & mentioned, len(seen)) for label in system.label_sets]
@@ -162,8 +156,8 @@ class Product:
             some: list[tuple[int, int, tuple[int, ...] | None]] = [
                 (r.state, r.price, r.bought) for r in dfa.readings(0, label)
             ]
-            if dfa.skip is not None and dfa.skipped is not None:
-                some.append((dfa.skipped, dfa.skip, None))
+            if dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
+                some.append((skipping, dfa.skip, None))
             ways.append(some)
         return tuple(
             Start(

@@ -1,7 +1,8 @@
 """Weighted DFA of a task that may be relaxed (the paper's Remarks 1 to 6).
 
 To every transition of the task's automaton belong the readings that relaxations allow: a label read as if some more
-propositions were true, for a price. A task that may be skipped has one more state, entered before the first action.
+propositions were true, for a price. A task that may be skipped has one more state, entered before the first action;
+where plans begin with a past (`prefplan.history`), it waits in yet another one until the past is over.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from prefplan.automaton import Automaton
-from prefplan.formula import Formula, holds
+from prefplan.formula import Formula, holds, propositions_of
 
 
 @dataclass(frozen=True)
@@ -36,21 +37,35 @@ class WeightedAutomaton:
         automaton: the task's minimal DFA; its states are 0 .. n-1.
         relaxations: (assumed proposition, condition, price in quanta) each.
         skip: price in quanta of the extra state n, or None.
+        present: the proposition that ends the past, or None.
     """
 
     automaton: Automaton
     relaxations: tuple[tuple[str, Formula, int], ...] = ()
     skip: int | None = None
+    present: str | None = None
 
     @property
     def size(self) -> int:
-        """Number of states, the skipped one included."""
-        return self.automaton.size + (self.skip is not None)
+        """Number of states, the skipped one and the one before it included."""
+        return self.automaton.size + (self.skip is not None) * (1 if self.present is None else 2)
 
     @property
     def skipped(self) -> int | None:
         """The state of a task that was dropped."""
         return None if self.skip is None else self.automaton.size
+
+    def skipping(self, label: frozenset[str]) -> int | None:
+        """Return the state of a task that is dropped as a label is read, or was before."""
+        waits = self.present is not None and self.present not in label
+        return None if self.skip is None else self.automaton.size + waits
+
+    @property
+    def propositions(self) -> frozenset[str]:
+        """Those on which readings depend."""
+        conditions = (propositions_of(when) | {assumed} for assumed, when, _ in self.relaxations)
+        present = set() if self.skip is None or self.present is None else {self.present}
+        return frozenset(self.automaton.propositions).union(present, *conditions)
 
     def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
         """Return the ways to read a label, the free one first, the others the cheapest for each state they lead to.
@@ -60,6 +75,8 @@ class WeightedAutomaton:
         """
         if state == self.skipped:
             return [Reading(state)]
+        if state > self.automaton.size and (then := self.skipping(label)) is not None:
+            return [Reading(then)]
         free = Reading(self.automaton.step(state, label))
         if state == self.automaton.accepting:
             return [free]

@@ -68,10 +68,9 @@ class Product:
                 pending.extend(move.node for move in self.moves[node])
         self.distance = self._distances()
 
-    @staticmethod
-    def finished(node: Node) -> bool:
+    def finished(self, node: Node) -> bool:
         """Say whether a plan ends here: every task not skipped is satisfied."""
-        return all(state < 0 for state in node[1])
+        return node[0] not in self.problem.bygone and all(state < 0 for state in node[1])
 
     def _starts(self) -> Iterator[tuple[tuple[Skip, ...], Move]]:
         tasks = self.problem.tasks

@@ -52,6 +52,7 @@ class GraphProblem:
         labels: the propositions of each state that has any.
         tasks: the tasks, in order.
         preference: the `[preference]` table of the scenario.
+        bygone: states in which no plan ends.
     """
 
     start: str
@@ -59,6 +60,7 @@ class GraphProblem:
     labels: Mapping[str, Label]
     tasks: tuple[JudgedTask, ...]
     preference: Mapping[str, Any] = field(default_factory=lambda: {"kind": "order"})
+    bygone: frozenset[str] = frozenset()
 
     @cached_property
     def outgoing(self) -> dict[str, list[Edge]]:

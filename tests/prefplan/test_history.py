@@ -1,0 +1,185 @@
+"""Plans that begin with a past: against plans made at the start, and against an exhaustive search of the whole."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import judge
+import pytest
+
+from prefplan import NoPlanError, Order, Plan, Planner, Problem, Relaxation, Task, TransitionSystem, WeightedSum
+from prefplan.history import (
+    Past,
+    achievable,
+    continue_as_preferred,
+    continue_cheaply,
+    continued,
+    damaged,
+    violated,
+)
+from prefplan.scenario import from_dict
+
+KINDS = [("order", False), ("weighted-sum", False), ("max", False), ("deadline", False), ("expression", False)]
+KINDS += [("sum", False), ("weighted-sum", True), ("sum", True)]
+
+
+def past_of(plan: Plan, system: TransitionSystem, length: int) -> tuple[Past, TransitionSystem]:
+    """Return the first actions of a plan as the past, and the system from where they lead."""
+    costs, labels, states, state = [], [], [], system.start
+    for action in plan.actions[:length]:
+        states.append(system.states[state])
+        labels.append(system.label(state))
+        state, cost = system.step(state, action)
+        costs.append(cost)
+    return Past(plan.actions[:length], tuple(costs), tuple(states), tuple(labels)), replace(system, start=state)
+
+
+def worth(plan: Plan) -> tuple[Any, Any]:
+    return plan.cost, plan.preference
+
+
+@pytest.mark.parametrize(("kind", "relaxed"), KINDS)
+def test_going_on_with_an_optimal_plan_stays_optimal(kind: str, relaxed: bool) -> None:
+    tried = 0
+    for seed in range(12):
+        problem = from_dict(judge.random_problem(seed, kind=kind, relaxed=relaxed).scenario()).problem()
+        try:
+            cheapest, preferred = Planner(problem).cheapest(), Planner(problem).preferred(max_cost=40)
+        except NoPlanError:
+            continue
+        for plan, go_on in ((cheapest, continue_cheaply), (preferred, continue_as_preferred)):
+            if problem.measure.contract == "general" and go_on is continue_as_preferred:
+                continue
+            for length in range(len(plan.actions) + 1):
+                past, system = past_of(plan, problem.system, length)
+                again = go_on(problem, past, system)
+                assert worth(again) == worth(plan)
+                assert again.actions[:length] == plan.actions[:length]
+                tried += 1
+    assert tried > 40
+
+
+def disturbed(seed: int, kind: str, relaxed: bool) -> tuple[judge.GraphProblem, Problem, Past, TransitionSystem]:
+    """Draw a problem, a past on its graph with labels and jumps of its own, and a present; for the judge a chain."""
+    rng = random.Random(f"past {seed} {kind} {relaxed}")
+    world = judge.random_problem(seed, kind=kind, relaxed=relaxed, decimals=seed % 3)
+    problem = from_dict(world.scenario()).problem()
+    names = list(problem.system.states)
+    atoms = sorted(problem.system.propositions)
+    length = rng.choice((1, 2, 3, 5))
+    states = tuple(f"h{k}" for k in range(length))
+    labels = tuple(frozenset(p for p in atoms if rng.random() < 0.35) for _ in states)
+    costs = tuple(rng.choice((0, 1, 2, 0.5)) for _ in states)
+    actions = tuple(rng.choice(("go", "slip", names[0])) for _ in states)
+    present = rng.choice(names)
+    targets = (*states[1:], present)
+    chain = tuple(
+        judge.Edge(source, action, judge.exact(cost), target)
+        for source, action, cost, target in zip(states, actions, costs, targets, strict=True)
+    )
+    judged = replace(
+        world,
+        start=states[0],
+        edges=(*chain, *world.edges),
+        labels=dict(world.labels) | dict(zip(states, labels, strict=True)),
+        bygone=frozenset(states),
+    )
+    system = replace(problem.system, start=names.index(present))
+    return judged, problem, Past(actions, costs, states, labels), system
+
+
+@pytest.mark.parametrize(("kind", "relaxed"), KINDS)
+def test_past_and_future_together_are_optimal(kind: str, relaxed: bool) -> None:
+    found = 0
+    for seed in range(25):
+        judged, problem, past, system = disturbed(seed, kind, relaxed)
+        least = judge.cheapest_cost(judged)
+        if least is None:
+            with pytest.raises(NoPlanError):
+                continue_cheaply(problem, past, system)
+            continue
+        front = judge.exact_front(judged, max_cost=2 * least + 12)
+        expected = [(Fraction(cost), Fraction(mu)) for cost, mu in front]
+        plans = [continue_cheaply(problem, past, system)]
+        if problem.measure.contract != "general":
+            plans.append(continue_as_preferred(problem, past, system))
+            for _, mu in front:
+                plans.append(continue_cheaply(problem, past, system, max_preference=float(mu)))
+        worths = [tuple(Fraction(str(x)) for x in worth(plan)) for plan in plans]
+        if "/" not in str(judged.preference):
+            assert worths == [expected[0], expected[-1], *expected][: len(worths)]
+        for plan in plans:
+            assert plan.actions[: len(past.actions)] == past.actions
+            assert len(plan.states) == len(plan.actions) + 1
+        found += 1
+    assert found > 8
+
+
+def test_what_lies_behind_is_paid_even_if_all_could_have_been_dropped() -> None:
+    system = TransitionSystem.from_transitions(
+        [("s0", "go", "s1", 4), ("s1", "on", "s2", 50)], start="s0", labels={"s2": ["goal"]}
+    )
+    problem = Problem(system, [Task("visit", "F goal", skip=3)], WeightedSum({"visit": 1}, over="violation"))
+    past = Past(("go",), (4,), ("s0",), (frozenset(),))
+    plan = continue_cheaply(problem, past, replace(system, start=1))
+    assert (worth(plan), plan.actions, plan.task_costs) == ((4, 3), ("go",), {"visit": 4})
+    assert worth(Planner(problem).cheapest()) == (0, 3)
+
+
+def test_what_was_done_after_the_last_task_is_paid_too() -> None:
+    system = TransitionSystem.from_transitions([("s0", "go", "s1", 4)], start="s0", labels={"s0": ["goal"]})
+    problem = Problem(system, [Task("visit", "F goal")], Order())
+    past = Past(("go",), (4,), ("s0",), (frozenset({"goal"}),))
+    for go_on in (continue_cheaply, continue_as_preferred):
+        plan = go_on(problem, past, replace(system, start=1))
+        assert (plan.cost, plan.actions, plan.states) == (4, ("go",), ("s0", "s1"))
+        assert plan.task_costs == {"visit": 0}
+
+
+def test_without_a_past_nothing_changes() -> None:
+    problem = from_dict(judge.random_problem(3).scenario()).problem()
+    assert continued(problem, Past(), problem.system) == problem
+
+
+SYSTEM = TransitionSystem.from_transitions(
+    [("s", "wait", "s", 1), ("s", "go", "t", 2)], start="s", labels={"t": ["b"]}, propositions=["a", "c"]
+)
+AVOID = Task("avoid", "!a U b", (Relaxation("b", "c", 2),))
+
+
+@pytest.mark.parametrize(
+    ("labels", "broken", "lost"),
+    [
+        ([], (), ()),
+        ([{"c"}], (), ()),
+        ([{"a"}], ("avoid",), ("avoid",)),
+        ([{"c"}, {"a"}], ("avoid",), ()),
+        ([{"b"}, {"a"}], (), ()),
+    ],
+)
+def test_violated_tasks_are_told_from_those_that_relaxations_mend(
+    labels: list[set[str]], broken: tuple[str, ...], lost: tuple[str, ...]
+) -> None:
+    problem = Problem(SYSTEM, [AVOID, Task("other", "F b")], WeightedSum({"avoid": 1, "other": 1}, over="violation"))
+    read = [frozenset(label) for label in labels]
+    assert (damaged(problem, read), violated(problem, read)) == (broken, lost)
+
+
+def test_a_task_that_may_be_skipped_is_never_lost() -> None:
+    task = replace(AVOID, skip=4)
+    problem = Problem(SYSTEM, [task], WeightedSum({"avoid": 1}, over="violation"))
+    assert (damaged(problem, [frozenset("a")]), violated(problem, [frozenset("a")])) == (("avoid",), ())
+
+
+def test_of_tasks_that_are_lost_the_others_can_still_be_done() -> None:
+    problem = Problem(SYSTEM, [Task("avoid", "!a U b"), Task("other", "F b")], Order())
+    past = Past(("wait",), (1,), ("s",), (frozenset("a"),))
+    with pytest.raises(NoPlanError, match="task avoid can never be satisfied"):
+        continue_cheaply(problem, past, SYSTEM)
+    rest = achievable(problem, past, SYSTEM)
+    assert rest is not None
+    assert (rest.cost, rest.task_costs, rest.actions) == (3, {"other": 3}, ("wait", "go"))
+    assert achievable(Problem(SYSTEM, [Task("never", "F c")], Order()), past, replace(SYSTEM, start=1)) is None
