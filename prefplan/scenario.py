@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from prefplan.errors import PrefplanError, ScenarioError, choices
+from prefplan.models.action_costs import MeasuredCosts
 from prefplan.models.graph import GraphModel, Transition
 from prefplan.models.grid import Box, GridModel
 from prefplan.models.manipulation import Location, ManipulationModel, Object
+from prefplan.models.measurements import with_measured_costs
 from prefplan.preference import Deadline, Due, Expression, Max, Order, Preference, Sum, WeightedSum
 from prefplan.problem import Problem, Relaxation, Task
+from prefplan.scenario_problems import first_problem
 
 Model = GraphModel | GridModel | ManipulationModel
 
@@ -61,8 +73,12 @@ class Scenario:
         return self._problem
 
 
-def load(path: str | Path) -> Scenario:
+def load(path: str | Path, *, measured: bool = True) -> Scenario:
     """Read a scenario file.
+
+    Args:
+        path: of the file.
+        measured: read the measurements that the costs are to be taken from; False to leave such costs empty.
 
     Raises:
         ScenarioError: if there is no such file, it is not TOML, or something in it is wrong; the message names the
@@ -77,11 +93,19 @@ def load(path: str | Path) -> Scenario:
         raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ScenarioError(f"{path}: not TOML: {error}") from None
-    return from_dict(data, name=path.stem, path=path)
+    return from_dict(data, name=path.stem, path=path, measured=measured)
 
 
-def from_dict(data: Mapping[str, Any], *, name: str = "scenario", path: Path | None = None) -> Scenario:
+def from_dict(
+    data: Mapping[str, Any], *, name: str = "scenario", path: Path | None = None, measured: bool = True
+) -> Scenario:
     """Return a scenario from the contents of a file, as a TOML reader gives them.
+
+    Args:
+        data: the contents.
+        name: what the scenario is called.
+        path: where it was read; measurements are looked for beside it.
+        measured: as in `load`.
 
     Raises:
         ScenarioError: as in `load`.
@@ -90,19 +114,15 @@ def from_dict(data: Mapping[str, Any], *, name: str = "scenario", path: Path | N
     try:
         file = _File.model_validate(data)
     except ValidationError as error:
-        raise ScenarioError(f"{path}: {_first_problem(error, data)}") from None
+        raise ScenarioError(f"{path}: {first_problem(error, data)}") from None
     try:
         model = file.model.build()
+        if measured and isinstance(model, ManipulationModel):
+            model = with_measured_costs(model, path)
     except PrefplanError as error:
         raise ScenarioError(f"{path}: model.{error}") from None
     tasks = tuple(task.build() for task in file.tasks)
     return Scenario(name, path, model, tasks, file.preference.build())
-
-
-_KINDS: dict[Any, list[str]] = {
-    "model": ["graph", "grid", "manipulation"],
-    "preference": ["order", "weighted-sum", "max", "deadline", "expression", "sum"],
-}
 
 
 class _Table(BaseModel):
@@ -201,10 +221,28 @@ class _Object(_Table):
     size: Annotated[tuple[_Metres, ...], BeforeValidator(_sizes)] | None = None
 
 
+class _Measured(_Table):
+    measured: str
+
+    def build(self) -> MeasuredCosts:
+        return MeasuredCosts(self.measured)
+
+
+def _says_measured(value: Any) -> str:
+    return "<measured>" if isinstance(value, Mapping) and "measured" in value else "<numbers>"
+
+
+_Costs = Annotated[
+    Annotated[dict[str, _Cost], Tag("<numbers>")] | Annotated[_Measured, Tag("<measured>")],
+    Discriminator(_says_measured),
+]
+"""The tags are no keys that a file could have, so that they are left out of messages."""
+
+
 class _Manipulation(_Table):
     kind: Literal["manipulation"]
     start: str
-    costs: dict[str, _Cost]
+    costs: _Costs
     locations: dict[str, _Location]
     objects: dict[str, _Object]
     propositions: list[str] = []
@@ -212,7 +250,7 @@ class _Manipulation(_Table):
     def build(self) -> ManipulationModel:
         return ManipulationModel(
             self.start,
-            self.costs,
+            self.costs.build() if isinstance(self.costs, _Measured) else self.costs,
             tuple(Location(name, x.at, x.on, x.capacity, x.marks, x.kind) for name, x in self.locations.items()),
             tuple(Object(name, x.start, x.fixed, x.rgba, x.kind, x.size) for name, x in self.objects.items()),
             frozenset(self.propositions),
@@ -332,53 +370,3 @@ class _File(_Table):
     model: Annotated[_Graph | _Grid | _Manipulation, Field(discriminator="kind")]
     tasks: Annotated[tuple[_Task, ...], _Tuple]
     preference: Annotated[_Order | _WeightedSum | _Max | _Deadline | _Expression | _Sum, Field(discriminator="kind")]
-
-
-def _first_problem(error: ValidationError, data: Any) -> str:
-    """Return the first problem as `key.path: what is wrong`."""
-    problem = error.errors()[0]
-    context, location = problem.get("ctx", {}), problem["loc"]
-    match problem["type"]:
-        case "unknown_key":
-            return f"{_key_path(location, data, context['key'])}: {context['message']}"
-        case "missing" if isinstance(location[-1], int):
-            return f"{_key_path(location[:-1], data)}: too few entries, at least {location[-1] + 1} are needed"
-        case "missing":
-            return f"{_key_path(location[:-1], data, location[-1])}: missing"
-        case "union_tag_not_found":
-            return f"{_key_path(location, data, 'kind')}: missing {choices('', _kinds(location))}"
-        case "union_tag_invalid":
-            wrong = str(context["tag"])
-            return f"{_key_path(location, data, 'kind')}: unknown kind {wrong!r} {choices(wrong, _kinds(location))}"
-        case "too_long":
-            return (
-                f"{_key_path(location, data)}: at most {context['max_length']} entries, not {context['actual_length']}"
-            )
-        case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{_key_path(location, data)}: must be a table"
-    message = problem["msg"].removeprefix("Input ").replace("tuple", "list")
-    return f"{_key_path(location, data)}: {message[0].lower()}{message[1:]}"
-
-
-def _kinds(location: Sequence[Any]) -> list[str]:
-    """Return the valid kinds of a table; a sum's terms may be everything but sums."""
-    return _KINDS[location[-1]] if location[-1] in _KINDS else _KINDS["preference"][:-1]
-
-
-def _key_path(location: Sequence[Any], data: Any, key: Any = None) -> str:
-    """Return a path of keys as a person would write it, leaving out the decoder's own steps into unions."""
-    steps = list(location)
-    if steps[:1] in (["model"], ["preference"]):
-        del steps[1:2]
-    if steps[:2] == ["preference", "terms"]:
-        del steps[3:4]
-    text = ""
-    for step in steps:
-        if isinstance(step, int) and isinstance(data, Sequence) and step < len(data):
-            text += f"[{step}]"
-        elif isinstance(data, Mapping) and step in data:
-            text += f".{step}"
-        else:
-            continue
-        data = data[step]
-    return (text if key is None else f"{text}.{key}").removeprefix(".")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from prefplan.models.manipulation import ACTION_KINDS
+from prefplan.models.action_costs import ACTION_KINDS
 from sim.errors import SimulationError
 from sim.grounding import AT_RADIUS, hand_over
 from sim.motion import CONTROL_PERIOD, wrap

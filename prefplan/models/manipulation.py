@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.manipulation_states import ACTION_KINDS, ManipulationState, reachable
-from prefplan.quanta import Number, exact
+from prefplan.models.action_costs import ActionCosts, check_costs
+from prefplan.models.manipulation_states import ManipulationState, reachable
 from prefplan.transition_system import TransitionSystem, check_names
 
 __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
@@ -65,7 +64,7 @@ class ManipulationModel:
 
     Attributes:
         start: where the hand is at first: a location, or any other word for a pose it leaves for good.
-        costs: cost of each action kind, `transit grasp transport release`.
+        costs: cost of each action kind, `transit grasp transport release`, or measured ones.
         locations: in the order of the file.
         objects: in the order of the file.
         propositions: names that may be used in formulas although no state carries them.
@@ -76,14 +75,14 @@ class ManipulationModel:
     """
 
     start: str
-    costs: Mapping[str, Number]
+    costs: ActionCosts
     locations: tuple[Location, ...]
     objects: tuple[Object, ...]
     propositions: frozenset[str] = field(default_factory=frozenset)
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
-        _check_costs(self.costs)
+        check_costs(self.costs)
         _check_locations(self.locations)
         _check_objects(self)
         _check_propositions(self)
@@ -116,17 +115,6 @@ class ManipulationModel:
     def initial_state(self) -> ManipulationState:
         """The hand at `start`, every object where it starts, no marks."""
         return ManipulationState(self.start, None, tuple((thing.name, thing.start) for thing in self.objects))
-
-
-def _check_costs(costs: Mapping[str, Number]) -> None:
-    for kind in costs:
-        if kind not in ACTION_KINDS:
-            raise ModelError(f"costs: unknown action {kind!r} {choices(kind, ACTION_KINDS)}")
-    for kind in ACTION_KINDS:
-        if kind not in costs:
-            raise ModelError(f"costs: no cost for {kind!r}")
-        if exact(costs[kind], f"costs.{kind}") < 0:
-            raise ModelError(f"costs.{kind}: negative cost {costs[kind]}")
 
 
 def _check_locations(locations: tuple[Location, ...]) -> None:

@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prefplan.errors import ModelError, choices
-from prefplan.quanta import to_quanta
+from prefplan.models.action_costs import ACTION_KINDS, UNMEASURED, cost_matrix, unmeasured
 from prefplan.transition_system import TransitionSystem
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation import ManipulationModel
-
-ACTION_KINDS = ("transit", "grasp", "transport", "release")
 
 
 @dataclass(frozen=True)
@@ -190,8 +188,7 @@ class _Builder:
 
     def build(self) -> TransitionSystem:
         """Generate the reachable states layer by layer and gather their edges, sorted by source."""
-        kinds, decimals = to_quanta([self.model.costs[kind] for kind in ACTION_KINDS])
-        cost_of = dict(zip(ACTION_KINDS, kinds, strict=True))
+        matrix, decimals = cost_matrix(self.model, self.hands)
         layer = np.array([self.start_code()], dtype=np.int64)
         codes = _Numbering(self.weights[-1] * self.radices[-1])
         codes.add(layer)
@@ -200,11 +197,15 @@ class _Builder:
         while len(layer):
             found = self.successors(layer)
             action_names = [action for _, action, _, _ in found]
-            for a, (kind, _, mask, target) in enumerate(found):
+            for a, (kind, name, mask, target) in enumerate(found):
+                before, after = self.digit(layer[mask], 0), self.digit(target, 0)
+                cost = matrix[ACTION_KINDS.index(kind), before, after]
+                for hand in before[cost == UNMEASURED]:
+                    raise unmeasured(name, self.hands[hand])
                 sources.append(layer[mask])
                 targets.append(target)
                 actions.append(np.full(len(target), a, dtype=np.int32))
-                costs.append(np.full(len(target), cost_of[kind], dtype=np.int64))
+                costs.append(cost)
             layer = codes.add(np.concatenate([target for *_, target in found]))
         source = codes.number(np.concatenate(sources))
         target = codes.number(np.concatenate(targets))
