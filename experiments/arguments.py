@@ -35,12 +35,11 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
 
 
-def add_perturb(parser: argparse.ArgumentParser, *, default: str | None) -> None:
+def add_perturb(parser: argparse.ArgumentParser) -> None:
     """Add how much each rollout's world differs from the nominal one; read by `sim.perturbation`."""
     keys = "position and noise in mm, angle in degrees, friction and mass in shares"
     parser.add_argument(
         "--perturb",
-        default=default,
         metavar="KEY=VALUE,...",
         help=f"greatest random differences: {keys} (default: position=5,angle=5)",
     )
@@ -81,3 +80,10 @@ def whole(text: str) -> int:
     if text.isascii() and text.isdigit():
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= 0")
+
+
+def positive(text: str) -> int:
+    """Return a whole number >= 1."""
+    if text.isascii() and text.isdigit() and int(text):
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= 1")

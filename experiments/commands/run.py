@@ -45,7 +45,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--seed", type=whole, metavar="N", help="start otherwise than nominal, each object moved as --perturb says"
     )
-    add_perturb(parser, default=None)
+    add_perturb(parser)
     add_robot(parser)
     parser.add_argument("--no-video", action="store_true", help="render nothing")
 

@@ -1,0 +1,123 @@
+"""One rollout of a sweep: a pure function of the sweep and the rollout's number, wherever it is computed."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import shlex
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.carry_out import carry_out, scene_of
+from experiments.outcome import Outcome
+from prefplan.front import Plan
+from prefplan.models.manipulation import ManipulationModel
+from prefplan.scenario import Scenario
+from sim.perturbation import Perturbation
+from sim.scene import Scene
+
+Record = dict[str, Any]
+"""What is kept of a rollout, JSON-ready."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Rollouts of one plan, each in a world of its own.
+
+    Attributes:
+        packed: the scenario, from `pack`: bytes, so that a worker can tell whether it has its scene already.
+        given: how the scenario was named on the command line.
+        which: which of its plans, as `prefplan run --plan` takes it.
+        plan: the plan itself.
+        seed: what the seeds of the rollouts are drawn from.
+        perturbation: by how much the worlds differ.
+        folder: where replayed rollouts go.
+    """
+
+    packed: bytes
+    given: str
+    which: str | int
+    plan: Plan
+    seed: int
+    perturbation: Perturbation
+    folder: Path
+
+    def rollout_seed(self, number: int) -> int:
+        """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
+        return int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0])
+
+    def replay(self, number: int) -> str:
+        """Return the command line that carries a rollout out again and films it."""
+        return shlex.join(
+            [
+                *("prefplan", "run", self.given, "--plan", str(self.which)),
+                *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
+                *("--out", str(self.folder / f"rollout_{number}")),
+            ]
+        )
+
+
+def pack(scenario: Scenario) -> bytes:
+    """Return a scenario as bytes, without what was derived from it."""
+    return pickle.dumps(replace(scenario))
+
+
+def roll_out(sweep: Sweep, number: int) -> Record:
+    """Carry a rollout out and return what is kept of it; a failure of the program itself is a record, too."""
+    try:
+        scenario, scene = _workplace(sweep.packed)
+        began, cpu = time.perf_counter(), time.thread_time()
+        outcome = carry_out(
+            scenario, scene, sweep.plan, seed=sweep.rollout_seed(number), perturbation=sweep.perturbation
+        )
+    except Exception as error:  # a thousand rollouts are not lost because of one
+        return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}")
+    assert isinstance(scenario.model, ManipulationModel)
+    times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
+    return _record(sweep, number, scenario.model, outcome) | {name: round(x, 3) for name, x in times.items()}
+
+
+def failure(sweep: Sweep, number: int, kind: str, reason: str) -> Record:
+    """Return the record of a rollout that has no outcome."""
+    return _heading(sweep, number) | {"completed": False, "class": kind, "reason": reason}
+
+
+def _heading(sweep: Sweep, number: int) -> Record:
+    return {"rollout": number, "seed": sweep.rollout_seed(number), "replay": sweep.replay(number)}
+
+
+def _record(sweep: Sweep, number: int, model: ManipulationModel, outcome: Outcome) -> Record:
+    rollout = outcome.rollout
+    return _heading(sweep, number) | {
+        "completed": rollout.completed,
+        "class": None if rollout.reason is None else failure_class(rollout.reason, model),
+        "reason": rollout.reason,
+        "actions": len(rollout.steps),
+        "cost": outcome.books.cost,
+        "sim_seconds": round(rollout.sim_seconds, 3),
+        "placement_error_mm": round(rollout.placement_error * 1000, 3),
+        "speed_share": round(float(rollout.speed_share.max()), 4),
+        "torque_share": round(float(rollout.torque_share.max()), 4),
+        "contacts": sum(event.kind == "contact" for event in rollout.events),
+    }
+
+
+def failure_class(reason: str, model: ManipulationModel) -> str:
+    """Return what a reason has in common with others: the sentence without its names and numbers."""
+    for kind, names in (("LOCATION", model.locations), ("OBJECT", model.objects)):
+        words = "|".join(re.escape(entry.name) for entry in names)
+        reason = re.sub(rf"\b(?:{words})\b", kind, reason)
+    return re.sub(r"-?\d+(?:\.\d+)?", "N", reason)
+
+
+@lru_cache(maxsize=1)
+def _workplace(packed: bytes) -> tuple[Scenario, Scene]:
+    """Return the scenario, its transition system built, and its scene: once a process."""
+    scenario: Scenario = pickle.loads(packed)
+    scenario.problem()
+    return scenario, scene_of(scenario)
