@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import cached_property
 from pathlib import Path
@@ -45,6 +45,7 @@ class Scenario:
         model: what the robot can do.
         tasks: in the order of the file.
         preference: how they would best be done.
+        text: the file itself; empty for a scenario made in another way.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Scenario:
     model: Model
     tasks: tuple[Task, ...]
     preference: Preference
+    text: str = field(default="", repr=False, compare=False)
 
     @cached_property
     def _problem(self) -> Problem:
@@ -86,14 +88,34 @@ def load(path: str | Path, *, measured: bool = True) -> Scenario:
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise ScenarioError(f"{path}: no such file") from None
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
         raise ScenarioError(f"{path}: not TOML: {error}") from None
-    return from_dict(data, name=path.stem, path=path, measured=measured)
+    return loads(text, name=path.stem, path=path, measured=measured)
+
+
+def loads(text: str, *, name: str = "scenario", path: Path | None = None, measured: bool = True) -> Scenario:
+    """Return the scenario that the text of a file describes.
+
+    Args:
+        text: the file's contents.
+        name: what the scenario is called.
+        path: where it was read; measurements are looked for beside it.
+        measured: as in `load`.
+
+    Raises:
+        ScenarioError: as in `load`.
+    """
+    path = path or Path(name)
+    try:
+        data = tomllib.loads(text, parse_float=Decimal)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: not TOML: {error}") from None
+    return replace(from_dict(data, name=name, path=path, measured=measured), text=text)
 
 
 def from_dict(

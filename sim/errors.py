@@ -15,3 +15,7 @@ class RenderingError(PrefplanError):
 
 class RobotError(PrefplanError):
     """A robot that is unknown or cannot be fetched; the message names one that can be had."""
+
+
+class LogError(PrefplanError):
+    """A file that is no log of a run, or none that can be read."""
