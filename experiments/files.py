@@ -24,16 +24,25 @@ def make_folder(path: Path) -> None:
         raise PrefplanError(f"{path}: cannot be written to")
 
 
-def write_json(path: Path, value: dict[str, Any]) -> None:
-    """Write a JSON file that appears only when it is complete.
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file that appears only when it is complete.
 
     Raises:
         PrefplanError: it cannot be written.
     """
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        draft.write_text(json.dumps(value, indent=1) + "\n", encoding="utf-8")
+        draft.write_bytes(data)
         os.replace(draft, path)
     except OSError as error:
         draft.unlink(missing_ok=True)
         raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def write_json(path: Path, value: dict[str, Any]) -> None:
+    """Write a JSON file that appears only when it is complete.
+
+    Raises:
+        PrefplanError: it cannot be written.
+    """
+    write_bytes(path, (json.dumps(value, indent=1) + "\n").encode())

@@ -8,11 +8,13 @@ from typing import Any
 
 from rich.console import Console
 
+from experiments.certificates import in_a_line
 from experiments.output import number, plan_json
 from experiments.tally import Tally
 from prefplan.front import Plan
 from prefplan.quanta import Number
 from prefplan.scenario import Scenario
+from sim.certificate import Certificate
 from sim.rollout import Rollout
 
 
@@ -27,6 +29,8 @@ class Outcome:
         video: the film, or None.
         no_video: why there is none although one was wanted, in one sentence.
         interrupted: whether the user ended it early.
+        log: where the run's log is, or None.
+        certificate: what checking the log came to, or None.
     """
 
     plan: Plan
@@ -35,6 +39,8 @@ class Outcome:
     video: Path | None = None
     no_video: str | None = None
     interrupted: bool = False
+    log: Path | None = None
+    certificate: Certificate | None = None
 
     @property
     def executed(self) -> tuple[str, ...]:
@@ -59,6 +65,8 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         "sim_seconds": round(rollout.sim_seconds, 3),
         "max_placement_error_mm": round(rollout.placement_error * 1000, 3),
         "video": None if outcome.video is None else str(outcome.video),
+        "log": None if outcome.log is None else str(outcome.log),
+        "certified": None if outcome.certificate is None else outcome.certificate.confirmed,
         "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in rollout.events],
     }
     if rollout.reason is not None:
@@ -88,6 +96,8 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     console.print(f"  {rollout.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
     if outcome.video:
         console.print(f"  video: {outcome.video}")
+    if outcome.certificate:
+        console.print(f"  {in_a_line(outcome.certificate)}")
 
 
 def no_outcome_json() -> dict[str, Any]:
@@ -101,6 +111,8 @@ def no_outcome_json() -> dict[str, Any]:
         "sim_seconds": 0.0,
         "max_placement_error_mm": 0.0,
         "video": None,
+        "log": None,
+        "certified": None,
         "events": [],
         "complete": False,
     }

@@ -222,9 +222,9 @@ def _satisfied(task: Task, trace: list[Label], claims: Claims) -> int | None:
 def _check_completed(claims: Claims, missing: list[str], ends: Mapping[str, Any], skipped: set[str]) -> Check:
     name = "completed"
     if claims.completed and missing:
-        return Check(name, False, f"{' and '.join(missing)} is not satisfied on the recorded states")
+        return Check(name, False, f"not satisfied on the recorded states: {', '.join(missing)}")
     if not claims.completed:
-        still = f"{' and '.join(missing)} not satisfied" if missing else "though every task is satisfied"
+        still = f"{', '.join(missing)} not satisfied" if missing else "though every task is satisfied"
         return Check(name, True, f"not claimed: {still}")
     done = [task for task in ends if task not in skipped]
     words = f"{', '.join(done)} satisfied on the recorded states" if done else "nothing had to be done"

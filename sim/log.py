@@ -24,7 +24,7 @@ from prefplan.models.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation import ManipulationState
 from prefplan.quanta import exact, to_number
 from sim.errors import LogError
-from sim.rollout import Event, Rollout, Step
+from sim.rollout import FRAME_RATE, Event, Rollout, Step
 from sim.scene import Scene
 
 FORMAT = 1
@@ -129,7 +129,7 @@ class Log:
 def log_of(
     scene: Scene, rollout: Rollout, claims: Claims, *, scenario: str, text: str, setting: dict[str, Any] | None = None
 ) -> Log:
-    """Return the log of a rollout.
+    """Return the log of a rollout, up to the end of its last action if it was not completed.
 
     Args:
         scene: what was simulated.
@@ -139,7 +139,8 @@ def log_of(
         text: the scenario file.
         setting: what made this run differ from others, JSON-ready.
     """
-    model = scene.mujoco
+    model, steps = scene.mujoco, rollout.steps
+    end = np.inf if rollout.completed else max([0.0, *(step.end for step in steps)]) + 1 / FRAME_RATE
     joints = [model.joint(i) for i in range(model.njnt)]
     about = About(
         program=version("prefplan"),
@@ -150,11 +151,11 @@ def log_of(
         meshes=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "hand_shape") < 0,
         setting=setting or {},
         joints={joint.name: int(joint.qposadr[0]) for joint in joints},
-        actions=tuple(_logged(step) for step in rollout.steps),
-        events=rollout.events,
+        actions=tuple(_logged(step) for step in steps),
+        events=tuple(event for event in rollout.events if event.time <= end),
         claims=claims,
     )
-    return Log(about, *(getattr(rollout, name) for name in ARRAYS))
+    return Log(about, *(getattr(rollout, name)[rollout.times <= end] for name in ARRAYS))
 
 
 def _logged(step: Step) -> LoggedAction:
@@ -190,9 +191,10 @@ def read_log(path: str | Path) -> Log:
         LogError: there is no such file, or it is none, broken, or of another format; the message names the file.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile) or "about" not in archive:
-                raise LogError(f"{path}: not a log of `prefplan run`")
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise LogError(f"{path}: not a log of `prefplan run`")
+        with archive:
             found = {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise LogError(f"{path}: no such file") from None
@@ -202,6 +204,8 @@ def read_log(path: str | Path) -> Log:
         raise LogError(f"{path}: cannot be read ({error.strerror})") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, KeyError, NotImplementedError) as error:
         raise LogError(f"{path}: broken, or not a log of `prefplan run` ({error})") from None
+    if "about" not in found:
+        raise LogError(f"{path}: not a log of `prefplan run`")
     about = _about(path, found["about"])
     arrays = {}
     for name, row in ARRAYS.items():

@@ -55,6 +55,7 @@ def run(options: argparse.Namespace) -> int:
     # MuJoCo takes a second to load, which the other commands are spared.
     with loading():
         from experiments.carry_out import carry_out, scene_of
+        from experiments.evidence import prove
         from experiments.outcome import no_outcome_json, outcome_json, show_outcome
         from experiments.perturb import perturbation_of
 
@@ -75,6 +76,9 @@ def run(options: argparse.Namespace) -> int:
             outcome = carry_out(
                 scenario, scene, chosen, seed=options.seed, perturbation=perturbation, film=film, tell=bars
             )
+            drawn = None if options.seed is None else str(perturbation)
+            setting = {"seed": options.seed, "perturbation": drawn}
+            outcome = prove(scenario, scene, outcome, folder / f"{name}.npz", setting=setting)
     except NoPlanError as error:
         if options.json:
             output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))

@@ -153,6 +153,8 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
         "sim_seconds",
         "max_placement_error_mm",
         "video",
+        "log",
+        "certified",
         "events",
     ]
     assert printed["completed"] is True and printed["video"] is None and printed["replans"] == 0
@@ -161,7 +163,9 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
     assert 3 < printed["sim_seconds"] < 30
     assert 0 < printed["max_placement_error_mm"] < 5
     assert [event["kind"] for event in printed["events"]] == ["grasped", "placed"]
-    assert [path.name for path in (cup / "deep" / "down").iterdir()] == ["cost.json"]
+    assert printed["log"] == "deep/down/cost.npz" and printed["certified"] is True
+    written = sorted(path.name for path in (cup / "deep" / "down").iterdir())
+    assert written == ["cost.certificate.json", "cost.json", "cost.npz"]
     assert json.loads((cup / "deep" / "down" / "cost.json").read_text()) == printed
 
 
@@ -272,7 +276,7 @@ def test_without_opengl_all_but_the_video_is_there(cup: Path) -> None:
     printed = json.loads(done.stdout)
     assert printed["completed"] is True and printed["video"] is None
     assert done.stderr.startswith("prefplan: no video: no OpenGL here") and done.stderr.count("\n") == 1
-    assert [path.name for path in (cup / "out" / "cup").iterdir()] == ["cost.json"]
+    assert not (cup / "out" / "cup" / "cost.mp4").exists()
 
 
 @pytest.fixture

@@ -1,0 +1,37 @@
+"""`prefplan verify`: what is said of a run, checked again from its log alone."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from experiments import output
+from experiments.arguments import Commands, add_command, add_json
+from experiments.start import loading
+from experiments.status import DONE, FAILED
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Check again what is said of a run, from its log alone."
+    parser = add_command(commands, verify, summary, "prefplan verify out/case_study_3/cost.npz")
+    parser.add_argument("log", type=Path, metavar="LOG", help="log that `prefplan run` wrote, an .npz file")
+    add_json(parser)
+
+
+def verify(options: argparse.Namespace) -> int:
+    """Carry out `prefplan verify`."""
+    with loading():
+        from experiments.certificates import certificate_json, show_certificate
+        from sim.certificate import certify
+        from sim.log import read_log
+
+    log = read_log(options.log)
+    certificate = certify(log)
+    if options.json:
+        output.print_json(certificate_json(log, certificate))
+    else:
+        show_certificate(Console(soft_wrap=True, highlight=False), log, certificate)
+    return DONE if certificate.confirmed else FAILED
