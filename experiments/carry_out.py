@@ -11,6 +11,7 @@ from experiments.outcome import Outcome
 from experiments.tally import tally
 from prefplan.errors import ScenarioError
 from prefplan.front import Plan
+from prefplan.models.action_costs import MeasuredCosts
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.scenario import Scenario
 from sim.errors import RenderingError, SimulationError
@@ -88,7 +89,9 @@ def carry_out(
     if interrupted:
         rollout = replace(rollout, completed=False, reason="interrupted")
     books = tally(scenario.problem(), plan, rollout.steps)
-    outcome = Outcome(plan, rollout, books, interrupted=interrupted)
+    costs = scene.model.costs
+    quantity = costs.quantity if isinstance(costs, MeasuredCosts) else None
+    outcome = Outcome(plan, rollout, books, interrupted=interrupted, quantity=quantity)
     if film is None or interrupted:
         return outcome
     text = captions(scenario.tasks, rollout, books, total=plan.cost)

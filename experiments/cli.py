@@ -8,11 +8,11 @@ import sys
 from collections.abc import Sequence
 
 from experiments.arguments import Command
-from experiments.commands import automaton, front, plan, run, sweep, verify
+from experiments.commands import automaton, front, measure, plan, run, sweep, verify
 from experiments.status import BAD_INPUT, DONE, INTERRUPTED
 from prefplan.errors import PrefplanError
 
-COMMANDS = (front, plan, run, verify, sweep, automaton)
+COMMANDS = (front, plan, run, verify, sweep, measure, automaton)
 """In the order of the help text."""
 
 

@@ -12,6 +12,7 @@ from experiments.certificates import in_a_line
 from experiments.output import number, plan_json
 from experiments.tally import Tally
 from prefplan.front import Plan
+from prefplan.models.action_costs import QUANTITIES
 from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 from sim.certificate import Certificate
@@ -31,6 +32,7 @@ class Outcome:
         interrupted: whether the user ended it early.
         log: where the run's log is, or None.
         certificate: what checking the log came to, or None.
+        quantity: what the costs were measured in, one of `QUANTITIES`; None for costs that are only numbers.
     """
 
     plan: Plan
@@ -41,6 +43,7 @@ class Outcome:
     interrupted: bool = False
     log: Path | None = None
     certificate: Certificate | None = None
+    quantity: str | None = None
 
     @property
     def executed(self) -> tuple[str, ...]:
@@ -69,11 +72,22 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         "certified": None if outcome.certificate is None else outcome.certificate.confirmed,
         "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in rollout.events],
     }
+    if outcome.quantity is not None:
+        result["measured"] = {
+            "quantity": outcome.quantity,
+            "predicted": outcome.books.cost,
+            "executed": round(_executed(outcome, outcome.quantity), 3),
+        }
     if rollout.reason is not None:
         result["reason"] = rollout.reason
     if outcome.interrupted:
         result["complete"] = False
     return result
+
+
+def _executed(outcome: Outcome, quantity: str) -> float:
+    """Return how much of a quantity the actions took in fact."""
+    return float(sum(getattr(step.effort, quantity) for step in outcome.rollout.steps))
 
 
 def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None:
@@ -91,6 +105,9 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         else:
             console.print(f"  {name} not satisfied")
     console.print(f"  preference of the plan {number(plan.preference)}")
+    if outcome.quantity is not None:
+        unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
+        console.print(f"  {outcome.quantity} {executed:.1f} {unit}, predicted {number(outcome.books.cost)} {unit}")
     console.print(f"  placed to within {rollout.placement_error * 1000:.1f} mm")
     factor = rollout.sim_seconds / rollout.wall_seconds
     console.print(f"  {rollout.sim_seconds:.1f} s simulated, {factor:.0f} x real time")

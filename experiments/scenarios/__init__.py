@@ -16,14 +16,18 @@ def names() -> list[str]:
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
-def find(scenario: str) -> Scenario:
+def find(scenario: str, *, measured: bool = True) -> Scenario:
     """Read a scenario by the name of one that ships, or by a path.
+
+    Args:
+        scenario: its name or path.
+        measured: as in `prefplan.load`.
 
     Raises:
         ScenarioError: if there is no such scenario, or something in it is wrong.
     """
     if scenario in names():
-        return load(FOLDER / f"{scenario}.toml")
+        return load(FOLDER / f"{scenario}.toml", measured=measured)
     if Path(scenario).suffix or Path(scenario).exists() or len(Path(scenario).parts) > 1:
-        return load(scenario)
+        return load(scenario, measured=measured)
     raise ScenarioError(f"no scenario named {scenario!r} {choices(scenario, names())}; a path ends in .toml")

@@ -1,0 +1,183 @@
+"""Measurement of actions: each is simulated in states in which the model allows it, from rest and for itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from prefplan.models.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation import ManipulationModel, ManipulationState
+from prefplan.models.measurements import Measurement
+from sim.effort import Effort
+from sim.errors import SimulationError
+from sim.grounding import hand_over, slot_of
+from sim.scene import Scene, initial_state
+from sim.skills import SkillError, grasp, perform, transit
+from sim.workcell import Workcell
+
+SAMPLES = 4
+"""Simulations of an action, spread over the states it may be taken in; more where there are more objects than this."""
+
+
+BATCH = 8
+"""Actions that a process measures before it tells of them: a few seconds' work."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An action to simulate.
+
+    Attributes:
+        state: where the hand and the objects are before it.
+        action: as in plans, e.g. `transport blue san`.
+    """
+
+    state: ManipulationState
+    action: str
+
+
+@dataclass(frozen=True)
+class Failure:
+    """An action that no simulation could carry out.
+
+    Attributes:
+        pair: its kind, and the hand's pose before and after it.
+        reason: why the first simulation could not.
+    """
+
+    pair: Pair
+    reason: str
+
+
+def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
+    """Return what to simulate for every pair of poses between which some plan might take an action.
+
+    Every object that can be the action's has its turn, and states from the start's to the remotest are sampled evenly.
+    """
+    names = [place.name for place in model.locations]
+    hands = names + ([model.start] if model.start not in names else [])
+    pairs = [
+        (kind, before, after)
+        for kind in ACTION_KINDS
+        for before in hands
+        for after in names
+        if (before != after) == (kind in ("transit", "transport"))
+    ]
+    # With its number as every action's cost, the transition system tells which of its edges are which.
+    numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
+    system = replace(model, costs=numbered).transition_system()
+    order = np.argsort(system.costs, kind="stable")
+    bounds = np.searchsorted(system.costs[order], np.arange(len(pairs) + 1))
+    sources = np.repeat(np.arange(system.size), np.diff(system.offsets))
+    return {
+        pair: tuple(
+            Trial(cast(ManipulationState, system.states[int(sources[edge])]), system.action_names[system.actions[edge]])
+            for edge in _sample(order[low:high], system.actions)
+        )
+        for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False)
+        if low < high
+    }
+
+
+def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement:
+    """Simulate an action in every sample and return what it took on average.
+
+    Raises:
+        SkillError: none of them worked out; the message says why the first one did not.
+    """
+    efforts, failures = [], []
+    for trial in samples:
+        try:
+            efforts.append(simulate(scene, trial))
+        except SimulationError as error:
+            failures.append(f"`{trial.action}` with {trial.state}: {error}")
+    if not efforts:
+        raise SkillError(failures[0])
+    return Measurement(pair, _mean(efforts), len(efforts))
+
+
+def measure_all(
+    scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1
+) -> Iterator[Measurement | Failure]:
+    """Measure actions one after another or several at once, and yield each as it is done.
+
+    Args:
+        scene: what is simulated.
+        wanted: samples of each, from `trials`.
+        jobs: how many processes; 1 for this one.
+    """
+    items = list(wanted.items())
+    batches = [items[first : first + BATCH] for first in range(0, len(items), BATCH)]
+    work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")
+    for results in work(delayed(_measure_batch)(scene, batch) for batch in batches):
+        yield from results
+
+
+def _measure_batch(scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]]) -> list[Measurement | Failure]:
+    results: list[Measurement | Failure] = []
+    for pair, samples in batch:
+        try:
+            results.append(measure(scene, pair, samples))
+        except SkillError as error:
+            results.append(Failure(pair, str(error)))
+    return results
+
+
+def simulate(scene: Scene, trial: Trial) -> Effort:
+    """Return what an action takes of the arm, once the hand has come to where it begins.
+
+    An object that it holds then was grasped there, so that it lies in the hand as it does in an execution.
+
+    Raises:
+        SimulationError: the action, or the way to its state, does not work out.
+    """
+    hand, held = trial.state.hand, trial.state.held
+    resting = trial.state.place | ({held: hand} if held else {})
+    # Objects fill a location's slots in their order: what is to be grasped takes the one that the others leave.
+    objects = sorted(scene.model.objects, key=lambda thing: thing.name == held)
+    placed = tuple(replace(thing, start=resting[thing.name]) for thing in objects)
+    scene = replace(scene, model=replace(scene.model, objects=placed))
+    cell = Workcell(scene, initial_state(scene))
+    if hand in scene.slots:
+        transit(cell, hand)
+    if held:
+        grasp(cell, held)
+    before = cell.meter.total
+    perform(cell, trial.action)
+    _check_done(cell, trial.action)
+    return cell.meter.total - before
+
+
+def _check_done(cell: Workcell, action: str) -> None:
+    """Raise SkillError unless an action has had its effect."""
+    kind, *arguments = action.split()
+    match kind:
+        case "transit":
+            done = hand_over(cell.scene, cell.data, arguments[0])
+        case "release":
+            slot = slot_of(cell.scene, cell.data, arguments[0])
+            done = slot is not None and slot.location == arguments[1]
+        case _:
+            done = cell.held() == arguments[0]
+    if not done:
+        raise SkillError("it had no effect")
+
+
+def _sample(edges: np.ndarray, actions: np.ndarray) -> list[int]:
+    """Return some of a pair's edges, the actions among them taking turns, from the first to the last."""
+    different = np.unique(actions[edges])
+    count = len(different) * max(1, round(SAMPLES / len(different)))
+    chosen = []
+    for turn, share in enumerate(np.linspace(0, 1, count)):
+        own = edges[actions[edges] == different[turn % len(different)]]
+        chosen.append(int(own[round(share * (len(own) - 1))]))
+    return list(dict.fromkeys(chosen))
+
+
+def _mean(efforts: Sequence[Effort]) -> Mapping[str, float]:
+    total = sum(efforts, start=Effort())
+    return {name: value / len(efforts) for name, value in vars(total).items()}
