@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationModel
+from sim.arm_room import arm_meets
 from sim.errors import SimulationError
 from sim.places import (
     ARM_LENGTH,
@@ -14,8 +16,10 @@ from sim.places import (
     FINGER_DEPTH,
     FINGER_HALF,
     FINGER_TIPS,
-    LAMP_DISTANCE,
+    LAMP_DISTANCES,
     LAMP_HALF,
+    LAMP_HEAD,
+    LAMP_TOP,
     NEAREST,
     OBJECT_GAP,
     PALM_CLEARANCE,
@@ -96,6 +100,12 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
                     f"locations.{slot.location}: no room for the hand beside an object at {beside.location!r}; "
                     "move them apart"
                 )
+            tool = slot.position + [0.0, 0.0, size.low / 2]
+            if arm_meets(tool, _thing(beside, size), beside.position[2] + size.high):
+                raise SimulationError(
+                    f"locations.{slot.location}: no room for the arm over an object at {beside.location!r}, between it "
+                    "and the base; move them apart"
+                )
 
 
 def blocked(station: Station, others: Sequence[Station], size: Extent) -> bool:
@@ -107,20 +117,19 @@ def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, size:
     """Return the (2,) foot of a station's lamp: out of the hand's way, the farther from the base the better."""
     centre = station.outline.centre
     outwards = float(np.arctan2(centre[1], centre[0]))
-    for turn in np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120]):
+    turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])
+    for distance, turn in itertools.product(LAMP_DISTANCES, turns):
         direction = np.array([np.cos(outwards + turn), np.sin(outwards + turn)])
         reach = max(float((slot.position[:2] - centre) @ direction) for slot in station.slots)
-        foot = centre + direction * (reach + LAMP_DISTANCE)
+        foot = centre + direction * (reach + distance)
         stand = Rectangle(foot, np.full(2, LAMP_HALF), outwards + turn)
-        far = all(
-            np.hypot(*(slot.position[:2] - foot)) > LAMP_DISTANCE - LAMP_HALF / 2
-            for row in slots.values()
-            for slot in row
-        )
-        if far and not any(overlap(stand, _covered(other, size)) for other in stations):
+        head = Rectangle(foot, LAMP_HEAD, outwards + turn)
+        if any(_lamp_meets(head, slot, size) for row in slots.values() for slot in row):
+            continue
+        if not any(overlap(stand, _covered(other, size)) for other in stations):
             return foot
     raise SimulationError(
-        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCE:.2f} m away; move other locations off"
+        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES[0]:.2f} m away; move other locations off"
     )
 
 
@@ -137,9 +146,22 @@ def _fingers_meet(station: Station, other: Station, size: Extent) -> bool:
     return any(overlap(_fingers(slot, size), other.outline) for slot in station.slots)
 
 
+def _lamp_meets(head: Rectangle, slot: Slot, size: Extent) -> bool:
+    """Return whether a lamp's head is in the way of the hand or the arm at a slot."""
+    if np.hypot(*(slot.position[:2] - head.centre)) < LAMP_DISTANCES[0] - LAMP_HALF / 2:
+        return True
+    if overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), head):
+        return True
+    return arm_meets(slot.position + [0.0, 0.0, size.low / 2], head, LAMP_TOP)
+
+
+def _thing(slot: Slot, size: Extent) -> Rectangle:
+    return Rectangle(slot.position[:2], size.half, slot.yaw)
+
+
 def _hand_meets(slot: Slot, other: Slot, size: Extent, *, lowest: float) -> bool:
     """Return whether the hand at a slot whose floor is at least as high as `lowest` meets what stands in another."""
-    thing = Rectangle(other.position[:2], size.half, other.yaw)
+    thing = _thing(other, size)
     top, middle = other.position[2] + size.high, lowest + size.low / 2
     if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), thing):
         return True

@@ -173,7 +173,9 @@ def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:
     body.add_geom(type=CYLINDER, size=[LAMP_HALF, 0.005, 0], pos=[0, 0, 0.005], material="lamp")
     body.add_geom(type=CAPSULE, size=[0.006, LAMP_HEIGHT / 2, 0], pos=[0, 0, LAMP_HEIGHT / 2], material="lamp")
     tilt = np.pi / 2 + np.arctan2(LAMP_HEIGHT, np.hypot(*towards))
-    head = body.add_body(pos=[0, 0, LAMP_HEIGHT], quat=[np.cos(tilt / 2), 0, np.sin(tilt / 2), 0])
+    head = body.add_body(
+        name=f"{station.name}_lamp_head", pos=[0, 0, LAMP_HEIGHT], quat=[np.cos(tilt / 2), 0, np.sin(tilt / 2), 0]
+    )
     size = np.array([0.026, 0.080, 0.010])
     head.add_geom(type=BOX, size=size, group=HIDDEN)
     _draw(spec, head, f"{station.name}_head", plate(size, corner=0.018, bevel=0.003), "lamp")

@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.errors import SimulationError
 from sim.panda import HOME, TCP, VELOCITY_LIMITS
+from sim.places import NEAREST
 from sim.robots import arm_spec
 
 CONTROL_PERIOD = 0.01
@@ -87,7 +88,15 @@ def duration(length: float, speed: float, acceleration: float) -> float:
     return float(max(_FASTEST * length / speed, np.sqrt(_HARDEST * length / acceleration)))
 
 
-def arch(start: ToolPose, goal: ToolPose, turn: float, *, height: float, pace: float = 1.0) -> ToolPath:
+def arch(
+    start: ToolPose,
+    goal: ToolPose,
+    turn: float,
+    *,
+    height: float | None = None,
+    drawn_in: float = 0.0,
+    pace: float = 1.0,
+) -> ToolPath:
     """Return a path that raises the tool, carries it over along an arc about the robot's base and lowers it.
 
     The parts run into one another: the tool is within a fifth of the full height when it starts to the side,
@@ -97,14 +106,17 @@ def arch(start: ToolPose, goal: ToolPose, turn: float, *, height: float, pace: f
         start: where it is.
         goal: where it shall be.
         turn: how far the yaw changes on the way, rad; goal.yaw up to whole turns.
-        height: of the tool on the way at least, m.
+        height: to pass at, m, or higher for a higher goal; from above it the tool comes down on the way, since high
+            up the arm reaches less far. None: as high as the higher end.
+        drawn_in: how much nearer to the base midway, m, but midway between the ends not nearer than `NEAREST`.
         pace: 1 for the usual speed, less for slower.
     """
-    top = max(start.position[2], goal.position[2], height)
-    rise, drop = top - start.position[2], top - goal.position[2]
+    top = max(goal.position[2], start.position[2] if height is None else height)
+    rise, sink, drop = max(0.0, top - start.position[2]), max(0.0, start.position[2] - top), top - goal.position[2]
     (r0, phi0), (r1, phi1) = _polar(start.position), _polar(goal.position)
     sweep = phi1 - phi0  # never wrapped: the arm turns past its front, not past the stop of its first joint
-    across = np.hypot(r1 - r0, max(r0, r1) * sweep)
+    drawn_in = max(0.0, min(drawn_in, (r0 + r1) / 2 - NEAREST))
+    across = float(np.linalg.norm([r1 - r0, max(r0, r1) * sweep, sink, 2 * drawn_in]))
 
     times = [duration(length, SPEED, ACCELERATION) for length in (rise, across, drop)]
     times[1] = max(times[1], duration(abs(turn), TURN_SPEED, TURN_ACCELERATION))
@@ -118,10 +130,10 @@ def arch(start: ToolPose, goal: ToolPose, turn: float, *, height: float, pace: f
         smooth_step((t - begin) / span) if span else np.ones_like(t)
         for begin, span in ((0.0, up), (begin_over, over), (begin_down, down))
     )
-    radius, angle = r0 + (r1 - r0) * carried, phi0 + sweep * carried
-    positions = np.column_stack(
-        [radius * np.cos(angle), radius * np.sin(angle), start.position[2] + rise * raised - drop * lowered]
-    )
+    radius = r0 + (r1 - r0) * carried - drawn_in * np.sin(np.pi * carried) ** 2
+    angle = phi0 + sweep * carried
+    z = start.position[2] + rise * raised - sink * carried - drop * lowered
+    positions = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
     return ToolPath(positions, start.yaw + turn * carried, smooth_step(t / t[-1]))
 
 
@@ -184,7 +196,16 @@ class Arm:
             raise SimulationError(f"the arm cannot point down at ({at}) m within the limits of its joints")
         return self._configuration.q, yaws[best]
 
-    def move(self, q: np.ndarray, goal: np.ndarray, position: np.ndarray, yaw: float, *, height: float) -> np.ndarray:
+    def move(
+        self,
+        q: np.ndarray,
+        goal: np.ndarray,
+        position: np.ndarray,
+        yaw: float,
+        *,
+        height: float | None = None,
+        drawn_in: float = 0.0,
+    ) -> np.ndarray:
         """Return the joint references of an arching movement, slowed until the joints' limits allow it.
 
         Args:
@@ -192,7 +213,8 @@ class Arm:
             goal: (7,) near where it ends, from `reach`: which way the elbow and the last joint turn.
             position: (3,) where the tool ends, m.
             yaw: of the tool there, rad.
-            height: of the tool on the way at least, m.
+            height: at which the tool passes, m; None for that of the higher end (see `arch`).
+            drawn_in: how much nearer to the base it goes midway, m.
 
         Returns:
             (N, 7) rad, every `CONTROL_PERIOD`.
@@ -205,7 +227,7 @@ class Arm:
         turn += wrap(yaw - start.yaw - turn)
         pace = 1.0
         for _ in range(5):
-            path = arch(start, ToolPose(position, yaw), turn, height=height, pace=pace)
+            path = arch(start, ToolPose(position, yaw), turn, height=height, drawn_in=drawn_in, pace=pace)
             references = self._follow(q, goal, path)
             steps = np.diff(references, axis=0, prepend=q[None])
             share = float((np.abs(steps) / CONTROL_PERIOD / VELOCITY_LIMITS).max())

@@ -53,8 +53,11 @@ PLATE_MARGIN = 0.020
 SUPPORT_OVERLAP = 0.010
 """Least length by which an object rests on each of its supports, m."""
 
-LAMP_DISTANCE = 0.19
-"""From the nearest slot to a lamp's post, m: the hand hit one at 11 cm and cleared 17 cm."""
+LAMP_DISTANCES = (0.19, 0.24, 0.29)
+"""From the nearest slot to a lamp's post, the nearer the better, m: the hand hit one at 11 cm and cleared 17 cm."""
+
+LAMP_TOP, LAMP_HEAD = 0.235, np.array([0.045, 0.086])
+"""Top of a lamp's head above the table, and half of what it covers of it with 6 mm to spare, m."""
 
 LAMP_HALF = 0.04
 """Half the width of a lamp's foot, m."""

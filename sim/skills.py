@@ -13,6 +13,7 @@ from sim.motion import CONTROL_PERIOD, wrap
 from sim.places import FINGER_TIPS, Slot
 from sim.rectangle import Rectangle, overlap
 from sim.shapes import Grip, extent
+from sim.travel import travel
 from sim.workcell import Workcell
 
 HOVER = 0.12
@@ -20,12 +21,6 @@ HOVER = 0.12
 
 CLEARANCE = 0.03
 """Least height at which the tool or what it holds passes over resting objects, m."""
-
-DETOURS = (0.0, 0.1, 0.2)
-"""By how much more the tool is raised to pass over what is not an object, e.g. a lamp, m."""
-
-FORESIGHT = 10
-"""Every so many joint references are looked at for obstacles before they are followed: every 0.1 s."""
 
 SQUEEZE = 0.015
 """How much narrower than the object the hand is commanded to close, m: about 15 N on either side."""
@@ -77,7 +72,7 @@ def transit(cell: Workcell, location: str) -> None:
     centre = np.mean([slot.position for slot in slots], axis=0)
     middle = extent(cell.scene.shapes.values()).high / 2
     height = max(centre[2] + middle + HOVER, _passage(cell))
-    _travel(cell, np.array([*centre[:2], height]), slots[0].yaw)
+    travel(cell, np.array([*centre[:2], height]), slots[0].yaw, height=_passage(cell))
 
 
 def grasp(cell: Workcell, thing: str) -> None:
@@ -112,7 +107,7 @@ def transport(cell: Workcell, thing: str, location: str) -> None:
     cell.watch.handle(thing)
     line, _ = _free_line(cell, middle, _putting(cell, thing, slot))
     cell.watch.handle(thing, aloft=True)
-    _travel(cell, middle + [0.0, 0.0, HOVER], line, held=thing)
+    travel(cell, middle + [0.0, 0.0, HOVER], line, height=_passage(cell, thing))
     _check_held(cell, thing)
 
 
@@ -150,26 +145,8 @@ SKILLS: dict[str, Callable[..., None]] = dict(zip(ACTION_KINDS, (transit, grasp,
 def _move(cell: Workcell, position: np.ndarray, yaws: list[float]) -> float:
     """Move the tool to a position nearby, straight up or down; return which of the yaws it took."""
     goal, yaw = cell.arm.reach(position, yaws)
-    cell.follow(cell.arm.move(cell.reference, goal, position, yaw, height=0.0))
+    cell.follow(cell.arm.move(cell.reference, goal, position, yaw))
     return yaw
-
-
-def _travel(cell: Workcell, position: np.ndarray, line: float, *, held: str | None = None) -> None:
-    """Move the tool to a position far away, over everything in between.
-
-    Raises:
-        SkillError: the way is blocked even at the greatest height.
-    """
-    goal, yaw = cell.arm.reach(position, [line, line + np.pi])
-    height = _passage(cell, held)
-    for raised in DETOURS:
-        references = cell.arm.move(cell.reference, goal, position, yaw, height=height + raised)
-        ahead = [*references[::FORESIGHT], references[-1]]
-        obstacles = {name for q in ahead for name in cell.foresee(q)}
-        if not obstacles:
-            cell.follow(references)
-            return
-    raise SkillError(f"the way is blocked by {' and '.join(sorted(obstacles))}")
 
 
 def _free_line(cell: Workcell, position: np.ndarray, options: list[tuple[float, Grip]]) -> tuple[float, Grip]:

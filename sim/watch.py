@@ -38,6 +38,11 @@ class Watch:
         """Whether the handled object hangs in the air."""
         return ALOFT in self._roles
 
+    @property
+    def moving(self) -> np.ndarray:
+        """(ngeom,) bool: the robot's geoms and that of the object aloft."""
+        return np.isin(self._roles, (ALOFT, ROBOT))
+
     def handle(self, thing: str | None, *, aloft: bool = False) -> None:
         """Say which object the pads may touch from now on, and whether it may touch anything else."""
         self._roles = [role if role == ROBOT else WORLD for role in self._roles]

@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 
 from sim.effort import EffortMeter
+from sim.foresight import Foresight
 from sim.grounding import ObjectPose, object_pose
 from sim.motion import CONTROL_PERIOD, Arm
-from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, TCP
+from sim.panda import ARM_JOINTS, GRIPPER, TCP
 from sim.recorder import Recorder
 from sim.rollout import Event
 from sim.scene import Scene
@@ -48,13 +49,12 @@ class Workcell:
         """Take over a state in which the arm rests."""
         model = scene.mujoco
         self._qpos = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
-        self._fingers = [int(model.joint(name).qposadr[0]) for name in FINGER_JOINTS]
         self._motors = [model.actuator(name).id for name in ARM_JOINTS]
         self._gripper = model.actuator(GRIPPER).id
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
-        self._scratch = mujoco.MjData(model)
         self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)
+        self._foresight = Foresight(scene, self.watch)
         self.meter = EffortMeter(model, data)
         self.reference = data.qpos[self._qpos].copy()
         self.events: list[Event] = []
@@ -102,33 +102,9 @@ class Workcell:
         for _ in range(round(seconds / CONTROL_PERIOD)):
             self._tick()
 
-    def foresee(self, q: np.ndarray, *, width: float | None = None) -> list[str]:
-        """Return the names of the bodies that the robot, and what it carries aloft, would touch.
-
-        Args:
-            q: (7,) rad, joint angles to judge.
-            width: between the pads, m; None for the present one.
-        """
-        model, scratch = self.scene.mujoco, self._scratch
-        scratch.qpos[:] = self.data.qpos
-        scratch.qpos[self._qpos] = q
-        if width is not None:
-            scratch.qpos[self._fingers] = width / 2
-        mujoco.mj_kinematics(model, scratch)
-        if self.watch.handled and self.watch.aloft:
-            self._carry(scratch, self.watch.handled)
-        mujoco.mj_collision(model, scratch)
-        return sorted({other for _, other in self.watch.touches(scratch)} - {self.watch.handled})
-
-    def _carry(self, scratch: mujoco.MjData, thing: str) -> None:
-        """Move an object in `scratch` as the hand moves it."""
-        now, then = self.data.site(TCP), scratch.site(TCP)
-        turn = then.xmat.reshape(3, 3) @ now.xmat.reshape(3, 3).T
-        body = self.data.body(thing)
-        pose = scratch.joint(thing).qpos
-        pose[:3] = then.xpos + turn @ (body.xpos - now.xpos)
-        mujoco.mju_mat2Quat(pose[3:], (turn @ body.xmat.reshape(3, 3)).ravel())
-        mujoco.mj_kinematics(self.scene.mujoco, scratch)
+    def foresee(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
+        """Return what the robot, and what it carries, would touch at (7,) joint angles, rad: see `Foresight`."""
+        return self._foresight.touches(self.data, q, width=width, clearance=clearance)
 
     def _tick(self, commands: np.ndarray | None = None) -> None:
         """Simulate one control period; record the frames that fall into it.

@@ -7,6 +7,7 @@ import pytest
 from sim.errors import SimulationError
 from sim.motion import CONTROL_PERIOD, Arm, ToolPose, arch, duration, smooth_step, wrap
 from sim.panda import HOME, VELOCITY_LIMITS
+from sim.places import NEAREST
 
 PLACES = [(0.50, 0.0, 0.07), (0.45, 0.30, 0.03), (0.38, -0.30, 0.15), (0.75, 0.2, 0.03), (-0.2, 0.5, 0.05)]
 
@@ -109,3 +110,22 @@ def test_the_tool_stays_upright_on_the_way(arm: Arm) -> None:
         data.qpos[:] = q
         mujoco.mj_kinematics(arm.model, data)
         assert data.site("tcp").xmat[8] < -np.cos(np.radians(1))
+
+
+def test_from_high_up_the_tool_comes_down_on_its_way_out() -> None:
+    start, goal = ToolPose(np.array([0.3, 0.0, 0.5]), 0.0), ToolPose(np.array([0.7, 0.0, 0.1]), 0.0)
+    path = arch(start, goal, 0.0, height=0.2)
+    halfway = path.positions[np.searchsorted(path.positions[:, 0], 0.5)]
+    assert halfway[2] == pytest.approx(0.35, abs=0.01)
+    straight = arch(start, goal, 0.0)
+    assert straight.positions[np.searchsorted(straight.positions[:, 0], 0.5)][2] == pytest.approx(0.5)
+    assert path.positions[-1] == pytest.approx(goal.position) and straight.positions[-1] == pytest.approx(goal.position)
+
+
+def test_a_path_drawn_in_passes_nearer_to_the_base_but_not_too_near() -> None:
+    start, goal = ToolPose(np.array([0.6, 0.2, 0.2]), 0.0), ToolPose(np.array([0.6, -0.2, 0.2]), 0.0)
+    end = float(np.hypot(0.6, 0.2))
+    for drawn_in, nearest in ((0.0, end), (0.15, end - 0.15), (0.5, NEAREST)):
+        radii = np.hypot(*arch(start, goal, 0.0, drawn_in=drawn_in).positions[:, :2].T)
+        assert radii.min() == pytest.approx(nearest, abs=1e-3)
+        assert radii[-1] == pytest.approx(end)
