@@ -9,6 +9,9 @@ when the label's turn comes, and if it is larger than thought, the label goes ba
 labels of one product state, so these are not expanded in order of cost as in BOA*, and a label is compared with all
 undominated labels of its state. A goal is met in order of cost all the same: the bound under a budget is consistent
 along a path.
+
+The heuristic's sets are looked at only until the bound exceeds what the label at hand may still cost, and the rest when
+its turn comes: most states are never expanded.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristic import Patterns, cost_bound
+from prefplan.heuristic import Patterns, cost_bound, look_further
 from prefplan.kernels import Integer, ProductView, Successors, bare_kernel, decode, masks, successors
 from prefplan.label_store import (
     COST_BOUND,
@@ -30,6 +33,8 @@ from prefplan.label_store import (
     GROWTH_BOUND,
     HEAD,
     LABELS,
+    LIKELY,
+    LOOKED,
     NEXT,
     NONE,
     OPEN,
@@ -127,9 +132,11 @@ def run(
     everything = (1 << growth.violation.shape[0]) - 1
     parent, k, count = counters[PARENT], counters[NEXT], counters[COUNT]
     cost = mu = satisfied = np.int64(0)
+    likely = np.int64(0)
     if parent != NONE:
         cost, mu = np.int64(label_cost[parent]), np.int64(label_mu[parent])
         satisfied = np.int64(facts[label_row[parent], SATISFIED])
+        likely = np.int64(facts[label_row[parent], LIKELY])
     while True:
         while k < count:
             # The open list is last in, first out: entering the model's first action last prefers it among equals.
@@ -151,21 +158,29 @@ def run(
                 slot = (slot + 1) & slot_mask
                 row = slots[slot]
             if row < 0:
+                node = decode(view, code, room.choice)
+                now, done = masks(view, room.choice)
+                growing = preference_bound(blocks, node, room.choice, now)
+                if value + growing >= bounds[0]:
+                    k += 1
+                    continue
                 if counters[ROWS] == codes.shape[0]:
                     return _stop(counters, parent, k, count, MORE_ROWS)
                 row = counters[ROWS]
+                facts[row, SATISFIED] = now | (-(2**31) if done == everything else 0)
+                facts[row, GROWTH_BOUND] = growing
+                facts[row, HEAD] = NONE
+                facts[row, COST_BOUND] = facts[row, LOOKED] = 0
+                facts[row, LIKELY] = likely
+                far = min(bounds[1] - after, infinite - 1)
+                if look_further(patterns, node, room.choice, facts[row], min(far, counters[FLOOR] - after)) > far:
+                    k += 1
+                    continue
                 counters[ROWS] += 1
                 slots[slot] = row
                 codes[row] = code
-                node = decode(view, code, room.choice)
-                now, done = masks(view, room.choice)
-                facts[row, SATISFIED] = now | (-(2**31) if done == everything else 0)
-                facts[row, COST_BOUND] = cost_bound(patterns, node, room.choice, 0)
-                facts[row, GROWTH_BOUND] = preference_bound(blocks, node, room.choice, now)
-                facts[row, HEAD] = NONE
             if (
-                facts[row, COST_BOUND] >= infinite
-                or value + facts[row, GROWTH_BOUND] >= bounds[0]
+                value + facts[row, GROWTH_BOUND] >= bounds[0]
                 or after + facts[row, COST_BOUND] > bounds[1]
                 or _dominated(labels, facts[row, HEAD], after, value, cost_only)
             ):
@@ -208,25 +223,25 @@ def run(
             counters[FREE] = label
             continue
         if mu + facts[row, GROWTH_BOUND] >= bounds[0]:
-            facts[row, HEAD] = _without(labels.sibling, facts[row, HEAD], label)
-            label_parent[label] = counters[FREE]
-            counters[FREE] = label
+            _discard(labels, facts, counters, label)
             continue
         level = budgeted.budgets.shape[0] - 1
         while budgeted.budgets[level] < bounds[0] - 1 - mu:
             level -= 1
-        if level > 0:
+        estimate = label_cost[label] + np.int64(facts[row, COST_BOUND])
+        if level > 0 or facts[row, LOOKED] < patterns.base.shape[0]:
             node = decode(view, codes[row], room.choice)
-            estimate = label_cost[label] + cost_bound(budgeted, node, room.choice, level)
-            if estimate > counters[FLOOR]:
-                if estimate >= infinite or estimate > bounds[1]:
-                    facts[row, HEAD] = _without(labels.sibling, facts[row, HEAD], label)
-                    label_parent[label] = counters[FREE]
-                    counters[FREE] = label
-                elif not push(queue, counters, label, estimate):
-                    push(queue, counters, label, counters[FLOOR])
-                    return _stop(counters, NONE, 0, 0, MORE_BUCKETS)
-                continue
+            rest = counters[FLOOR] - label_cost[label]
+            estimate = label_cost[label] + look_further(patterns, node, room.choice, facts[row], rest)
+            if level > 0 and estimate <= counters[FLOOR]:
+                estimate = label_cost[label] + cost_bound(budgeted, node, room.choice, level, rest)
+        if estimate > counters[FLOOR]:
+            if estimate >= infinite or estimate > bounds[1]:
+                _discard(labels, facts, counters, label)
+            elif not push(queue, counters, label, estimate):
+                push(queue, counters, label, counters[FLOOR])
+                return _stop(counters, NONE, 0, 0, MORE_BUCKETS)
+            continue
         if facts[row, SATISFIED] < 0:
             bounds[0] = mu
             counters[FOUND] = label
@@ -235,6 +250,7 @@ def run(
         parent = label
         cost = np.int64(label_cost[label])
         satisfied = np.int64(facts[row, SATISFIED])
+        likely = np.int64(facts[row, LIKELY])
         count = successors(view, codes[row], room)
 
 
@@ -269,6 +285,15 @@ def _keep_undominated(
     if last != NONE:
         labels.sibling[last] = NONE
     return first
+
+
+@bare_kernel
+def _discard(labels: Labels, facts: np.ndarray, counters: np.ndarray, label: Integer) -> None:
+    """Take a label off its state's, and keep its place for another."""
+    row = labels.row[label]
+    facts[row, HEAD] = _without(labels.sibling, facts[row, HEAD], label)
+    labels.parent[label] = counters[FREE]
+    counters[FREE] = label
 
 
 @bare_kernel

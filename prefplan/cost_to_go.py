@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heap import heap_pop, heap_push
-from prefplan.kernels import FAR, INFINITE, Integer, ProductView, kernel
+from prefplan.kernels import FAR, INFINITE, Integer, ProductView, bare_kernel, kernel
 from prefplan.product import Product
 
 
@@ -120,14 +120,14 @@ def cost_to_go(
         OverflowError: if a finite cost does not fit the type.
     """
     size = len(reverse.classes) * int(np.prod(reverse.sizes[tasks]))
-    infinite = INFINITE[dtype]
-    if budgets is None:
-        budgets = np.array([FAR], dtype=np.int64)
-    if rates is None:
-        rates = np.zeros(2 ** len(tasks), dtype=np.int64)
+    edges = restricted(reverse, tasks)
     ones = np.ones(2 ** len(tasks), dtype=np.int64)
-    table: np.ndarray = np.full((len(budgets), size), infinite, dtype=dtype)
-    if not _dijkstra(restricted(reverse, tasks), tasks, ones, rates, budgets, table, infinite):
+    table: np.ndarray = np.full((1 if budgets is None else len(budgets), size), INFINITE[dtype], dtype=dtype)
+    if budgets is None or rates is None:
+        fits = _dijkstra(edges, tasks, ones, table[0], INFINITE[dtype])
+    else:
+        fits = _within_budgets(edges, tasks, rates, budgets, table, INFINITE[dtype])
+    if not fits:
         raise OverflowError
     return table
 
@@ -138,21 +138,141 @@ def growth_to_go(reverse: Backward, tasks: np.ndarray, dtype: type, rates: np.nd
     Arguments, shape and errors are those of `cost_to_go`.
     """
     size = len(reverse.classes) * int(np.prod(reverse.sizes[tasks]))
-    infinite = INFINITE[dtype]
-    table: np.ndarray = np.full((1, size), infinite, dtype=dtype)
-    budgets, none = np.array([FAR], dtype=np.int64), np.zeros_like(rates)
-    spent = restricted(reverse, tasks)
-    spent = spent._replace(costs=spent.costs >> spent.shift)
-    if not _dijkstra(spent, tasks, rates, none, budgets, table, infinite):
+    table: np.ndarray = np.full(size, INFINITE[dtype], dtype=dtype)
+    edges = restricted(reverse, tasks)
+    edges = edges._replace(costs=edges.costs >> edges.shift)
+    if not _dijkstra(edges, tasks, rates, table, INFINITE[dtype]):
         raise OverflowError
-    return table[0]
+    return table
+
+
+class _Readings(NamedTuple):
+    """Room for the ways in which the automata of k tasks may come to a combination of their states.
+
+    Attributes:
+        before: (M,) int64, combinations before the reading, as part of a cell. satisfied: (M,) int64, their satisfied
+            tasks as bits.
+        low: (k,) int64, high: (k,) int64, at: (k,) int64: scratch.
+    """
+
+    before: np.ndarray
+    satisfied: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    at: np.ndarray
 
 
 @kernel
-def _dijkstra(
+def _room(reverse: Backward, tasks: np.ndarray) -> _Readings:
+    most = 1
+    for j in range(tasks.shape[0]):
+        most *= reverse.sizes[tasks[j]]
+    k = tasks.shape[0]
+    return _Readings(
+        np.empty(most, dtype=np.int64),
+        np.empty(most, dtype=np.int64),
+        np.empty(k, dtype=np.int64),
+        np.empty(k, dtype=np.int64),
+        np.empty(k, dtype=np.int64),
+    )
+
+
+@bare_kernel
+def _readings(reverse: Backward, tasks: np.ndarray, cell: Integer, room: _Readings) -> Integer:
+    """Write the combinations from which reading a cell's label may lead to it, and return how many there are."""
+    first, states, ends, sizes = reverse.first, reverse.states, reverse.ends, reverse.sizes
+    nodes = reverse.classes.shape[0]
+    label = reverse.classes[cell % nodes]
+    rest = cell // nodes
+    k = tasks.shape[0]
+    for j in range(k):
+        q = rest % sizes[tasks[j]]
+        rest //= sizes[tasks[j]]
+        room.low[j] = first[tasks[j], q, label]
+        room.high[j] = first[tasks[j], q, label + 1]
+        room.at[j] = room.low[j]
+        if room.low[j] == room.high[j]:
+            return 0
+    found = 0
+    while True:
+        stride = np.int64(nodes)
+        before = np.int64(0)
+        satisfied = 0
+        for j in range(k):
+            q = states[room.at[j]]
+            before += stride * q
+            stride *= sizes[tasks[j]]
+            if q == ends[tasks[j], 0]:
+                satisfied |= 1 << j
+        room.before[found], room.satisfied[found] = before, satisfied
+        found += 1
+        j = 0
+        while j < k:
+            room.at[j] += 1
+            if room.at[j] < room.high[j]:
+                break
+            room.at[j] = room.low[j]
+            j += 1
+        if j == k:
+            return found
+
+
+@bare_kernel
+def _finished(reverse: Backward, tasks: np.ndarray, combination: Integer) -> bool:
+    """Return whether all tasks are satisfied or dropped in a combination of their automata's states."""
+    for j in range(tasks.shape[0]):
+        q = combination % reverse.sizes[tasks[j]]
+        combination //= reverse.sizes[tasks[j]]
+        if q != reverse.ends[tasks[j], 0] and q != reverse.ends[tasks[j], 1]:
+            return False
+    return True
+
+
+@kernel
+def _dijkstra(reverse: Backward, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer) -> bool:
+    """Fill a table with least costs, those of edges weighted by what is satisfied.
+
+    Cells whose node no edge leads to are at the end of every backward way, and need not wait their turn.
+    """
+    offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
+    nodes = reverse.classes.shape[0]
+    room = _room(reverse, tasks)
+    keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
+    count: Integer = 0
+    for combination in range(table.shape[0] // nodes):
+        if _finished(reverse, tasks, combination):
+            for node in range(nodes):
+                table[node + nodes * combination] = 0
+                if offsets[node] < offsets[node + 1]:
+                    if count == keys.shape[0]:
+                        keys, items = _twice(keys), _twice(items)
+                    count = heap_push(keys, items, count, 0, node + nodes * combination)
+    while count > 0:
+        cost, cell = keys[0], items[0]
+        count = heap_pop(keys, items, count)
+        if table[cell] < cost:
+            continue
+        node = cell % nodes
+        for reading in range(_readings(reverse, tasks, cell, room)):
+            before, factor = room.before[reading], factors[room.satisfied[reading]]
+            for edge in range(offsets[node], offsets[node + 1]):
+                source = sources[edge]
+                new = cost + factor * costs[edge]
+                if new < table[source + before]:
+                    table[source + before] = new
+                    if offsets[source] < offsets[source + 1]:
+                        if count == keys.shape[0]:
+                            keys, items = _twice(keys), _twice(items)
+                        count = heap_push(keys, items, count, new, source + before)
+                elif new >= infinite and table[source + before] == infinite:
+                    return False
+    return True
+
+
+@kernel
+def _within_budgets(
     reverse: Backward,
     tasks: np.ndarray,
-    factors: np.ndarray,
     rates: np.ndarray,
     budgets: np.ndarray,
     table: np.ndarray,
@@ -161,46 +281,30 @@ def _dijkstra(
     """Fill a table by labels (cost, growth), in order of cost; each settles the budgets that nothing met before.
 
     A label that grows no less than an earlier one of its cell is dominated; of those over the largest finite budget
-    only the first matters.
+    only the first matters. Cells whose node no edge leads to need no labels.
     """
-    offsets, sources, costs, classes = reverse.offsets, reverse.sources, reverse.costs, reverse.classes
-    first, states, ends, sizes = reverse.first, reverse.states, reverse.ends, reverse.sizes
-    nodes = classes.shape[0]
-    k = tasks.shape[0]
+    offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
+    nodes = reverse.classes.shape[0]
+    room = _room(reverse, tasks)
     last = budgets.shape[0] - 1
     strictest = budgets[1] if last > 0 else -1
     least = np.full(table.shape[1], FAR, dtype=np.int64)
     last_cost = np.full(table.shape[1], FAR, dtype=np.int64)
     last_growth = np.full(table.shape[1], FAR, dtype=np.int64)
-    strides = np.empty(k, dtype=np.int64)
-    stride = np.int64(1)
-    for j in range(k):
-        strides[j] = stride
-        stride *= sizes[tasks[j]]
-    room = 4096
-    keys = np.empty(room, dtype=np.int64)
-    items = np.empty(room, dtype=np.int64)
-    cells = np.empty(room, dtype=np.int64)
-    growths = np.empty(room, dtype=np.int64)
+    keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
+    cells, growths = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
     count: Integer = 0
     made = 0
-    for combination in range(stride):
-        finished = True
-        for j in range(k):
-            q = combination // strides[j] % sizes[tasks[j]]
-            if q != ends[tasks[j], 0] and q != ends[tasks[j], 1]:
-                finished = False
-        if finished:
+    for combination in range(table.shape[1] // nodes):
+        if _finished(reverse, tasks, combination):
             for node in range(nodes):
-                if made == room:
-                    keys, items, cells, growths, room = _grown(keys, items, cells, growths)
-                cells[made] = node + nodes * combination
-                growths[made] = 0
-                count = heap_push(keys, items, count, 0, made)
-                made += 1
-    low = np.empty(k, dtype=np.int64)
-    high = np.empty(k, dtype=np.int64)
-    at = np.empty(k, dtype=np.int64)
+                table[:, node + nodes * combination] = 0
+                if offsets[node] < offsets[node + 1]:
+                    if made == keys.shape[0]:
+                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
+                    cells[made], growths[made] = node + nodes * combination, 0
+                    count = heap_push(keys, items, count, 0, made)
+                    made += 1
     while count > 0:
         cost, item = keys[0], items[0]
         count = heap_pop(keys, items, count)
@@ -208,65 +312,41 @@ def _dijkstra(
         if growth >= least[cell] or (growth > strictest and least[cell] < FAR):
             continue
         least[cell] = growth
-        level = last
-        while budgets[level] < growth:
-            level -= 1
-        while level >= 0 and table[level, cell] > cost:
-            table[level, cell] = cost
-            level -= 1
+        _settle(table, budgets, cell, cost, growth)
         node = cell % nodes
-        if offsets[node] == offsets[node + 1]:
-            continue
-        combination = cell // nodes
-        label = classes[node]
-        possible = True
-        for j in range(k):
-            q = combination // strides[j] % sizes[tasks[j]]
-            low[j] = first[tasks[j], q, label]
-            high[j] = first[tasks[j], q, label + 1]
-            at[j] = low[j]
-            possible &= low[j] < high[j]
-        while possible:
-            before = np.int64(0)
-            satisfied = 0
-            for j in range(k):
-                q = states[at[j]]
-                before += strides[j] * q
-                if q == ends[tasks[j], 0]:
-                    satisfied |= 1 << j
-            rate = rates[satisfied]
+        for reading in range(_readings(reverse, tasks, cell, room)):
+            before, rate = room.before[reading], rates[room.satisfied[reading]]
             for edge in range(offsets[node], offsets[node + 1]):
-                new_cell = sources[edge] + nodes * before
-                new = cost + factors[satisfied] * costs[edge]
+                source = sources[edge]
+                new_cell = source + before
+                new = cost + costs[edge]
                 more = growth + rate * (costs[edge] >> reverse.shift)
+                if new >= infinite:
+                    return False
+                if offsets[source] == offsets[source + 1]:
+                    _settle(table, budgets, new_cell, new, more)
+                    continue
                 if new >= last_cost[new_cell] and more >= last_growth[new_cell]:
                     continue
                 if more < least[new_cell] and (more <= strictest or least[new_cell] == FAR):
                     last_cost[new_cell], last_growth[new_cell] = new, more
-                    if new >= infinite:
-                        return False
-                    if made == room:
-                        keys, items, cells, growths, room = _grown(keys, items, cells, growths)
-                    cells[made] = new_cell
-                    growths[made] = more
+                    if made == keys.shape[0]:
+                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
+                    cells[made], growths[made] = new_cell, more
                     count = heap_push(keys, items, count, new, made)
                     made += 1
-            j = 0
-            while j < k:
-                at[j] += 1
-                if at[j] < high[j]:
-                    break
-                at[j] = low[j]
-                j += 1
-            possible = j < k
     return True
 
 
-@kernel
-def _grown(
-    keys: np.ndarray, items: np.ndarray, cells: np.ndarray, growths: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
-    return _twice(keys), _twice(items), _twice(cells), _twice(growths), 2 * keys.shape[0]
+@bare_kernel
+def _settle(table: np.ndarray, budgets: np.ndarray, cell: Integer, cost: Integer, growth: Integer) -> None:
+    """Enter a cost under every budget that the growth is within."""
+    level = budgets.shape[0] - 1
+    while budgets[level] < growth:
+        level -= 1
+    while level >= 0 and table[level, cell] > cost:
+        table[level, cell] = cost
+        level -= 1
 
 
 @kernel

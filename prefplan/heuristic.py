@@ -23,6 +23,7 @@ import numpy as np
 
 from prefplan.cost_to_go import Backward, cost_to_go
 from prefplan.kernels import FAR, Integer, bare_kernel
+from prefplan.label_store import COST_BOUND, LIKELY, LOOKED
 from prefplan.measure import Measure
 
 T = TypeVar("T")
@@ -114,7 +115,7 @@ def patterns(
         if measure and budgets:
             members = tasks.tolist()
             rates = np.array([_rate(measure, members, s) * unit for s in range(2**k)], dtype=np.int64)
-        return cost_to_go(reverse, tasks, dtype, rates=rates, budgets=levels)
+        return cost_to_go(reverse, tasks, dtype, rates=rates, budgets=None if rates is None else levels)
 
     work = len(sets) * len(reverse.classes) * float(np.mean(reverse.sizes)) ** k
     tables = in_parallel(tabulate, sets, threads=1 if work < THREADS_FROM else os.cpu_count() or 1)
@@ -133,13 +134,39 @@ def _rate(measure: Measure, members: list[int], satisfied: int) -> int:
 
 
 @bare_kernel
-def cost_bound(some: Patterns, node: Integer, automata: np.ndarray, level: Integer) -> Integer:
-    """Return h(p) for one of the budgets: the largest of all sets' entries."""
+def cost_bound(some: Patterns, node: Integer, automata: np.ndarray, level: Integer, limit: Integer = FAR) -> Integer:
+    """Return h(p) for one of the budgets: the largest of all sets' entries, or the first that exceeds a limit."""
     bound = np.int64(0)
     for p in range(some.base.shape[0]):
-        entry = some.base[p] + node
-        for j in range(some.tasks.shape[1]):
-            entry += some.strides[p, j] * automata[some.tasks[p, j]]
-        if some.table[level, entry] > bound:
-            bound = np.int64(some.table[level, entry])
+        bound = max(bound, _entry(some, node, automata, level, p))
+        if bound > limit:
+            break
     return bound
+
+
+@bare_kernel
+def look_further(some: Patterns, node: Integer, automata: np.ndarray, facts: np.ndarray, limit: Integer) -> Integer:
+    """Go on with h(p) from where it was left, until it exceeds a limit or is complete, and return what it is so far.
+
+    What is known of p is kept in its facts: `COST_BOUND` so far, that so many sets were `LOOKED` at, and the `LIKELY`
+    one, to look at first.
+    """
+    bound, likely = np.int64(facts[COST_BOUND]), np.int64(facts[LIKELY])
+    p = np.int64(facts[LOOKED])
+    if p == 0 and likely < some.base.shape[0]:
+        bound = _entry(some, node, automata, 0, likely)
+    while p < some.base.shape[0] and bound <= limit:
+        entry = _entry(some, node, automata, 0, p)
+        if entry > bound:
+            bound, likely = entry, p
+        p += 1
+    facts[COST_BOUND], facts[LOOKED], facts[LIKELY] = bound, p, likely
+    return bound
+
+
+@bare_kernel
+def _entry(some: Patterns, node: Integer, automata: np.ndarray, level: Integer, p: Integer) -> np.int64:
+    entry = some.base[p] + node
+    for j in range(some.tasks.shape[1]):
+        entry += some.strides[p, j] * automata[some.tasks[p, j]]
+    return np.int64(some.table[level, entry])

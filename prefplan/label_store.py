@@ -19,9 +19,10 @@ ROWS, LABELS, FREE, OPEN, FLOOR, FIRST, EXPANDED, GENERATED, FOUND, PARENT, NEXT
 COUNTERS = 12
 
 # Places in the facts of a product state: satisfied tasks as bits (the sign bit is set where no others remain), bounds
-# of the cost-to-go and of mu's growth, and the first of its labels.
-SATISFIED, COST_BOUND, GROWTH_BOUND, HEAD = range(4)
-FACTS = 4
+# of the cost-to-go and of mu's growth, the first of its labels; how many of the heuristic's sets were looked at for the
+# former bound, and the set that it comes from.
+SATISFIED, COST_BOUND, GROWTH_BOUND, HEAD, LOOKED, LIKELY = range(6)
+FACTS = 6
 
 TAKEN = -2
 """In place of a link: the label is not in the open list."""

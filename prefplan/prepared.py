@@ -19,12 +19,8 @@ from prefplan.product import Product
 BUDGETS = (0.75, 0.5, 0.33, 0.2, 0.1, 0.05, 0)
 """Parts of the preference value to improve on, for which bounds of the cost-to-go are tabulated."""
 
-
 DEEPEST, DEEP_ENTRIES = 4, 60_000_000
 """Tasks in a set, and entries of all tables, that a search of unusual length may call for."""
-
-BUDGET_SIZE = 3
-"""Tasks in a set of these tables: those of four take longer to build than they save."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +115,6 @@ class Prepared:
         if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
             budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
             unit = self.product.unit
-            size = min(self._size, BUDGET_SIZE)
             self.budgeted = self._fit(
-                lambda dtype: patterns(self._reverse, size, dtype, measure=measure, unit=unit, budgets=budgets)
+                lambda dtype: patterns(self._reverse, self._size, dtype, measure=measure, unit=unit, budgets=budgets)
             )

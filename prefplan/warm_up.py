@@ -7,7 +7,9 @@ from pathlib import Path
 from prefplan import biobjective
 from prefplan.planner import Planner
 from prefplan.preference import Expression, Order, Preference
+from prefplan.prepared import Options, Prepared
 from prefplan.problem import Problem, Task
+from prefplan.product import Product
 from prefplan.transition_system import TransitionSystem
 
 NARROW, WIDE = 1, 2**40
@@ -33,6 +35,7 @@ def warm_up() -> None:
             planner = Planner(Problem(system, tasks, preference))
             planner.front()
             planner.cheapest()
+        Prepared(Product(Problem(system, tasks, Order())), Options(), single=False).bound_growth(cost)
 
 
 if __name__ == "__main__":
