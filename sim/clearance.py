@@ -92,7 +92,8 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
     flat = [slot for row in slots.values() for slot in row]
     for slot in flat:
         for beside in flat:
-            if beside.location == slot.location or _rests_on(model, beside.location, slot.location):
+            here, there = slot.location, beside.location
+            if here == there or _rests_on(model, here, there) or _rests_on(model, there, here):
                 continue
             spread = _storeys(model, slot.location) * (size.high - size.low)
             if _hand_meets(slot, beside, size, lowest=slot.position[2] - spread):

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from sim.materials import GLOW_OFF, GLOW_ON, Rgba
+from sim.materials import LAMP_GLOW, Rgba, glow_of
 from sim.panda import HIDDEN, VISIBLE, add_solid
 from sim.places import FLOOR, LAMP_HALF, Station
 from sim.rectangle import Rectangle, overlap
 from sim.shapes import Shape
-from sim.solids import Solid, plate, rounded_box, rounded_cylinder, tray
+from sim.solids import Solid, dish, plate, rounded_box, rounded_cylinder, tray
 from sim.tabletop import Marking, Table, picture, text_size
 
 TABLE_THICKNESS = 0.045
@@ -91,16 +91,17 @@ def add_table(spec: mujoco.MjSpec, table: Table, stations: Sequence[Station]) ->
 
 
 def add_station(spec: mujoco.MjSpec, station: Station) -> None:
-    """Add a bin, a pad or nothing, and the lamp: bodies `<location>_base` and `<location>_lamp`."""
+    """Add what stands at a location, and its lamp: bodies `<location>_base` and `<location>_lamp`."""
     outline = station.outline
     body = spec.worldbody.add_body(name=f"{station.name}_base", pos=[*outline.centre, 0.0], quat=yaw_quat(outline.yaw))
+    if station.lamp is not None or station.kind == "stove":
+        rgba = glow_of(station.kind).off
+        spec.add_material(name=f"{station.name}_glow", rgba=rgba, specular=0.4, shininess=0.6)
     if station.lamp is not None:
-        spec.add_material(name=f"{station.name}_glow", rgba=GLOW_OFF, specular=0.4, shininess=0.6)
         _add_lamp(spec, station)
-    if station.kind == "bin":
-        _add_bin(spec, body, station)
-    elif station.kind == "pad":
-        _add_pad(spec, body, station)
+    add = {"bin": _add_bin, "pad": _add_pad, "stove": _add_stove, "plate": _add_plate}.get(station.kind)
+    if add is not None:
+        add(spec, body, station)
 
 
 def add_object(spec: mujoco.MjSpec, name: str, shape: Shape, position: np.ndarray, yaw: float, rgba: Rgba) -> None:
@@ -163,6 +164,39 @@ def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
         _draw(spec, body, f"{station.name}_band", band, f"{station.name}_glow", z=FLOOR["pad"] - 0.0009)
 
 
+def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
+    """Add a hob: a sheet of dark glass in a steel frame, and rings on it that glow at work."""
+    size = np.array([*station.outline.half, FLOOR["stove"] / 2])
+    body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
+    frame = np.array([*size[:2], size[2] - 0.0005])
+    _draw(spec, body, f"{station.name}_frame", plate(frame, corner=0.012, bevel=0.0015), "steel", z=frame[2])
+    glass = np.array([*size[:2] - 0.004, 0.001])
+    _draw(spec, body, f"{station.name}_glass", plate(glass, corner=0.009, bevel=0.0005), "glass", z=2 * size[2] - 0.001)
+    glow = f"{station.name}_glow"
+    for slot in station.slots:
+        middle = station.outline.axes @ (slot.position[:2] - station.outline.centre)
+        for k, radius in enumerate(np.arange(float(size[0]) - 0.010, 0.012, -0.010)):
+            ring = tray(np.array([radius, radius, 0.0012]), wall=0.0055, corner=radius)
+            _draw(spec, body, f"{station.name}_ring{slot.index}_{k}", ring, glow, xy=middle, z=FLOOR["stove"] - 0.0008)
+    height = 0.22
+    light = body.add_light(name=glow, pos=[0, 0, height], dir=[0, 0, -1], castshadow=False, active=False)
+    light.type = mujoco.mjtLightType.mjLIGHT_SPOT
+    light.specular, light.cutoff, light.exponent = [0.1] * 3, 40, 12
+
+
+def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
+    """Add a dish: round, or drawn out under a row of objects."""
+    radius, length = station.outline.half
+    height = FLOOR["plate"] / 2
+    for end in {-1.0, 1.0} if length > radius else {0.0}:
+        end_at = [0, end * (length - radius), height]
+        body.add_geom(type=CYLINDER, size=[radius, height, 0], pos=end_at, group=HIDDEN)
+    if length > radius:
+        body.add_geom(type=BOX, size=[radius, length - radius, height], pos=[0, 0, height], group=HIDDEN)
+    solid = dish(station.outline.half, floor=FLOOR["plate"], rim=FLOOR["plate"] + 0.0025)
+    _draw(spec, body, f"{station.name}_dish", solid, "porcelain")
+
+
 def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:
     """Add a post whose head faces the station; all that glows shares the material `<location>_glow`."""
     assert station.lamp is not None
@@ -185,13 +219,22 @@ def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:
         tube.contype = tube.conaffinity = 0
     light = head.add_light(name=glow, pos=[0, 0, 0.015], dir=[0, 0, 1], castshadow=False, active=False)
     light.type = mujoco.mjtLightType.mjLIGHT_SPOT
-    light.diffuse, light.specular = GLOW_ON[:3], [0.1] * 3
+    light.diffuse, light.specular = LAMP_GLOW.light, [0.1] * 3
     light.cutoff, light.exponent, light.attenuation = 45, 6, LAMP_FADING
 
 
-def _draw(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, solid: Solid, material: str, *, z: float = 0.0) -> None:
+def _draw(
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    name: str,
+    solid: Solid,
+    material: str,
+    *,
+    xy: np.ndarray | tuple[float, float] = (0.0, 0.0),
+    z: float = 0.0,
+) -> None:
     """Draw a solid that collides with nothing and weighs nothing."""
     add_solid(spec, name, solid)
-    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[0, 0, z])
+    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[*xy, z])
     geom.contype = geom.conaffinity = geom.mass = 0
     geom.group = VISIBLE

@@ -39,15 +39,34 @@ FINISHES = {
     "bin": Finish((0.52, 0.55, 0.58, 1), 0.35, 0.40),
     "bin_floor": Finish((0.33, 0.35, 0.37, 1), 0.10, 0.10),
     "pad": Finish((0.50, 0.52, 0.56, 1), 0.30, 0.40),
+    "steel": Finish((0.60, 0.61, 0.62, 1), 0.60, 0.50),
+    "glass": Finish((0.045, 0.045, 0.052, 1), 0.80, 0.85),
+    "porcelain": Finish((0.74, 0.735, 0.715, 1), 0.45, 0.60),
     "lamp": Finish((0.22, 0.23, 0.25, 1), 0.60, 0.60),
     "plinth": Finish((0.20, 0.21, 0.23, 1), 0.10, 0.20),
 }
 
-GLOW_OFF: Rgba = (0.55, 0.53, 0.62, 1)
-"""A sanitizer's tubes at rest: frosted glass."""
 
-GLOW_ON: Rgba = (0.52, 0.36, 1.0, 1)
-"""A sanitizer's tubes at work: the violet that people know from ultraviolet lamps."""
+@dataclass(frozen=True)
+class Glow:
+    """Colours of what glows while a location works: at rest, at work, and of the light it sheds then."""
+
+    off: Rgba
+    on: Rgba
+    light: tuple[float, float, float]
+
+
+LAMP_GLOW = Glow((0.55, 0.53, 0.62, 1), (0.52, 0.36, 1.0, 1), (0.52, 0.36, 1.0))
+"""A sanitizer's tubes: frosted glass, and the violet that people know from ultraviolet lamps."""
+
+STOVE_GLOW = Glow((0.16, 0.155, 0.16, 1), (1.0, 0.24, 0.05, 1), (0.75, 0.20, 0.05))
+"""A stove's plate: rings printed on the glass, and red heat."""
+
+
+def glow_of(kind: str | None) -> Glow:
+    """Return how a location of a kind glows."""
+    return STOVE_GLOW if kind == "stove" else LAMP_GLOW
+
 
 SHADOW_PIXELS = 1024
 """Side of the shadow map: 1.7 mm a pixel on a table of usual size."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from sim.antialias import smooth_edges
 from sim.errors import RenderingError
-from sim.materials import GLOW_OFF, GLOW_ON
+from sim.materials import Glow, glow_of
 from sim.panda import VISIBLE
 from sim.scene import AZIMUTH, ELEVATION, Scene
 
@@ -82,7 +82,7 @@ class Painter:
         """
         for place in self._scene.model.locations:
             if place.marks:
-                self._set_glow(place.name, (glow or {}).get(place.name, 0.0))
+                self._set_glow(place.name, glow_of(place.kind), (glow or {}).get(place.name, 0.0))
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
@@ -100,13 +100,13 @@ class Painter:
         mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
         return smooth_edges(np.ascontiguousarray(self._pixels[::-1]))
 
-    def _set_glow(self, location: str, level: float) -> None:
+    def _set_glow(self, location: str, glow: Glow, level: float) -> None:
         name = f"{location}_glow"
         material, light = self._model.mat(name).id, self._model.light(name).id
-        self._model.mat_rgba[material] = (1 - level) * np.array(GLOW_OFF) + level * np.array(GLOW_ON)
+        self._model.mat_rgba[material] = (1 - level) * np.array(glow.off) + level * np.array(glow.on)
         self._model.mat_emission[material] = level
         self._model.light_active[light] = level > 0
-        self._model.light_diffuse[light] = level * np.array(GLOW_ON[:3])
+        self._model.light_diffuse[light] = level * np.array(glow.light)
 
 
 def camera(scene: Scene) -> mujoco.MjvCamera:

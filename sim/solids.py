@@ -114,6 +114,29 @@ def tray(half: np.ndarray, *, wall: float, corner: float) -> Solid:
     return _lofted([(x + w, y + w, corner + w, h) for w, h in [outside, *brim, inside]], closed=True)
 
 
+def dish(half: np.ndarray, *, floor: float, rim: float) -> Solid:
+    """Return a dish as round as its sides allow, standing on z = 0.
+
+    Args:
+        half: (2,) half its sides, m.
+        floor: height of its flat middle, m.
+        rim: height of its rim, m.
+    """
+    least = float(half.min())
+    profile = [
+        (0.40 * least, 0.0),
+        (0.37 * least, 0.35 * floor),
+        (0.0, rim - 0.0016),
+        (0.0, rim - 0.0006),
+        (0.0008, rim),
+        (0.0022, rim - 0.0002),
+        (0.0130, floor + 0.0010),
+        (0.0150, floor + 0.0002),
+        (0.0175, floor),
+    ]
+    return _lofted([(*(half - inset), least - inset, z) for inset, z in profile], closed=False)
+
+
 def _lofted(loops: list[tuple[float, float, float, float]], *, closed: bool) -> Solid:
     """Return the surface through round-cornered rectangles (half x, half y, corner radius, height) in turn.
 
