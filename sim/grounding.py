@@ -76,12 +76,12 @@ def slot_of(scene: Scene, data: mujoco.MjData, name: str) -> Slot | None:
 
 
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
-    """Return whether the hand is over a location."""
-    tool = data.site(TCP).xpos
-    return any(
-        np.hypot(*(tool - slot.position)[:2]) < AT_RADIUS and tool[2] > slot.position[2]
-        for slot in scene.slots[location]
-    )
+    """Return whether the hand is over a location: over its row of slots or between two of them."""
+    tool, row = data.site(TCP).xpos, scene.slots[location]
+    first, last = row[0].position, row[-1].position
+    along = (last - first)[:2]
+    share = np.clip((tool - first)[:2] @ along / max(along @ along, 1e-12), 0.0, 1.0)
+    return bool(np.hypot(*(tool - first)[:2] - share * along) < AT_RADIUS and tool[2] > first[2])
 
 
 def observe(

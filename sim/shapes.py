@@ -182,7 +182,8 @@ def _checked_size(thing: Object, where: str) -> tuple[float, ...]:
     if thing.size is None:
         raise SimulationError(f"{where}.size: missing; {meaning}")
     if len(thing.size) != len(names):
-        raise SimulationError(f"{where}.size: {meaning}, not {len(thing.size)} numbers")
+        count = f"{len(thing.size)} number{'s' if len(thing.size) != 1 else ''}"
+        raise SimulationError(f"{where}.size: {meaning}, not {count}")
     if not all(math.isfinite(length) and length > 0 for length in thing.size):
         raise SimulationError(f"{where}.size: must be positive, not {_listed([f'{x:g}' for x in thing.size])}")
     return thing.size
