@@ -100,6 +100,8 @@ def sweep(options: argparse.Namespace) -> int:
                 work(job, records, options, bars)
             except KeyboardInterrupt:
                 interrupted = True
+        # Ctrl-C may have come between writing a record and counting it: what the file holds is what there is.
+        with Records(records.path, header) as records:
             finished = [records.done[i] for i in sorted(records.done) if i < options.rollouts]
     result = summarise(header, finished, rollouts=options.rollouts)
     write_json(folder / "summary.json", result)
