@@ -76,7 +76,7 @@ def results(folder: Path) -> Records:
     """Return the records in a folder by number, asserting that each is there once, without what a clock measured."""
     lines = (folder / "rollouts.jsonl").read_text().splitlines()
     records = [json.loads(line) for line in lines[1:]]
-    assert sorted(record["rollout"] for record in records) == list(range(len(records)))
+    assert len({record["rollout"] for record in records}) == len(records)
     timeless = [{k: v for k, v in record.items() if k not in ("cpu_seconds", "wall_seconds")} for record in records]
     return {record["rollout"]: record for record in timeless}
 
