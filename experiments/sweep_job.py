@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from experiments.carry_out import carry_out, scene_of
+from experiments.evidence import evidence
 from experiments.outcome import Outcome
 from prefplan.front import Plan
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.scenario import Scenario
+from sim.certificate import certify
 from sim.perturbation import Perturbation
 from sim.scene import Scene
 
@@ -69,31 +71,40 @@ def pack(scenario: Scenario) -> bytes:
 
 def roll_out(sweep: Sweep, number: int) -> Record:
     """Carry a rollout out and return what is kept of it; a failure of the program itself is a record, too."""
+    seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
     try:
         scenario, scene = _workplace(sweep.packed)
         began, cpu = time.perf_counter(), time.thread_time()
-        outcome = carry_out(
-            scenario, scene, sweep.plan, seed=sweep.rollout_seed(number), perturbation=sweep.perturbation
-        )
+        outcome = carry_out(scenario, scene, sweep.plan, seed=seed, perturbation=perturbation)
+        times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
+        setting = {"seed": seed, "perturbation": str(perturbation)}
+        certificate = certify(evidence(scenario, scene, outcome, setting=setting))
     except Exception as error:  # a thousand rollouts are not lost because of one
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}")
     assert isinstance(scenario.model, ManipulationModel)
-    times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-    return _record(sweep, number, scenario.model, outcome) | {name: round(x, 3) for name, x in times.items()}
+    return {
+        **_heading(sweep, number),
+        **_observed(scenario.model, outcome),
+        "certified": certificate.confirmed,
+        "agrees": certificate.agrees,
+        "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
+        **{name: round(seconds, 3) for name, seconds in times.items()},
+    }
 
 
 def failure(sweep: Sweep, number: int, kind: str, reason: str) -> Record:
     """Return the record of a rollout that has no outcome."""
-    return _heading(sweep, number) | {"completed": False, "class": kind, "reason": reason}
+    nothing: Record = {"certified": None, "agrees": None, "refuted": []}
+    return {**_heading(sweep, number), "completed": False, "class": kind, "reason": reason, **nothing}
 
 
 def _heading(sweep: Sweep, number: int) -> Record:
     return {"rollout": number, "seed": sweep.rollout_seed(number), "replay": sweep.replay(number)}
 
 
-def _record(sweep: Sweep, number: int, model: ManipulationModel, outcome: Outcome) -> Record:
+def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
     rollout = outcome.rollout
-    return _heading(sweep, number) | {
+    return {
         "completed": rollout.completed,
         "class": None if rollout.reason is None else failure_class(rollout.reason, model),
         "reason": rollout.reason,

@@ -48,12 +48,25 @@ def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts:
         "completed": completed,
         "success_rate": round(completed / done, 6) if done else None,
         "success_interval": wilson(completed, done),
+        "certificates": _certificates(records),
         "sim_seconds": _spread([record["sim_seconds"] for record in ran]),
         "placement_error_mm": _spread([record["placement_error_mm"] for record in ran]),
         "greatest_speed_share": max((record["speed_share"] for record in ran), default=None),
         "greatest_torque_share": max((record["torque_share"] for record in ran), default=None),
         "real_time_factor": round(simulated / cpu, 2) if cpu else None,
         "failures": _failures(records),
+    }
+
+
+def _certificates(records: Sequence[Record]) -> dict[str, Any]:
+    """Return how many rollouts were checked from their logs alone, and of which their logs say otherwise."""
+    checked = [record for record in records if record["agrees"] is not None]
+    refuted = [record for record in checked if not record["certified"]]
+    return {
+        "checked": len(checked),
+        "agree": sum(record["agrees"] for record in checked),
+        "confirmed": len(checked) - len(refuted),
+        "refuted": [{key: record[key] for key in ("rollout", "seed", "refuted", "replay")} for record in refuted],
     }
 
 
@@ -92,6 +105,9 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
     table.add_row("completed", share(summary["completed"], summary["done"]))
     if summary["success_interval"]:
         table.add_row("95 % interval (Wilson)", interval(summary["success_interval"]))
+    certificates = summary["certificates"]
+    table.add_row("certificates agree", share(certificates["agree"], certificates["checked"]))
+    table.add_row("all checks hold", share(certificates["confirmed"], certificates["checked"]))
     for name, key, unit in (("simulated", "sim_seconds", "s"), ("placed to within", "placement_error_mm", "mm")):
         spread = summary[key]
         if spread["max"] is not None:
@@ -103,6 +119,8 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
         console.print(Text(f"\n{kind['count']} x {kind['class']}"))
         for rollout in kind["rollouts"]:
             console.print(Text(f"  {rollout['replay']}"))
+    for rollout in certificates["refuted"][:SHOWN]:
+        console.print(Text(f"\nrefuted: {'; '.join(rollout['refuted'])}\n  {rollout['replay']}"))
 
 
 def share(count: int, total: int) -> str:

@@ -177,6 +177,7 @@ def test_a_rollout_is_a_function_of_the_sweep_and_its_number(job: Sweep) -> None
     }
     measured = ("sim_seconds", "placement_error_mm", "speed_share", "torque_share")
     assert one["seed"] != other["seed"] and [one[key] for key in measured] != [other[key] for key in measured]
+    assert one["certified"] is one["agrees"] is True and one["refuted"] == []
     assert one["cpu_seconds"] > 0 and one["wall_seconds"] > 0
 
 

@@ -21,6 +21,9 @@ def record(number: int, *, kind: str | None = None, seconds: float = 10.0, error
         "completed": kind is None,
         "class": kind,
         "reason": kind and f"{kind}, in detail",
+        "certified": True,
+        "agrees": True,
+        "refuted": [],
         "sim_seconds": seconds,
         "cpu_seconds": 0.5,
         "placement_error_mm": error,
@@ -66,13 +69,23 @@ def test_failures_are_counted_by_class_and_can_be_replayed() -> None:
 
 
 def test_rollouts_without_an_outcome_count_as_failures_only() -> None:
-    crashed = {
-        key: record(1, kind="crashed")[key] for key in ("rollout", "seed", "replay", "completed", "class", "reason")
-    }
+    kept = ("rollout", "seed", "replay", "completed", "class", "reason", "refuted")
+    crashed = {key: record(1, kind="crashed")[key] for key in kept} | {"certified": None, "agrees": None}
     summary = summarise(HEADER, [record(0), crashed], rollouts=2)
     assert (summary["completed"], summary["done"], summary["complete"]) == (1, 2, True)
     assert summary["sim_seconds"] == {"median": 10.0, "max": 10.0}
+    assert summary["certificates"]["checked"] == 1
     assert "1 x crashed" in shown(summary)
+
+
+def test_rollouts_whose_logs_say_otherwise_are_named() -> None:
+    limits = record(1) | {"certified": False, "refuted": ["joint speeds: too fast"]}
+    wrong = record(2) | {"certified": False, "agrees": False, "refuted": ["completed: tidy was never satisfied"]}
+    summary = summarise(HEADER, [record(0), limits, wrong], rollouts=3)
+    found = summary["certificates"]
+    assert (found["checked"], found["agree"], found["confirmed"]) == (3, 2, 1)
+    assert [entry["rollout"] for entry in found["refuted"]] == [1, 2]
+    assert "completed: tidy was never satisfied" in shown(summary) and "2 of 3 (66.7%)" in shown(summary)
 
 
 def test_of_many_failures_the_first_are_named() -> None:
