@@ -68,6 +68,8 @@ class Rollout:
         glow: (T,) index into the model's locations of the marking location at work, -1 for none.
         speeds: (T, 7) greatest speed of each arm joint since the frame before, rad/s.
         torques: (T, 7) greatest torque of each arm joint since the frame before, N m.
+        margins: (T, 7) least distance of each arm joint from an end of its range since the frame before, rad; negative
+            beyond it.
         pad_forces: (T, 2) with which the left and the right pad were pressed, N.
         sim_seconds: simulated time in all.
         wall_seconds: real time in all.
@@ -83,6 +85,7 @@ class Rollout:
     glow: np.ndarray
     speeds: np.ndarray
     torques: np.ndarray
+    margins: np.ndarray
     pad_forces: np.ndarray
     sim_seconds: float
     wall_seconds: float
@@ -97,3 +100,8 @@ class Rollout:
     def torque_share(self) -> np.ndarray:
         """(7,) greatest torque of each arm joint, as a share of its limit."""
         return self.torques.max(axis=0) / TORQUE_LIMITS
+
+    @property
+    def joint_margin(self) -> np.ndarray:
+        """(7,) least distance of each arm joint from an end of its range, rad."""
+        return self.margins.min(axis=0)

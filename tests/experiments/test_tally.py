@@ -119,7 +119,7 @@ def test_captions_show_the_books_before_each_action_and_at_the_end(arch: Scenari
     books = books_of(arch, plan)
     steps = steps_of(arch, plan, cast(tuple[ManipulationState, ...], plan.states))
     nothing = np.zeros(0)
-    rollout = Rollout(True, None, steps, (), *[nothing] * 6, 17.0, 1.0, 0.0)
+    rollout = Rollout(True, None, steps, (), *[nothing] * 7, 17.0, 1.0, 0.0)
     texts = captions(arch.tasks, rollout, books, total=plan.cost)
     assert [text.action for text in texts] == [*plan.actions, "done"]
     assert [text.start for text in texts] == list(range(18))

@@ -9,7 +9,6 @@ from prefplan.models.manipulation import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.execution import execute
 from sim.layout import arrange
-from sim.panda import ARM_JOINTS
 from sim.scene import build_scene
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -92,7 +91,4 @@ def test_random_walks_come_out_as_predicted_without_a_touch_or_a_limit_passed(se
     assert rollout.completed, rollout.reason
     assert [event for event in rollout.events if event.kind == "contact"] == []
     assert rollout.speed_share.max() < 1 and rollout.torque_share.max() < 1
-    for name in ARM_JOINTS:
-        joint = scene.mujoco.joint(name)
-        angles = rollout.qpos[:, int(joint.qposadr[0])]
-        assert joint.range[0] < angles.min() and angles.max() < joint.range[1]
+    assert rollout.joint_margin.min() > 0.05

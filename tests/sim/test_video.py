@@ -52,6 +52,7 @@ def rollout(scene: Scene) -> Rollout:
         glow=np.where(times > 1.0, places.index("san"), -1),
         speeds=np.zeros((frames, 7)),
         torques=np.zeros((frames, 7)),
+        margins=np.zeros((frames, 7)),
         pad_forces=np.zeros((frames, 2)),
         sim_seconds=float(times[-1]),
         wall_seconds=0.0,
