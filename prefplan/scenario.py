@@ -232,7 +232,7 @@ class _Location(_Table):
 
 def _sizes(value: Any) -> Any:
     """One length or several, as a tuple."""
-    return tuple(value) if isinstance(value, list) else (value,)
+    return tuple(value) if isinstance(value, list) else (_number(value),)
 
 
 class _Object(_Table):
