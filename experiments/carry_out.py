@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from experiments.captions import captions
 from experiments.outcome import Outcome
 from experiments.tally import tally
 from prefplan.errors import ScenarioError
-from prefplan.front import Plan
+from prefplan.front import NoPlanError, Plan
+from prefplan.history import Past, continue_as_preferred, continue_cheaply
 from prefplan.models.action_costs import MeasuredCosts
 from prefplan.models.manipulation import ManipulationModel
+from prefplan.problem import Problem
 from prefplan.scenario import Scenario
+from prefplan.transition_system import TransitionSystem
+from sim.closed_loop import ClosedLoop, GoOn
 from sim.errors import RenderingError, SimulationError
 from sim.execution import Run
+from sim.faults import Fault
+from sim.perception import NoisySensor, Sensor
 from sim.perturbation import Perturbation, perturbed
 from sim.scene import Scene, build_scene, initial_state
 from sim.video import render_video
@@ -24,12 +31,13 @@ Tell = Callable[[str, int, int, str], None]
 """Called with a stage (`executing` or `rendering`), how much of it is done, how much there is, and what is next."""
 
 
-def scene_of(scenario: Scenario, *, robot: str = "default") -> Scene:
+def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fault] = ()) -> Scene:
     """Return the scene of a scenario's manipulation model.
 
     Args:
         scenario: what is to be carried out.
         robot: one of `sim.robots.ROBOTS`.
+        faults: what shall go wrong in it.
 
     Raises:
         ScenarioError: it has another kind of model, or a scene that the arm cannot work in; the message names the
@@ -42,7 +50,8 @@ def scene_of(scenario: Scenario, *, robot: str = "default") -> Scene:
             "`prefplan plan` with this scenario"
         )
     try:
-        return build_scene(scenario.model, robot=robot)
+        spares = sum(fault.kind == "foreign" for fault in faults)
+        return build_scene(scenario.model, robot=robot, spares=spares)
     except SimulationError as error:
         raise ScenarioError(f"{scenario.path}: model.{error}") from None
 
@@ -54,11 +63,14 @@ def carry_out(
     *,
     seed: int | None = None,
     perturbation: Perturbation | None = None,
+    faults: Sequence[Fault] = (),
+    sensor: Sensor | None = None,
+    choice: str | int = "cost",
     film: Path | None = None,
     size: tuple[int, int] = (1280, 720),
     tell: Tell = lambda stage, done, total, what: None,
 ) -> Outcome:
-    """Carry out a plan until its end, the first surprise or Ctrl-C, and film what happened.
+    """Carry out a plan until its end, planning anew after surprises, and film what happened.
 
     Args:
         scenario: what was planned.
@@ -66,6 +78,10 @@ def carry_out(
         plan: one of its plans.
         seed: None for the nominal world; otherwise it is perturbed at random.
         perturbation: by how much at most; None for 5 mm and 5 degrees.
+        faults: what shall go wrong; the scene holds a spare object for each `foreign` among them.
+        sensor: sees the objects; None for one as exact as the perturbation says.
+        choice: which plan is followed after a surprise, as `--plan` says; for a number the cheapest one whose mu is
+            not greater than the plan's, or if there is none the preferred one.
         film: file to render a video to; None for no video. It appears only when it is complete.
         size: (width, height) of the video in pixels.
         tell: told of progress.
@@ -74,24 +90,33 @@ def carry_out(
     if seed is not None:
         scene = perturbed(scene, perturbation, seed=seed)
     start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
-    run = Run(scene, start, system=scenario.problem().system)
+    if sensor is None and perturbation.noise:
+        sensor = NoisySensor(perturbation.noise, seed=seed or 0)
+    problem = scenario.problem()
+    run = Run(scene, start, system=problem.system, sensor=sensor, faults=faults, seed=seed)
+    loop = ClosedLoop(run, problem, plan, go_on=_go_on(choice, plan), tell=partial(tell, "executing"))
     interrupted = False
     try:
-        for done, action in enumerate(plan.actions):
-            tell("executing", done, len(plan.actions), action)
-            if not run.carry_out(action):
-                break
-        else:
-            tell("executing", len(plan.actions), len(plan.actions), "")
+        loop.pursue()
     except KeyboardInterrupt:
         interrupted = True
     rollout = run.rollout()
     if interrupted:
         rollout = replace(rollout, completed=False, reason="interrupted")
-    books = tally(scenario.problem(), plan, rollout.steps)
+    pursuit, plan = loop.pursuit, loop.plan
+    books = tally(problem, plan, rollout.steps)
+    happened = tuple((fault, run.injector.happened.get(i)) for i, fault in enumerate(faults))
     costs = scene.model.costs
-    quantity = costs.quantity if isinstance(costs, MeasuredCosts) else None
-    outcome = Outcome(plan, rollout, books, interrupted=interrupted, quantity=quantity)
+    outcome = Outcome(
+        plan,
+        rollout,
+        books,
+        pursuit,
+        seed=seed,
+        faults=happened,
+        interrupted=interrupted,
+        quantity=costs.quantity if isinstance(costs, MeasuredCosts) else None,
+    )
     if film is None or interrupted:
         return outcome
     text = captions(scenario.tasks, rollout, books, total=plan.cost)
@@ -104,3 +129,21 @@ def carry_out(
     except KeyboardInterrupt:
         return replace(outcome, interrupted=True)
     return replace(outcome, video=film)
+
+
+def _go_on(choice: str | int, plan: Plan) -> GoOn:
+    """Return which plan to follow after a surprise, given which one was chosen before any."""
+    if choice == "cost":
+        return continue_cheaply
+    if choice == "preference":
+        return continue_as_preferred
+
+    def keep_the_promise(problem: Problem, past: Past, system: TransitionSystem) -> Plan:
+        try:
+            return continue_cheaply(problem, past, system, max_preference=plan.preference)
+        except NoPlanError as error:
+            if error.reason.kind != "bound":
+                raise
+            return continue_as_preferred(problem, past, system)
+
+    return keep_the_promise

@@ -9,13 +9,15 @@ from typing import Any
 from rich.console import Console
 
 from experiments.certificates import in_a_line
-from experiments.output import number, plan_json
+from experiments.output import condense, number, plan_json
 from experiments.tally import Tally
 from prefplan.front import Plan
 from prefplan.models.action_costs import QUANTITIES
 from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 from sim.certificate import Certificate
+from sim.closed_loop import Pursuit
+from sim.faults import Fault
 from sim.rollout import Rollout
 
 
@@ -24,9 +26,12 @@ class Outcome:
     """What came of a plan.
 
     Attributes:
-        plan: what was meant to happen.
+        plan: what was meant to happen, as it was planned last.
         rollout: what happened.
         books: costs and tasks as they were observed.
+        pursuit: how often it was planned anew, and what was violated.
+        seed: what was left to chance.
+        faults: what was to go wrong, and when it did, s; None where the run ended before.
         video: the film, or None.
         no_video: why there is none although one was wanted, in one sentence.
         interrupted: whether the user ended it early.
@@ -38,6 +43,9 @@ class Outcome:
     plan: Plan
     rollout: Rollout
     books: Tally
+    pursuit: Pursuit
+    seed: int | None = None
+    faults: tuple[tuple[Fault, float | None], ...] = ()
     video: Path | None = None
     no_video: str | None = None
     interrupted: bool = False
@@ -64,7 +72,7 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         "plan": plan_json(outcome.plan),
         "executed": list(outcome.executed),
         "task_costs": outcome.task_costs,
-        "replans": 0,
+        "replans": outcome.pursuit.replans,
         "sim_seconds": round(rollout.sim_seconds, 3),
         "max_placement_error_mm": round(rollout.placement_error * 1000, 3),
         "video": None if outcome.video is None else str(outcome.video),
@@ -78,8 +86,15 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
             "predicted": outcome.books.cost,
             "executed": round(_executed(outcome, outcome.quantity), 3),
         }
+    if outcome.faults:
+        result["seed"] = outcome.seed
+        result["faults"] = [
+            {"fault": str(fault), "time": None if time is None else round(time, 3)} for fault, time in outcome.faults
+        ]
     if rollout.reason is not None:
         result["reason"] = rollout.reason
+    if outcome.pursuit.violated:
+        result["violated"] = list(outcome.pursuit.violated)
     if outcome.interrupted:
         result["complete"] = False
     return result
@@ -99,11 +114,14 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     else:
         console.print(f"{scenario.name}: stopped after {done}", style="bold")
         console.print(f"  {rollout.reason}")
+    for line in _surprises(outcome):
+        console.print(f"  {line}")
     for name, cost in outcome.task_costs.items():
         if name in outcome.books.satisfied[-1]:
             console.print(f"  {name} satisfied at cost {number(cost)}")
         else:
-            console.print(f"  {name} not satisfied")
+            lost = ", and it cannot be any more" if name in outcome.pursuit.violated else ""
+            console.print(f"  {name} not satisfied{lost}")
     console.print(f"  preference of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
         unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
@@ -115,6 +133,26 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         console.print(f"  video: {outcome.video}")
     if outcome.certificate:
         console.print(f"  {in_a_line(outcome.certificate)}")
+
+
+def _surprises(outcome: Outcome) -> list[str]:
+    """Return a line for everything that went wrong, and for what was done about it."""
+    lines = []
+    for event in outcome.rollout.events:
+        at, detail = f"{event.time:6.1f} s", event.detail
+        if event.kind == "fault":
+            lines.append(f"{at}  fault {detail['fault']}")
+        elif event.kind == "retry":
+            lines.append(f"{at}  {detail['reason']}: tried again")
+        elif event.kind == "replan":
+            ahead = condense(detail["plan"]) or "nothing is left to do"
+            worth = f"cost {number(detail['cost'])}, preference {number(detail['preference'])}"
+            lines.append(f"{at}  {detail['reason']}: planned anew, {worth}: {ahead}")
+            lines += [f"          {name} is violated as it is written" for name in detail.get("violated", ())]
+    lines += [f"fault {fault} never happened: the run ended before" for fault, time in outcome.faults if time is None]
+    if outcome.faults:
+        lines.append(f"seed of the faults {outcome.seed or 0}")
+    return lines
 
 
 def no_outcome_json() -> dict[str, Any]:

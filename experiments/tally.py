@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import cast
 
 from prefplan.front import Plan
+from prefplan.models.manipulation import ManipulationState
 from prefplan.problem import Problem
 from prefplan.quanta import Number, exact, to_number
 from sim.rollout import Step
@@ -39,11 +41,12 @@ def tally(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Tally:
 
     Args:
         problem: the tasks, over the model's transition system.
-        plan: what was carried out; its relaxations are granted to what was observed.
+        plan: what was carried out, from the state that was observed first; its relaxations are granted to what was
+            observed.
         steps: the actions that were carried out.
     """
-    start = problem.system.label(problem.system.start)
-    readings = [start, *(step.observed.label for step in steps)]
+    start = cast(ManipulationState, plan.states[0])
+    readings = [start.label, *(step.observed.label for step in steps)]
     satisfied: list[set[str]] = [set() for _ in readings]
     for task, automaton in zip(problem.tasks, problem.automata, strict=True):
         if any(bought.task == task.name and bought.assume is None for bought in plan.relaxations):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import networkx as nx
@@ -72,6 +72,21 @@ class TransitionSystem:
             if self.action_names[self.actions[edge]] == action:
                 return int(self.targets[edge]), from_quanta(int(self.costs[edge]), self.decimals)
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
+
+    def without(self, actions: Collection[str]) -> TransitionSystem:
+        """Return the system in which some actions do not exist."""
+        if not actions:
+            return self
+        barred = np.array([name in actions for name in self.action_names])
+        kept = ~barred[self.actions]
+        before = np.concatenate([[0], np.cumsum(kept)])
+        return replace(
+            self,
+            offsets=before[self.offsets].astype(np.int64),
+            targets=self.targets[kept],
+            actions=self.actions[kept],
+            costs=self.costs[kept],
+        )
 
     @classmethod
     def from_transitions(

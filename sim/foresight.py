@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from sim.panda import ARM_JOINTS, FINGER_JOINTS, TCP
+from sim.perception import ObjectPose, Poses
 from sim.scene import Scene
 from sim.watch import Watch
 
@@ -24,12 +25,13 @@ class Foresight:
         self._fingers = [int(model.joint(name).qposadr[0]) for name in FINGER_JOINTS]
 
     def touches(
-        self, now: mujoco.MjData, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
+        self, now: mujoco.MjData, poses: Poses, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
     ) -> list[str]:
         """Return the names of the bodies that the robot, and what it carries aloft, would touch.
 
         Args:
-            now: the present state.
+            now: the present state, of which the robot knows its own part.
+            poses: where the objects were seen last.
             q: (7,) rad, joint angles to judge.
             width: between the pads, m; None for the present one.
             clearance: what comes as near as this counts as touched, m.
@@ -38,21 +40,25 @@ class Foresight:
         model.geom_margin[:] = np.where(self._watch.moving, clearance, 0.0)
         model.body_margin[:] = clearance
         data.qpos[:] = now.qpos
+        for thing, pose in poses.items():
+            self._put(thing, pose.position, pose.rotation)
         data.qpos[self._arm] = q
         if width is not None:
             data.qpos[self._fingers] = width / 2
         mujoco.mj_kinematics(model, data)
         if handled and self._watch.aloft:
-            self._carry(now, handled)
+            self._carry(now, handled, poses[handled])
         mujoco.mj_collision(model, data)
         return sorted({other for _, other in self._watch.touches(data)} - {handled})
 
-    def _carry(self, now: mujoco.MjData, thing: str) -> None:
+    def _carry(self, now: mujoco.MjData, thing: str, seen: ObjectPose) -> None:
         """Move an object as the hand moves it."""
         here, there = now.site(TCP), self._data.site(TCP)
         turn = there.xmat.reshape(3, 3) @ here.xmat.reshape(3, 3).T
-        body = now.body(thing)
-        pose = self._data.joint(thing).qpos
-        pose[:3] = there.xpos + turn @ (body.xpos - here.xpos)
-        mujoco.mju_mat2Quat(pose[3:], (turn @ body.xmat.reshape(3, 3)).ravel())
+        self._put(thing, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
         mujoco.mj_kinematics(self._model, self._data)
+
+    def _put(self, thing: str, position: np.ndarray, rotation: np.ndarray) -> None:
+        pose = self._data.joint(thing).qpos
+        pose[:3] = position
+        mujoco.mju_mat2Quat(pose[3:], rotation.ravel())

@@ -21,6 +21,9 @@ OBJECT_COLOURS: tuple[Rgba, ...] = (
 )
 """Colours of objects that have none of their own, in turn."""
 
+SPARE_COLOUR: Rgba = (0.42, 0.42, 0.44, 1)
+"""Of objects that nobody expects."""
+
 
 @dataclass(frozen=True)
 class Finish:

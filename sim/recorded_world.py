@@ -70,13 +70,15 @@ class RecordedWorld:
         """Build the scene that the log's scenario describes."""
         about = log.about
         self._log = log
-        self.scenario, self._scene, self.dressed = _built(about.text, about.scenario, about.robot, about.meshes)
+        spares = sum(str(fault).startswith("foreign") for fault in about.setting.get("faults", ()))
+        self.scenario, self._scene, self.dressed = _built(about.text, about.scenario, about.robot, about.meshes, spares)
         self.model = self._scene.model
         self.mujoco = self._scene.mujoco
         self._data = mujoco.MjData(self.mujoco)
-        self._source, self._target = _places(about, self.mujoco, self.model, log.qpos.shape[1])
+        things = tuple(self._scene.shapes)
+        self._source, self._target = _places(about, self.mujoco, things, log.qpos.shape[1])
         self._roles = _roles(self.mujoco)
-        self._geom = {thing.name: int(self.mujoco.geom(thing.name).id) for thing in self.model.objects}
+        self._geom = {thing: int(self.mujoco.geom(thing).id) for thing in things}
         self._pads = [int(self.mujoco.geom(name).id) for name in PADS]
 
     def arm(self) -> np.ndarray:
@@ -176,16 +178,16 @@ class RecordedWorld:
 
 
 @functools.lru_cache(maxsize=4)
-def _built(text: str, name: str, robot: str, meshes: bool) -> tuple[Scenario, Scene, str]:
+def _built(text: str, name: str, robot: str, meshes: bool, spares: int) -> tuple[Scenario, Scene, str]:
     """Return the scenario of a log, its scene, and which shapes the arm has there."""
     try:
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("its scenario has no manipulation model")
         try:
-            scene = build_scene(scenario.model, robot=robot, meshes=meshes and mesh_folder() is not None)
+            scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=meshes and mesh_folder() is not None)
         except RobotError:
-            scene = build_scene(scenario.model, meshes=False)
+            scene = build_scene(scenario.model, spares=spares, meshes=False)
     except PrefplanError as error:
         raise LogError(f"the scenario in the log is of no use: {error}") from None
     if scene.robot != "default":
@@ -194,11 +196,11 @@ def _built(text: str, name: str, robot: str, meshes: bool) -> tuple[Scenario, Sc
     return scenario, scene, "the arm's meshes" if dressed else "plain shapes of the arm"
 
 
-def _places(about: About, model: mujoco.MjModel, world: ManipulationModel, width: int) -> tuple[np.ndarray, np.ndarray]:
+def _places(about: About, model: mujoco.MjModel, things: tuple[str, ...], width: int) -> tuple[np.ndarray, np.ndarray]:
     """Return where in a recorded row, and where in the model's own positions, each value of a joint is."""
     source: list[int] = []
     target: list[int] = []
-    for name in (*ARM_JOINTS, *FINGER_JOINTS, *(thing.name for thing in world.objects)):
+    for name in (*ARM_JOINTS, *FINGER_JOINTS, *things):
         joint = model.joint(name)
         size = 7 if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else 1
         first = about.joints.get(name)

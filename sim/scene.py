@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from prefplan.models.manipulation import ManipulationModel
+from prefplan.models.manipulation import ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.furniture import add_object, add_station, add_table, table_for, yaw_quat
 from sim.layout import arrange
-from sim.materials import OBJECT_COLOURS, add_finishes, add_studio
-from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH
+from sim.materials import OBJECT_COLOURS, SPARE_COLOUR, add_finishes, add_studio
+from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, HOME, MAX_WIDTH
 from sim.places import Slot
 from sim.robots import robot_spec
-from sim.shapes import Shape, shapes_of
+from sim.shapes import Shape, shape_of, shapes_of
 
 TIMESTEP = 0.002
 """Simulation step, s."""
@@ -25,6 +25,12 @@ AZIMUTH, ELEVATION = 156.0, -21.5
 
 FOCUS_HEIGHT = 0.21
 """Height of the picture's middle above the table: half the arm at work, m."""
+
+STORE = np.array([0.0, 0.0, -1.4])
+"""Where spare objects wait, m: on a shelf below what carries the table."""
+
+SPARE_PITCH = 0.06
+"""From one spare object to the next, m."""
 
 OVERLAP = 0.001
 """Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
@@ -44,7 +50,8 @@ class Scene:
         model: what it was built from.
         mujoco: the compiled model.
         slots: for each location, in the order of the file, room for `capacity` objects.
-        shapes: of each object, in the order of the file.
+        shapes: of each object, in the order of the file, then of the spare ones.
+        spares: objects the model does not have, stored out of sight until somebody brings them.
         focus: (3,) middle of the picture: over the table's middle, m.
         span: half the table's longer side, m.
         robot: which of `sim.robots.ROBOTS` works in it.
@@ -57,14 +64,18 @@ class Scene:
     focus: np.ndarray
     span: float
     robot: str = "default"
+    spares: tuple[str, ...] = ()
 
 
-def build_scene(model: ManipulationModel, *, robot: str = "default", meshes: bool | None = None) -> Scene:
+def build_scene(
+    model: ManipulationModel, *, robot: str = "default", spares: int = 0, meshes: bool | None = None
+) -> Scene:
     """Build the scene of a manipulation model.
 
     Args:
         model: any locations and objects.
         robot: one of `sim.robots.ROBOTS`.
+        spares: how many grey cubes to keep in store, out of sight.
         meshes: dress the default robot with meshes; None for where they are installed.
 
     Raises:
@@ -86,7 +97,29 @@ def build_scene(model: ManipulationModel, *, robot: str = "default", meshes: boo
     for i, (thing, slot) in enumerate(start_slots(model, layout.slots).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
         add_object(spec, thing, shapes[thing], slot.position + [0.0, 0.0, shapes[thing].half[2]], slot.yaw, rgba)
-    return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot)
+    names = _spare_names(model, spares)
+    if names:
+        shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
+        shelf.pos = STORE - [0.0, 0.0, 0.01]
+    for i, name in enumerate(names):
+        shapes[name] = shape_of(Object(name, ""))
+        add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
+    return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot, names)
+
+
+def _spare_names(model: ManipulationModel, number: int) -> tuple[str, ...]:
+    """Return names that give no proposition that the model may have."""
+    taken = [thing.name for thing in model.objects]
+    taken += [place.name for place in model.locations]
+    taken += [*model.marks, *model.propositions]
+    stem = "foreign"
+    while any(stem in name for name in taken):
+        stem += "_"
+    return tuple(f"{stem}{i + 1}" for i in range(number))
+
+
+def _stored(shape: Shape, index: int) -> np.ndarray:
+    return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
 
 
 def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:
@@ -140,6 +173,8 @@ def initial_state(
             pose[:2] = slot.position[:2] + off[:2]
             pose[2] = slot.position[2] + scene.shapes[thing].half[2]
             pose[3:] = yaw_quat(slot.yaw + off[2])
+        for i, name in enumerate(scene.spares):
+            data.joint(name).qpos[:3] = _stored(scene.shapes[name], i)
         mujoco.mj_forward(scene.mujoco, data)
         if rng is None or data.ncon == 0 or data.contact.dist.min() > -OVERLAP:
             return data

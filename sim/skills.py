@@ -78,16 +78,19 @@ def transit(cell: Workcell, location: str) -> None:
 def grasp(cell: Workcell, thing: str) -> None:
     """Lower the hand on the object below it, close until both pads feel it, and raise it."""
     slot, shape = _slot_below(cell, thing), cell.scene.shapes[thing]
-    pose = cell.see(thing)
+    pose = cell.measure(thing)
     if pose.tilt > TOPPLED:
         raise SkillError(f"{thing} fell over")
-    above = pose.position + [0.0, 0.0, HOVER]
+    target, above = pose.position, pose.position + [0.0, 0.0, HOVER]
+    if cell.misses:
+        cell.misses -= 1
+        target = target + [0.0, 0.0, shape.height + ROOM]
     cell.watch.handle(thing)
     yaw = shape.yaw_near(pose.yaw, slot.yaw)
     line, grip = _free_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grips])
     cell.grip(grip.opening, CONTROL_PERIOD)
     yaw = _move(cell, above, [line, line + np.pi])
-    _move(cell, pose.position, [yaw])
+    _move(cell, target, [yaw])
     cell.grip(grip.width - SQUEEZE, CLOSE_TIME)
     forces = _await_grip(cell)
     if forces is None:
@@ -131,7 +134,7 @@ def release(cell: Workcell, thing: str, location: str) -> None:
     cell.grip(_grip(cell, thing).opening, OPEN_TIME)
     _move(cell, above, [yaw])
     cell.watch.handle(None)
-    error = float(np.hypot(*(cell.see(thing).position - slot.position)[:2]))
+    error = float(np.hypot(*(cell.measure(thing).position - slot.position)[:2]))
     cell.tell("placed", object=thing, location=location, error_mm=round(error * 1000, 2))
     if cell.scene.model.location(location).marks:
         cell.glowing = list(cell.scene.slots).index(location)
@@ -185,7 +188,7 @@ def _middle(cell: Workcell, thing: str, slot: Slot) -> np.ndarray:
     below = [other.position[:2] for name in scene.model.location(slot.location).on for other in scene.slots[name]]
     tops = [
         cell.see(other).position[2] + shape.half[2]
-        for other, shape in scene.shapes.items()
+        for other, shape in cell.shapes.items()
         if other != thing and any(np.hypot(*(cell.see(other).position[:2] - xy)) < AT_RADIUS for xy in below)
     ]
     return np.array([*slot.position[:2], max(tops, default=floor) + scene.shapes[thing].half[2]])
@@ -193,7 +196,7 @@ def _middle(cell: Workcell, thing: str, slot: Slot) -> np.ndarray:
 
 def _passage(cell: Workcell, held: str | None = None) -> float:
     """Return the height at which the tool, and what it holds, passes over everything that rests."""
-    shapes = cell.scene.shapes
+    shapes = cell.shapes
     tops = [cell.see(thing).position[2] + shape.half[2] for thing, shape in shapes.items() if thing != held]
     below = shapes[held].half[2] if held else FINGER_TIPS
     return max(tops, default=0.0) + below + CLEARANCE
@@ -216,7 +219,7 @@ def _check_held(cell: Workcell, thing: str) -> None:
 
 def _free_slot(cell: Workcell, thing: str, location: str) -> Slot:
     """Return the slot of a location farthest from the other objects on its level."""
-    shapes = cell.scene.shapes
+    shapes = cell.shapes
     own = shapes[thing].half
     others = [(shape, cell.see(other)) for other, shape in shapes.items() if other != thing]
 
@@ -253,7 +256,7 @@ def _await_grip(cell: Workcell) -> np.ndarray | None:
 
 def _placing(cell: Workcell, thing: str, slot: Slot) -> tuple[np.ndarray, float]:
     """Return the tool's position and yaw that put the held object, as it lies in the hand, into a slot."""
-    tool, held = cell.arm.tool(cell.reference), cell.see(thing)
+    tool, held = cell.arm.tool(cell.reference), cell.measure(thing)
     symmetry = cell.scene.shapes[thing].symmetry
     turn = wrap(slot.yaw - held.yaw, symmetry) if symmetry else 0.0
     c, s = np.cos(turn), np.sin(turn)

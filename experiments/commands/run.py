@@ -16,6 +16,7 @@ from experiments.arguments import (
     add_perturb,
     add_robot,
     add_scenario,
+    number,
     which_plan,
     whole,
 )
@@ -46,6 +47,15 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--seed", type=whole, metavar="N", help="start otherwise than nominal, each object moved as --perturb says"
     )
     add_perturb(parser)
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="FAULT",
+        help="make something go wrong from the K-th action on; may be repeated: slip@K, move:OBJECT@K, "
+        "knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K",
+    )
+    parser.add_argument("--noise", type=number, metavar="MM", help="see objects with a random error of this size, mm")
     add_robot(parser)
     parser.add_argument("--no-video", action="store_true", help="render nothing")
 
@@ -57,16 +67,17 @@ def run(options: argparse.Namespace) -> int:
         from experiments.carry_out import carry_out, scene_of
         from experiments.evidence import prove
         from experiments.outcome import no_outcome_json, outcome_json, show_outcome
-        from experiments.perturb import perturbation_of
+        from experiments.perturb import faults_of, perturbation_of, sensor_of
 
     scenario = scenarios.find(options.scenario)
     perturbation = perturbation_of(options.perturb, seed=options.seed)
+    faults = faults_of(options.fault, scenario)
     folder = options.out or Path("out", scenario.name)
     name = options.plan if isinstance(options.plan, str) else f"plan_{options.plan}"
     tell_if_compiling()
     try:
         with Bars() as bars:
-            scene = scene_of(scenario, robot=options.robot)
+            scene = scene_of(scenario, robot=options.robot, faults=faults)
             make_folder(folder)
             bars("planning", 0, 0, "")
             planner = Planner(scenario.problem())
@@ -74,10 +85,23 @@ def run(options: argparse.Namespace) -> int:
             bars("planning", 1, 1, "")
             film = None if options.no_video else folder / f"{name}.mp4"
             outcome = carry_out(
-                scenario, scene, chosen, seed=options.seed, perturbation=perturbation, film=film, tell=bars
+                scenario,
+                scene,
+                chosen,
+                seed=options.seed,
+                perturbation=perturbation,
+                faults=faults,
+                sensor=sensor_of(options.noise, seed=options.seed),
+                choice=options.plan,
+                film=film,
+                tell=bars,
             )
             drawn = None if options.seed is None else str(perturbation)
-            setting = {"seed": options.seed, "perturbation": drawn}
+            setting: dict[str, object] = {"seed": options.seed, "perturbation": drawn}
+            if faults:
+                setting["faults"] = [str(fault) for fault in faults]
+            if options.noise:
+                setting["noise_mm"] = float(options.noise)
             outcome = prove(scenario, scene, outcome, folder / f"{name}.npz", setting=setting)
     except NoPlanError as error:
         if options.json:

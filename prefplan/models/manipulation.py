@@ -68,6 +68,7 @@ class ManipulationModel:
         locations: in the order of the file.
         objects: in the order of the file.
         propositions: names that may be used in formulas although no state carries them.
+        begin: the state it begins in, if that is not the hand at `start` and every object where it starts.
 
     Raises:
         ModelError: (on construction) for names that clash, unknown supports, overfull or unsupported starts,
@@ -79,6 +80,7 @@ class ManipulationModel:
     locations: tuple[Location, ...]
     objects: tuple[Object, ...]
     propositions: frozenset[str] = field(default_factory=frozenset)
+    begin: ManipulationState | None = None
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
@@ -97,14 +99,13 @@ class ManipulationModel:
         return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
 
     def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
-        """Return every state reachable from the start as a weighted transition system.
+        """Return every state reachable from the first as a weighted transition system.
 
         States are `ManipulationState`s; the actions are `transit L`, `grasp O`, `transport O L` and
         `release O L`, in this order, then in file order.
 
         Args:
-            start: the state to begin in; None for the hand at `start` and every object where it starts. A hand at
-                no location leaves its pose for good.
+            start: the state to begin in; None for `initial_state`. A hand at no location leaves its pose for good.
 
         Raises:
             ModelError: the state mentions what the model does not have, or leaves an object without a place.
@@ -113,8 +114,9 @@ class ManipulationModel:
 
     @property
     def initial_state(self) -> ManipulationState:
-        """The hand at `start`, every object where it starts, no marks."""
-        return ManipulationState(self.start, None, tuple((thing.name, thing.start) for thing in self.objects))
+        """The state to begin in: unless it is given, the hand at `start`, every object where it starts, no marks."""
+        places = tuple((thing.name, thing.start) for thing in self.objects)
+        return self.begin or ManipulationState(self.start, None, places)
 
 
 def _check_locations(locations: tuple[Location, ...]) -> None:
@@ -163,12 +165,14 @@ def _check_objects(model: ManipulationModel) -> None:
             raise ModelError(f"{where}.start: unknown location {thing.start!r} {choices(thing.start, names)}")
         if thing.rgba is not None and not all(0 <= part <= 1 for part in thing.rgba):
             raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(thing.rgba)}")
+        if model.begin is not None:
+            continue
         resting[thing.start].append(thing.name)
         capacity = model.location(thing.start).capacity
         if len(resting[thing.start]) > capacity:
             there = " and ".join(resting[thing.start])
             raise ModelError(f"{where}.start: {there} both start at {thing.start!r}, which has room for {capacity}")
-    for thing in model.objects:
+    for thing in model.objects if model.begin is None else ():
         for support in model.location(thing.start).on:
             if not resting[support]:
                 raise ModelError(

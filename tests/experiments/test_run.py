@@ -189,30 +189,46 @@ def test_people_get_a_summary(run: Run, cup: Path, plan: str, name: str) -> None
     assert (cup / "out" / "cup" / f"{name}.json").exists()
 
 
-def misplaced(scene: Scene, *, seed: int | None = None, **amounts: float) -> mujoco.MjData:
-    """Return an initial state in which the cup is not where the model has it."""
-    data = initial_state(scene, seed=seed, **amounts)
-    data.joint("cup").qpos[:2] = scene.slots["shelf"][0].position[:2]
-    mujoco.mj_forward(scene.mujoco, data)
-    return data
+def misplaced(x: float, y: float) -> Callable[..., mujoco.MjData]:
+    """Return a way to make an initial state in which the cup is not where the model has it."""
+
+    def state(scene: Scene, **options: Any) -> mujoco.MjData:
+        data = initial_state(scene, **options)
+        data.joint("cup").qpos[:2] = x, y
+        mujoco.mj_forward(scene.mujoco, data)
+        return data
+
+    return state
 
 
-def test_a_surprise_ends_the_run(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carry_out, "initial_state", misplaced)
+def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carry_out, "initial_state", misplaced(0.60, 0.10))
     result = run("cup.toml", "--no-video", "--json")
-    assert result.status == 4
+    assert (result.status, result.err) == (0, "")
     printed = json.loads(result.out)
-    assert printed["completed"] is False and printed["executed"] == ["transit desk"]
-    assert printed["task_costs"] == {"tidy": 3}
-    assert "expected cup on desk, but it rests on shelf" in printed["reason"]
-    assert printed["reason"] in result.err
+    assert printed["completed"] is True and printed["replans"] == 1
+    assert printed["executed"] == printed["plan"]["plan"] == ["transit shelf", *PLAN[1:]]
+    (event,) = (event for event in printed["events"] if event["kind"] == "replan")
+    assert event["reason"] == "expected cup on desk, but it rests on shelf"
+    assert (event["plan"], event["cost"], event["preference"]) == (printed["executed"], 10, 0)
 
 
 def test_people_are_told_of_a_surprise_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carry_out, "initial_state", misplaced)
+    monkeypatch.setattr(carry_out, "initial_state", misplaced(0.60, 0.10))
     result = run("cup.toml", "--no-video")
+    assert result.status == 0
+    assert "expected cup on desk, but it rests on shelf: planned anew, cost 10, preference 0: transit" in result.out
+
+
+def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carry_out, "initial_state", misplaced(3.0, 0.0))
+    result = run("cup.toml", "--no-video", "--json")
     assert result.status == 4
-    assert "stopped after 1 of 4 actions" in result.out and "tidy not satisfied" in result.out
+    printed = json.loads(result.out)
+    assert (printed["completed"], printed["executed"], printed["task_costs"]) == (False, [], {"tidy": 0})
+    assert printed["reason"].startswith("expected cup on desk, but it lies off every location, at (3.00, 0.00, ")
+    assert printed["reason"].endswith("; task tidy can never be satisfied; cup is out of reach")
+    assert printed["reason"] in result.err
 
 
 def interrupted_at(action: str) -> Callable[[execution.Run, str], bool]:
