@@ -125,7 +125,7 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     for k, action in enumerate(log.about.actions, 1):
         world.show(world.frame_at(action.end))
         kind, *arguments = action.action.split()
-        before, label = label, _observed(world)
+        before, label = label, _observed(world) & own
         if kind == "release" and len(arguments) == 2 and arguments[1] in marks:
             thing, place = arguments
             if f"holding_{thing}" in before and f"{thing}_{place}" in label:
