@@ -113,8 +113,8 @@ def certify(log: Log) -> Certificate:
 def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     """Return the labels at the start and after every action, and whether each action did what is said of it.
 
-    An object earns a location's mark when it is put down there: it was held as the action to release it there began,
-    and rests there at its end.
+    An object earns a location's mark when it is released there: it was held as that action began, the location worked
+    on it, and it rests there at the end.
     """
     own = _own(world)
     marks = {place.name: place.marks for place in world.model.locations if place.marks}
@@ -122,18 +122,21 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     label = _observed(world)
     earned: set[str] = set()
     trace, checks = [label], []
+    said = label
     for k, action in enumerate(log.about.actions, 1):
         world.show(world.frame_at(action.end))
         kind, *arguments = action.action.split()
         before, label = label, _observed(world) & own
         if kind == "release" and len(arguments) == 2 and arguments[1] in marks:
             thing, place = arguments
-            if f"holding_{thing}" in before and f"{thing}_{place}" in label:
+            worked = world.worked(place, start=action.start, end=action.end)
+            if worked and f"holding_{thing}" in before and f"{thing}_{place}" in label:
                 earned.add(f"{thing}_{marks[place]}")
         label = label | earned
         trace.append(label)
-        said = frozenset(action.label) & own
-        checks.append(_check_effect(k, action, label, said, _effect(kind, arguments, own)))
+        said, told = frozenset(action.label) & own, said
+        unseen = label != said == told and k == len(log.about.actions) and not log.about.claims.completed
+        checks.append(_check_effect(k, action, label, None if unseen else said, _effect(kind, arguments, own)))
     return trace, checks
 
 
@@ -166,8 +169,11 @@ def _effect(kind: str, arguments: list[str], own: frozenset[str]) -> frozenset[s
     return frozenset({names[kind]()} if kind in names and arguments else set()) & own
 
 
-def _check_effect(k: int, action: LoggedAction, label: Label, said: Label, effect: frozenset[str]) -> Check:
+def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None, effect: frozenset[str]) -> Check:
+    """Check what an action led to; `said` is None where the run ended without an observation."""
     name, what = f"action {k}", f"`{action.action}`"
+    if said is None:
+        return Check(name, True, f"{what}: the last one; the run ended without seeing a change")
     if label != said:
         found, told = (", ".join(sorted(names)) or "nothing" for names in (label - said, said - label))
         return Check(name, False, f"{what}: the frames show {found}, the record tells {told} instead")

@@ -30,7 +30,7 @@ from sim.scene import Scene
 FORMAT = 1
 """Changes whenever files of before can no longer be read."""
 
-ARRAYS = {"times": (), "qpos": (None,), "speeds": (7,), "torques": (7,), "pad_forces": (2,)}
+ARRAYS = {"times": (), "qpos": (None,), "glow": (), "speeds": (7,), "torques": (7,), "pad_forces": (2,)}
 """Names of the arrays, and the shape of each row."""
 
 
@@ -113,6 +113,7 @@ class Log:
         about: everything but the arrays.
         times: (T,) s, when each frame was taken.
         qpos: (T, nq) recorded positions.
+        glow: (T,) index into the scenario's locations of the marking location at work, -1 for none.
         speeds: (T, 7) greatest speed of each arm joint since the frame before, rad/s.
         torques: (T, 7) greatest torque of each arm joint since the frame before, N m.
         pad_forces: (T, 2) with which the left and the right pad were pressed, N.
@@ -121,6 +122,7 @@ class Log:
     about: About
     times: np.ndarray
     qpos: np.ndarray
+    glow: np.ndarray
     speeds: np.ndarray
     torques: np.ndarray
     pad_forces: np.ndarray
@@ -215,7 +217,7 @@ def read_log(path: str | Path) -> Log:
         wanted = (len(found["times"]), *row)
         if array.ndim != len(wanted) or any(n not in (m, None) for m, n in zip(array.shape, wanted, strict=True)):
             raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
-        if array.dtype.kind != "f" or not np.isfinite(array).all():
+        if array.dtype.kind not in "fi" or not np.isfinite(array).all():
             raise LogError(f"{path}: broken: {name} holds what is not a number")
     if not len(arrays["times"]):
         raise LogError(f"{path}: broken: not a single frame")

@@ -89,7 +89,8 @@ def check_leaps(log: Log, world: RecordedWorld) -> Check:
 
 
 def _names(detail: dict[str, object], thing: str) -> bool:
-    return detail.get("object") == thing
+    """Return whether the fault of an event, such as `move:pink@3`, is about an object."""
+    return str(detail.get("fault")).partition("@")[0].partition(":")[2] == thing
 
 
 def check_contacts(log: Log, world: RecordedWorld) -> Check:

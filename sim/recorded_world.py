@@ -94,6 +94,12 @@ class RecordedWorld:
         """Return the index of the last frame up to a time, s."""
         return max(0, int(np.searchsorted(self._log.times, time + 1e-9)) - 1)
 
+    def worked(self, location: str, *, start: float, end: float) -> bool:
+        """Return whether a marking location was at work between two times, s."""
+        index = [place.name for place in self.model.locations].index(location)
+        during = (self._log.times >= start) & (self._log.times <= end)
+        return bool(np.any(self._log.glow[during] == index))
+
     def show(self, frame: int) -> None:
         """Put everything where a frame has it."""
         self._frame = frame

@@ -19,7 +19,7 @@ from prefplan import Purchase, Scenario, cheapest_plan, pareto_front
 from prefplan.scenario import loads
 from sim.certificate import Certificate, certify
 from sim.errors import LogError
-from sim.log import Log
+from sim.log import ARRAYS, Log
 from sim.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
 from sim.rollout import Event
 
@@ -95,7 +95,7 @@ def moved(log: Log, thing: str, position: tuple[float, ...], *, since: float, un
 def cut(log: Log, time: float) -> Log:
     """Return a log of which only the frames up to a time are left."""
     keep = log.times <= time
-    arrays = {name: getattr(log, name)[keep] for name in ("times", "qpos", "speeds", "torques", "pad_forces")}
+    arrays = {name: getattr(log, name)[keep] for name in ARRAYS}
     return replace(log, **arrays)
 
 
@@ -235,7 +235,7 @@ def test_a_recording_cut_short_is_refuted(arch: Log, k: int) -> None:
 
 def test_frames_cut_out_are_missed(arch: Log) -> None:
     keep = (arch.times < 5) | (arch.times > 6)
-    arrays = {name: getattr(arch, name)[keep] for name in ("times", "qpos", "speeds", "torques", "pad_forces")}
+    arrays = {name: getattr(arch, name)[keep] for name in ARRAYS}
     assert refutations(replace(arch, **arrays))["recording"].startswith("frames are missing or out of order after")
     assert "out of order" in refutations(replace(arch, times=arch.times[::-1].copy()))["recording"]
 
@@ -271,10 +271,10 @@ def test_a_block_that_appears_where_it_was_wanted_was_not_carried_there(arch: Lo
 def test_a_leap_that_a_fault_explains_is_none(arch: Log) -> None:
     leapt = moved(arch, "green", (0.30, 0.45, 0.0225), since=5.0)
     time = float(leapt.times[leapt.times >= 5.0][0])
-    fault = Event(time, "fault", {"fault": "move:green@2", "object": "green"})
+    fault = Event(time, "fault", {"fault": "move:green@2"})
     assert "objects" in refutations(leapt)
     assert "objects" not in refutations(telling(leapt, events=(*leapt.about.events, fault)))
-    assert "objects" in refutations(telling(leapt, events=(replace(fault, detail={"object": "pink"}),)))
+    assert "objects" in refutations(telling(leapt, events=(replace(fault, detail={"fault": "move:pink@2"}),)))
     assert "objects" in refutations(telling(leapt, events=(replace(fault, time=8.0),)))
 
 
@@ -282,6 +282,12 @@ def test_what_no_pad_presses_is_not_held(arch: Log) -> None:
     found = refutations(replace(arch, pad_forces=np.zeros_like(arch.pad_forces)))
     assert "frames show nothing, the record tells holding_pink instead" in found["action 2"]
     # Nothing was ever held, so nothing was put down and marked.
+    assert found["completed"] == "not satisfied on the recorded states: phi1, phi2"
+
+
+def test_what_no_location_worked_on_is_not_marked(arch: Log) -> None:
+    found = refutations(replace(arch, glow=np.full_like(arch.glow, -1)))
+    assert "record tells pink_sanitized instead" in found["action 4"]
     assert found["completed"] == "not satisfied on the recorded states: phi1, phi2"
 
 
