@@ -44,10 +44,10 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
 def check_number(name: str, claim: int | float | None, derived: int | float) -> Check:
     """Check a number that is claimed against the one that was derived."""
     if claim is None:
-        return Check(name, False, f"nothing is claimed; the frames give {derived:g}")
+        return Check(name, False, f"nothing is claimed; the frames give {derived}")
     # Preferences with a division are floating-point numbers.
     agree = math.isclose(claim, derived, rel_tol=1e-9)
-    return Check(name, agree, f"{derived:g}" if agree else f"{claim:g} is claimed, but the frames give {derived:g}")
+    return Check(name, agree, f"{derived}" if agree else f"{claim} is claimed, but the frames give {derived}")
 
 
 def _costs(
