@@ -54,8 +54,15 @@ def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) 
 
 
 def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
-    """Return the names of the bodies that (N, 7) joint references come too near to; the first one met is enough."""
+    """Return the names of the bodies that (N, 7) joint references come too near to; the first ones met are enough.
+
+    What is too near already, such as an object that slipped against a finger, counts once it is left behind, and if
+    it never is.
+    """
+    near = set(cell.foresee(cell.reference, clearance=CLEARANCE))
     for q in (*references[::STRIDE], references[-1]):
-        if obstacles := cell.foresee(q, clearance=CLEARANCE):
-            return set(obstacles)
-    return set()
+        met = set(cell.foresee(q, clearance=CLEARANCE))
+        near &= met
+        if met - near:
+            return met - near
+    return near

@@ -11,7 +11,7 @@ from sim.errors import SimulationError
 from sim.panda import ARM_JOINTS, VELOCITY_LIMITS
 from sim.scene import Scene, build_scene, initial_state
 from sim.skills import perform
-from sim.travel import BlockedError, travel
+from sim.travel import CLEARANCE, BlockedError, travel
 from sim.workcell import Workcell
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -127,6 +127,21 @@ def test_what_stands_everywhere_blocks_the_way() -> None:
     mujoco.mj_forward(scene.mujoco, cell.data)
     with pytest.raises(BlockedError, match="the way is blocked by cup"):
         travel(cell, cell.data.site("tcp").xpos + [0.0, -0.40, 0.0], np.pi / 2, height=0.1)
+
+
+def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
+    scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)))
+    cell = run(scene, "transit a")
+    low = np.array([0.48, 0.0, 0.0225])
+    goal, yaw = cell.arm.reach(low, [np.pi / 2, -np.pi / 2])
+    cell.follow(cell.arm.move(cell.reference, goal, low, yaw))
+    finger = cell.data.body("left_finger").xpos
+    beside = low + [0.0, np.sign(finger[1]) * (abs(finger[1]) + 0.025 + scene.shapes["cup"].half[1] + 0.002), 0.0]
+    cell.data.joint("cup").qpos[:] = [*beside, 1, 0, 0, 0]
+    mujoco.mj_forward(scene.mujoco, cell.data)
+    assert cell.foresee(cell.reference, clearance=CLEARANCE) == ["cup"]
+    travel(cell, np.array([0.48, -0.2, 0.15]), np.pi / 2, height=0.12)
+    assert cell.data.body("cup").xpos == pytest.approx(beside, abs=0.001)
 
 
 def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
