@@ -13,15 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from experiments.carry_out import carry_out, scene_of
+from experiments.carry_out import carry_out
 from experiments.evidence import evidence
 from experiments.outcome import Outcome
+from experiments.sweep_faults import MOST, random_faults
 from prefplan.front import Plan
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.scenario import Scenario
 from sim.certificate import certify
+from sim.faults import Fault
 from sim.perturbation import Perturbation
-from sim.scene import Scene
+from sim.scene import Scene, build_scene
 
 Record = dict[str, Any]
 """What is kept of a rollout, JSON-ready."""
@@ -38,6 +40,7 @@ class Sweep:
         plan: the plan itself.
         seed: what the seeds of the rollouts are drawn from.
         perturbation: by how much the worlds differ.
+        faults: whether things go wrong on purpose in each, drawn at random.
         folder: where replayed rollouts go.
     """
 
@@ -47,18 +50,26 @@ class Sweep:
     plan: Plan
     seed: int
     perturbation: Perturbation
+    faults: bool
     folder: Path
 
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
         return int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0])
 
-    def replay(self, number: int) -> str:
+    def rollout_faults(self, number: int, model: ManipulationModel) -> tuple[Fault, ...]:
+        """Return what goes wrong in a rollout."""
+        if not self.faults:
+            return ()
+        return random_faults(model, len(self.plan.actions), seed=self.rollout_seed(number))
+
+    def replay(self, number: int, faults: tuple[Fault, ...] = ()) -> str:
         """Return the command line that carries a rollout out again and films it."""
         return shlex.join(
             [
                 *("prefplan", "run", self.given, "--plan", str(self.which)),
                 *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
+                *(word for fault in faults for word in ("--fault", str(fault))),
                 *("--out", str(self.folder / f"rollout_{number}")),
             ]
         )
@@ -72,19 +83,23 @@ def pack(scenario: Scenario) -> bytes:
 def roll_out(sweep: Sweep, number: int) -> Record:
     """Carry a rollout out and return what is kept of it; a failure of the program itself is a record, too."""
     seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
+    faults: tuple[Fault, ...] = ()
     try:
-        scenario, scene = _workplace(sweep.packed)
+        scenario, model = _unpacked(sweep.packed)
+        faults = sweep.rollout_faults(number, model)
+        scene = _scene(sweep.packed, sum(fault.kind == "foreign" for fault in faults))
         began, cpu = time.perf_counter(), time.thread_time()
-        outcome = carry_out(scenario, scene, sweep.plan, seed=seed, perturbation=perturbation)
+        outcome = carry_out(
+            scenario, scene, sweep.plan, seed=seed, perturbation=perturbation, faults=faults, choice=sweep.which
+        )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-        setting = {"seed": seed, "perturbation": str(perturbation)}
+        setting = {"seed": seed, "perturbation": str(perturbation), "faults": [str(fault) for fault in faults]}
         certificate = certify(evidence(scenario, scene, outcome, setting=setting))
     except Exception as error:  # a thousand rollouts are not lost because of one
-        return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}")
-    assert isinstance(scenario.model, ManipulationModel)
+        return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
     return {
-        **_heading(sweep, number),
-        **_observed(scenario.model, outcome),
+        **_heading(sweep, number, faults),
+        **_observed(model, outcome),
         "certified": certificate.confirmed,
         "agrees": certificate.agrees,
         "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
@@ -92,14 +107,19 @@ def roll_out(sweep: Sweep, number: int) -> Record:
     }
 
 
-def failure(sweep: Sweep, number: int, kind: str, reason: str) -> Record:
+def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
     """Return the record of a rollout that has no outcome."""
     nothing: Record = {"certified": None, "agrees": None, "refuted": []}
-    return {**_heading(sweep, number), "completed": False, "class": kind, "reason": reason, **nothing}
+    return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **nothing}
 
 
-def _heading(sweep: Sweep, number: int) -> Record:
-    return {"rollout": number, "seed": sweep.rollout_seed(number), "replay": sweep.replay(number)}
+def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
+    return {
+        "rollout": number,
+        "seed": sweep.rollout_seed(number),
+        "faults": [str(fault) for fault in faults],
+        "replay": sweep.replay(number, faults),
+    }
 
 
 def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
@@ -110,6 +130,10 @@ def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
         "reason": rollout.reason,
         "actions": len(rollout.steps),
         "cost": outcome.books.cost,
+        "replans": outcome.pursuit.replans,
+        "retries": outcome.pursuit.retries,
+        "violated": list(outcome.pursuit.violated),
+        "happened": [str(fault) for fault, when in outcome.faults if when is not None],
         "sim_seconds": round(rollout.sim_seconds, 3),
         "placement_error_mm": round(rollout.placement_error * 1000, 3),
         "speed_share": round(float(rollout.speed_share.max()), 4),
@@ -127,8 +151,15 @@ def failure_class(reason: str, model: ManipulationModel) -> str:
 
 
 @lru_cache(maxsize=1)
-def _workplace(packed: bytes) -> tuple[Scenario, Scene]:
-    """Return the scenario, its transition system built, and its scene: once a process."""
+def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
+    """Return the scenario, its transition system built, and its model: once a process."""
     scenario: Scenario = pickle.loads(packed)
     scenario.problem()
-    return scenario, scene_of(scenario)
+    assert isinstance(scenario.model, ManipulationModel)
+    return scenario, scenario.model
+
+
+@lru_cache(maxsize=MOST + 1)
+def _scene(packed: bytes, spares: int) -> Scene:
+    """Return the scene with room for so many foreign objects, compiled once a process."""
+    return build_scene(_unpacked(packed)[1], spares=spares)

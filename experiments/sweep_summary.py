@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from statistics import median
@@ -54,8 +55,21 @@ def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts:
         "greatest_speed_share": max((record["speed_share"] for record in ran), default=None),
         "greatest_torque_share": max((record["torque_share"] for record in ran), default=None),
         "real_time_factor": round(simulated / cpu, 2) if cpu else None,
+        "replans": {"total": sum(r["replans"] for r in ran), "max": max((r["replans"] for r in ran), default=0)},
+        "happened": _happened(ran),
         "failures": _failures(records),
     }
+
+
+def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
+    """Return for each kind of fault in how many rollouts it happened, and how many of these were completed."""
+    found: dict[str, dict[str, int]] = {}
+    for record in records:
+        for kind in {re.split("[:@]", fault)[0] for fault in record["happened"]}:
+            row = found.setdefault(kind, {"rollouts": 0, "completed": 0})
+            row["rollouts"] += 1
+            row["completed"] += record["completed"]
+    return dict(sorted(found.items()))
 
 
 def _certificates(records: Sequence[Record]) -> dict[str, Any]:
@@ -112,6 +126,10 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
         spread = summary[key]
         if spread["max"] is not None:
             table.add_row(name, f"median {spread['median']:.1f} {unit}, at most {spread['max']:.1f} {unit}")
+    if summary["replans"]["total"]:
+        table.add_row("planned anew", f"{summary['replans']['total']} times, at most {summary['replans']['max']} a run")
+    for kind, row in summary["happened"].items():
+        table.add_row(f"completed with {kind}", share(row["completed"], row["rollouts"]))
     if summary["real_time_factor"]:
         table.add_row("speed", f"{summary['real_time_factor']:.1f} x real time a core")
     console.print(table)

@@ -57,6 +57,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--seed", type=whole, default=0, metavar="S", help="what all is drawn from (default: 0)")
     add_perturb(parser)
     parser.add_argument(
+        "--faults", choices=["random"], help="let one to three things go wrong in each rollout, as `run --fault` does"
+    )
+    parser.add_argument(
         "--out",
         type=Path,
         metavar="DIR",
@@ -93,7 +96,16 @@ def sweep(options: argparse.Namespace) -> int:
                 output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
             return no_plan(error.reason)
         bars("planning", 1, 1, "")
-        job = Sweep(pack(scenario), options.scenario, options.plan, plan, options.seed, perturbation, folder)
+        job = Sweep(
+            packed=pack(scenario),
+            given=options.scenario,
+            which=options.plan,
+            plan=plan,
+            seed=options.seed,
+            perturbation=perturbation,
+            faults=options.faults == "random",
+            folder=folder,
+        )
         header = define(scenario, job)
         with Records(folder / "rollouts.jsonl", header) as records:
             try:
@@ -130,6 +142,7 @@ def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
         "actions": list(job.plan.actions),
         "seed": job.seed,
         "perturb": str(job.perturbation),
+        "faults": "random" if job.faults else None,
     }
 
 

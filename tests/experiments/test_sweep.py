@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from experiments.cli import main
 from experiments.sweep_job import Sweep, pack, roll_out
 from experiments.sweep_workers import on_this_machine
 from prefplan import load, pareto_front
+from prefplan.models.manipulation import ManipulationModel
+from sim.faults import SPELLINGS, read_fault
 from sim.perturbation import read_perturbation
 
 ROOT = Path(__file__).parents[2]
@@ -144,7 +147,16 @@ def test_ctrl_c_keeps_what_is_finished_and_says_what_there_is(cup: Path, undistu
 def job(cup: Path) -> Sweep:
     scenario = load("cup.toml")
     plan = pareto_front(scenario.problem())[0]
-    return Sweep(pack(scenario), "cup.toml", "cost", plan, 7, read_perturbation("position=5,angle=5"), Path("out"))
+    return Sweep(
+        packed=pack(scenario),
+        given="cup.toml",
+        which="cost",
+        plan=plan,
+        seed=7,
+        perturbation=read_perturbation("position=5,angle=5"),
+        faults=False,
+        folder=Path("out"),
+    )
 
 
 @pytest.mark.slow
@@ -179,6 +191,34 @@ def test_a_rollout_is_a_function_of_the_sweep_and_its_number(job: Sweep) -> None
     assert one["seed"] != other["seed"] and [one[key] for key in measured] != [other[key] for key in measured]
     assert one["certified"] is one["agrees"] is True and one["refuted"] == []
     assert one["cpu_seconds"] > 0 and one["wall_seconds"] > 0
+
+
+def test_faults_are_drawn_by_seed_and_spelled_as_run_takes_them(job: Sweep) -> None:
+    model = load("cup.toml").model
+    assert isinstance(model, ManipulationModel)
+    faulty = replace(job, faults=True)
+    drawn = [faulty.rollout_faults(number, model) for number in range(200)]
+    assert drawn == [faulty.rollout_faults(number, model) for number in range(200)]
+    assert {len(faults) for faults in drawn} == {1, 2, 3}
+    every = [fault for faults in drawn for fault in faults]
+    assert {fault.kind for fault in every} == set(SPELLINGS)
+    assert all(read_fault(str(fault), model) == fault for fault in every)
+    assert {fault.action for fault in every} == {1, 2, 3, 4}
+    assert job.rollout_faults(0, model) == ()
+
+
+@pytest.mark.slow
+def test_a_rollout_with_faults_can_be_replayed(job: Sweep, capsys: pytest.CaptureFixture[str]) -> None:
+    faulty = replace(job, faults=True)
+    for number in range(3):
+        record = roll_out(faulty, number)
+        assert record["agrees"] is True, record["refuted"]
+        assert record["completed"] or record["reason"]
+    _, *arguments = shlex.split(record["replay"])
+    assert main([*arguments, "--no-video", "--json"]) == (0 if record["completed"] else 4)
+    printed = json.loads(capsys.readouterr().out)
+    assert [entry["fault"] for entry in printed["faults"]] == record["faults"]
+    assert (printed["sim_seconds"], printed["replans"]) == (record["sim_seconds"], record["replans"])
 
 
 def test_an_error_of_the_program_is_the_record_of_one_rollout(job: Sweep, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,6 +24,8 @@ def record(number: int, *, kind: str | None = None, seconds: float = 10.0, error
         "certified": True,
         "agrees": True,
         "refuted": [],
+        "replans": number % 2,
+        "happened": [],
         "sim_seconds": seconds,
         "cpu_seconds": 0.5,
         "placement_error_mm": error,
@@ -86,6 +88,18 @@ def test_rollouts_whose_logs_say_otherwise_are_named() -> None:
     assert (found["checked"], found["agree"], found["confirmed"]) == (3, 2, 1)
     assert [entry["rollout"] for entry in found["refuted"]] == [1, 2]
     assert "completed: tidy was never satisfied" in shown(summary) and "2 of 3 (66.7%)" in shown(summary)
+
+
+def test_completion_is_told_for_each_kind_of_fault_that_happened() -> None:
+    both = record(1) | {"happened": ["slip@2", "slip@4", "move:cup@3"]}
+    failed = record(2, kind="lost") | {"happened": ["move:cup@1"]}
+    summary = summarise(HEADER, [record(0), both, failed], rollouts=3)
+    assert summary["happened"] == {
+        "move": {"rollouts": 2, "completed": 1},
+        "slip": {"rollouts": 1, "completed": 1},
+    }
+    assert summary["replans"] == {"total": 1, "max": 1}
+    assert "planned anew" in shown(summary) and "completed with move" in shown(summary)
 
 
 def test_of_many_failures_the_first_are_named() -> None:
