@@ -74,6 +74,7 @@ class FaultInjector:
     def begin(self, action: int) -> None:
         """Take note that an executed action, numbered from 1, begins."""
         self._action = action
+        self._tick()
 
     def _tick(self) -> None:
         for slip in self._slips.values():

@@ -93,6 +93,11 @@ class NoisySensor:
         return pose_of(scene.shapes[thing], true.position + self._rng.normal(0, self._noise, 3), rotation)
 
 
+def on_table(pose: ObjectPose | None) -> bool:
+    """Return whether something is seen that did not fall from the table."""
+    return pose is not None and bool(pose.position[2] > 0)
+
+
 def stored(scene: Scene, data: mujoco.MjData, thing: str) -> bool:
     """Return whether an object is one of the spare ones that nobody has brought yet."""
     return thing in scene.spares and bool(data.body(thing).xpos[2] < 0)

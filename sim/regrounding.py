@@ -15,7 +15,7 @@ import numpy as np
 
 from prefplan.models.manipulation import Location, ManipulationModel, ManipulationState, Object
 from sim.grounding import NOWHERE, carriers, footprint, hand_over, slot_of
-from sim.perception import Poses
+from sim.perception import Poses, on_table
 from sim.places import FINGER_DEPTH, FINGER_HALF, Slot
 from sim.rectangle import Rectangle, overlap
 from sim.scene import Scene
@@ -30,7 +30,8 @@ class Regrounded:
     """The world as it is seen.
 
     Attributes:
-        scene: the scene with its model, to which locations and objects may have been added, and which begins here.
+        scene: the scene with its model, to which locations and objects may have been added, and which begins here;
+            what fell from the table is no longer in it.
         state: where everything is.
         lost: objects that the arm cannot get at.
     """
@@ -63,7 +64,8 @@ def reground(
     """
     model = scene.model
     known = {thing.name for thing in model.objects}
-    seen = {name: pose for name, pose in poses.items() if name != held}
+    gone = [name for name, pose in poses.items() if not on_table(pose)]
+    seen = {name: pose for name, pose in poses.items() if name != held and name not in gone}
     resting = _resting(scene, seen)
     names = _temporary_names(model, [thing for thing in seen if thing not in resting])
     where = {thing: slot.location for thing, slot in resting.items()} | names
@@ -80,7 +82,8 @@ def reground(
     if over != NOWHERE or hand in scene.slots:
         hand = over
     state = ManipulationState(hand, held, tuple((thing, where[thing]) for thing in seen), marks)
-    objects = [*model.objects, *(Object(name, where[name]) for name in seen if name not in known)]
+    objects = [thing for thing in model.objects if thing.name not in gone]
+    objects += [Object(name, where[name]) for name in seen if name not in known]
     locations = [_obstructed(scene, seen, place, resting, names, lost) for place in model.locations]
     model = replace(
         model,
@@ -88,7 +91,7 @@ def reground(
         objects=tuple(replace(thing, fixed=thing.fixed or thing.name in lost) for thing in objects),
         begin=state,
     )
-    return Regrounded(replace(scene, model=model, slots=scene.slots | slots), state, lost)
+    return Regrounded(replace(scene, model=model, slots=scene.slots | slots), state, (*lost, *gone))
 
 
 def _hand(scene: Scene, data: mujoco.MjData, candidates: tuple[str, ...]) -> str:

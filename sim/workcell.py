@@ -12,7 +12,7 @@ from sim.effort import EffortMeter
 from sim.foresight import Foresight
 from sim.motion import CONTROL_PERIOD, Arm
 from sim.panda import ARM_JOINTS, GRIPPER, TCP
-from sim.perception import PATIENCE, ExactSensor, ObjectPose, Sensor, SightError, mean_pose, object_pose
+from sim.perception import PATIENCE, ExactSensor, ObjectPose, Sensor, SightError, mean_pose, object_pose, on_table
 from sim.recorder import Recorder
 from sim.rollout import Event
 from sim.scene import Scene
@@ -90,10 +90,10 @@ class Workcell:
 
     @property
     def shapes(self) -> dict[str, Shape]:
-        """The shapes of the objects that are there: those of the model, and others that are seen."""
+        """The shapes of the objects that are there: those of the model, and others that are seen on the table."""
         known = {thing.name for thing in self.scene.model.objects}
         shapes = self.scene.shapes.items()
-        return {thing: shape for thing, shape in shapes if thing in known or self.glimpse(thing) is not None}
+        return {thing: shape for thing, shape in shapes if thing in known or on_table(self.glimpse(thing))}
 
     def glimpse(self, thing: str) -> ObjectPose | None:
         """Return where an object is seen now, or None."""

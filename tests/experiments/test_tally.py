@@ -14,7 +14,7 @@ from experiments import scenarios
 from experiments.captions import captions
 from experiments.tally import Tally, tally
 from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, load, pareto_front
-from sim.rollout import Rollout, Step
+from sim.rollout import Event, Rollout, Step
 
 RELAXED = """
 [model]
@@ -127,5 +127,9 @@ def test_captions_show_the_books_before_each_action_and_at_the_end(arch: Scenari
     states = [tuple(task.state for task in text.tasks) for text in texts]
     assert states[0] == ("open", "open") and states[-1] == ("satisfied", "satisfied")
     assert ("satisfied", "open") in states and ("open", "satisfied") not in states
+    surprised = replace(rollout, events=(Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {})))
+    told = [text.action for text in captions(arch.tasks, surprised, books, total=plan.cost)]
+    assert told[2] == f"planned anew: {plan.actions[2]}" and told[5] == f"once more: {plan.actions[5]}"
+    assert [*told[:2], *told[3:5], *told[6:]] == [*plan.actions[:2], *plan.actions[3:5], *plan.actions[6:], "done"]
     stopped = replace(rollout, completed=False, reason="a surprise")
     assert captions(arch.tasks, stopped, books, total=plan.cost)[-1].action == "stopped"
