@@ -21,7 +21,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from prefplan.front import Purchase
 from prefplan.models.action_costs import ActionCosts, MeasuredCosts
-from prefplan.models.manipulation import ManipulationState
 from prefplan.quanta import exact, to_number
 from sim.errors import LogError
 from sim.rollout import FRAME_RATE, Event, Rollout, Step
@@ -162,19 +161,13 @@ def log_of(
 
 def _logged(step: Step) -> LoggedAction:
     cost = to_number(Fraction(exact(step.cost)))
-    return LoggedAction(step.action, step.start, step.end, cost, tuple(sorted(propositions(step.observed))))
+    return LoggedAction(step.action, step.start, step.end, cost, tuple(sorted(step.observed.label)))
 
 
 def _measured(costs: ActionCosts) -> tuple[tuple[str, str, str, int | float], ...]:
     if not isinstance(costs, MeasuredCosts):
         return ()
     return tuple((*pair, to_number(Fraction(exact(cost)))) for pair, cost in costs.entries.items())
-
-
-def propositions(state: ManipulationState) -> frozenset[str]:
-    """Return L(state): the propositions true in a state, whether or not the model could reach it."""
-    names = {f"{thing}_{place}" for thing, place in (*state.places, *state.marks)}
-    return frozenset(names | ({f"holding_{state.held}"} if state.held else set()))
 
 
 def encode(log: Log) -> bytes:

@@ -16,6 +16,9 @@ FASTEST = 3.0
 ROUNDING = 1e-6
 """Slack for comparisons of recorded numbers."""
 
+FLIGHT = 2.0
+"""What a fault throws about comes to rest within this time, s."""
+
 ASSIGNED = 0.1
 """An object that a recorded fault moves may leap within this time of it, s."""
 
@@ -97,10 +100,11 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
     """Check every frame for touches of the robot, or of what it carries, that nobody asked for.
 
     The fingers may touch the object that the present action is about; what is being transported may touch them alone.
+    An object that a recorded fault has thrown about just before may touch anything.
     """
     name = "contacts"
     for event in log.about.events:
-        if event.kind == "contact":
+        if event.kind == "contact" and _thrown(log, event.time).isdisjoint(map(str, event.detail.values())):
             words = f"{event.detail.get('moving')} touched {event.detail.get('other')} at {event.time:.2f} s"
             return Check(name, False, f"{words}, the log itself says")
     for frame, time in enumerate(log.times):
@@ -109,9 +113,24 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
         aloft = kind == "transport" and bool(log.pad_forces[frame].min() > PRESS)
         found = world.touches(thing, aloft=aloft)
         if found:
+            thrown = _thrown(log, float(time))
+            found = [pair for pair in found if thrown.isdisjoint(pair)]
+        if found:
             moving, other = found[0]
             return Check(name, False, f"{moving} touches {other} at {time:.2f} s")
     return Check(name, True, f"none but with what is grasped; {len(log.times)} frames looked at, with {world.dressed}")
+
+
+def _thrown(log: Log, time: float) -> set[str]:
+    """Return the objects that faults have moved, knocked over or let slip within `FLIGHT` before a time."""
+    thrown = set()
+    for event in log.about.events:
+        if event.kind == "fault" and 0 <= time - event.time <= FLIGHT:
+            kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
+            thing = _handled(log, event.time)[1] if kind == "slip" else target
+            if thing and kind in ("move", "knock", "slip"):
+                thrown.add(thing)
+    return thrown
 
 
 def _handled(log: Log, time: float) -> tuple[str, str | None]:

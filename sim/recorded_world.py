@@ -34,6 +34,9 @@ LEAN = np.radians(20)
 PRESS = 0.5
 """Each pad presses what is held with this force at least, N: its weight."""
 
+STRANGERS = 20
+"""So many objects that are not the scenario's are looked at, at most."""
+
 MEMORY = round(0.2 * FRAME_RATE)
 """Frames for which a press counts: contacts flicker."""
 
@@ -70,12 +73,14 @@ class RecordedWorld:
         """Build the scene that the log's scenario describes."""
         about = log.about
         self._log = log
-        spares = sum(str(fault).startswith("foreign") for fault in about.setting.get("faults", ()))
-        self.scenario, self._scene, self.dressed = _built(about.text, about.scenario, about.robot, about.meshes, spares)
+        self.scenario, self._scene, self.dressed = _built(
+            about.text, about.scenario, about.robot, about.meshes, len(about.joints)
+        )
         self.model = self._scene.model
         self.mujoco = self._scene.mujoco
         self._data = mujoco.MjData(self.mujoco)
-        things = tuple(self._scene.shapes)
+        spares = (name for name in self._scene.spares if name in about.joints)
+        things = (*(thing.name for thing in self.model.objects), *spares)
         self._source, self._target = _places(about, self.mujoco, things, log.qpos.shape[1])
         self._roles = _roles(self.mujoco)
         self._geom = {thing: int(self.mujoco.geom(thing).id) for thing in things}
@@ -141,7 +146,7 @@ class RecordedWorld:
         """
         mujoco.mj_collision(self.mujoco, self._data)
         pairs = self._data.contact.geom.reshape(-1, 2)
-        roles, thing = self._roles, -1 if handled is None else self._geom[handled]
+        roles, thing = self._roles, self._geom.get(handled or "", -1)
         found = []
         for moving, other in (pairs.T, pairs.T[::-1]):
             wrong = roles.robot[moving] & ~roles.robot[other] & ~(roles.finger[moving] & (other == thing))
@@ -184,12 +189,16 @@ class RecordedWorld:
 
 
 @functools.lru_cache(maxsize=4)
-def _built(text: str, name: str, robot: str, meshes: bool, spares: int) -> tuple[Scenario, Scene, str]:
-    """Return the scenario of a log, its scene, and which shapes the arm has there."""
+def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple[Scenario, Scene, str]:
+    """Return the scenario of a log, its scene, and which shapes the arm has there.
+
+    As many of the joints as are neither the robot's nor an object's belong to objects the scenario does not have.
+    """
     try:
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("its scenario has no manipulation model")
+        spares = min(max(0, joints - len(ARM_JOINTS + FINGER_JOINTS) - len(scenario.model.objects)), STRANGERS)
         try:
             scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=meshes and mesh_folder() is not None)
         except RobotError:

@@ -19,6 +19,7 @@ from prefplan import Purchase, Scenario, cheapest_plan, pareto_front
 from prefplan.scenario import loads
 from sim.certificate import Certificate, certify
 from sim.errors import LogError
+from sim.faults import read_fault
 from sim.log import ARRAYS, Log
 from sim.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
 from sim.rollout import Event
@@ -347,6 +348,29 @@ def test_a_touch_that_the_log_itself_tells_counts(arch: Log) -> None:
     touch = Event(1.0, "contact", {"moving": "hand", "other": "green"})
     words = refutations(telling(arch, events=(*arch.about.events, touch)))["contacts"]
     assert words == "hand touched green at 1.00 s, the log itself says"
+
+
+def test_what_a_fault_throws_at_the_arm_is_not_the_arms_doing(arch: Log) -> None:
+    fault = Event(4.0, "fault", {"fault": "knock:green@2"})
+    cases = ((4.5, "green", False), (4.5, "blue", True), (3.9, "green", True), (9.0, "green", True))
+    for time, other, refuted in cases:
+        touch = Event(time, "contact", {"moving": "hand", "other": other})
+        events = (*arch.about.events, fault, touch)
+        assert ("contacts" in refutations(telling(arch, events=events))) == refuted
+
+
+@pytest.mark.slow
+def test_a_run_in_which_a_stranger_was_cleared_away_is_certified() -> None:
+    scenario = scenarios.find("case_study_3")
+    faults = [read_fault("foreign:bin1@1", scenario.model), read_fault("foreign:bin1@2", scenario.model)]
+    scene = scene_of(scenario, faults=faults)
+    plan = cheapest_plan(scenario.problem())
+    log = evidence(scenario, scene, carry_out(scenario, scene, plan, seed=1, faults=faults))
+    certificate = certify(log)
+    assert certificate.confirmed and certificate.completed
+    assert any("foreign" in action.action for action in log.about.actions)
+    without = telling(log, joints={name: at for name, at in log.about.joints.items() if "foreign" not in name})
+    assert certify(without).agrees
 
 
 def test_a_bystander_may_not_be_touched_by_the_fingers(arch: Log) -> None:
