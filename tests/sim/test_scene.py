@@ -230,3 +230,31 @@ def test_any_number_of_locations_and_objects(layout_of: Callable[..., Layout]) -
     for thing, slot in start_slots(model, scene.slots).items():
         assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
     assert {"wash_glow", "dry_glow"} <= {scene.mujoco.mat(i).name for i in range(scene.mujoco.nmat)}
+
+
+def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
+    model = ManipulationModel(
+        "home",
+        COSTS,
+        (
+            Location("stove", at=(0.45, 0.30), kind="stove", capacity=2, marks="cooked"),
+            Location("plate", at=(0.45, -0.30), kind="plate", capacity=2),
+        ),
+        tuple(
+            Object(f"{place}{i}", place, kind="cylinder", size=(0.05, 0.03 + 0.02 * i))
+            for place in ("stove", "plate")
+            for i in range(2)
+        ),
+    )
+    scene = build_scene(model, meshes=False)
+    data = initial_state(scene, seed=1)
+    settle(scene, data, 1.0)
+    for thing, slot in start_slots(model, scene.slots).items():
+        assert data.body(thing).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[thing].half[2], abs=1e-3)
+        assert data.body(thing).xmat[8] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., Layout]) -> None:
+    kinds = {place: Location("hot", at=(0.45, 0.30), kind=place, marks="cooked") for place in ("stove", "pad")}
+    lamps = {kind: layout_of(place).stations[0].lamp is not None for kind, place in kinds.items()}
+    assert lamps == {"stove": False, "pad": True}

@@ -9,12 +9,13 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 
+from prefplan.models.manipulation import Location, ManipulationModel
 from sim.antialias import smooth_edges
 from sim.errors import RenderingError
 from sim.overlay import Caption, TaskStatus, caption_at, draw_caption
 from sim.painter import CURE, check_rendering, gl_environment
 from sim.rollout import FRAME_RATE, Rollout
-from sim.scene import Scene, initial_state
+from sim.scene import Scene, build_scene, initial_state
 from sim.video import LAST_FRAME, render_frame, render_video
 
 SIZE = (320, 180)
@@ -126,9 +127,16 @@ def test_a_frame_shows_the_lamp_at_work(scene: Scene, gl: None) -> None:
     assert (difference == 0).mean() > 0.5
 
 
-def test_a_robot_without_meshes_can_be_filmed_too(scene: Scene, gl: None) -> None:
-    from sim.scene import build_scene
+def test_a_stove_glows_red_while_it_works(gl: None) -> None:
+    costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
+    stove = Location("stove", at=(0.5, 0.0), kind="stove", marks="cooked")
+    scene = build_scene(ManipulationModel("home", costs, (stove,), ()), meshes=False)
+    dark, lit = (render_frame(scene, initial_state(scene).qpos, glow=glow, size=SIZE) for glow in ((), ("stove",)))
+    red, _, blue = np.moveaxis(lit.astype(int) - dark, -1, 0)
+    assert red.max() > 60 and red.max() > 2 * blue.max()
 
+
+def test_a_robot_without_meshes_can_be_filmed_too(scene: Scene, gl: None) -> None:
     plain = build_scene(scene.model, meshes=False)
     dressed, bare = (render_frame(s, initial_state(s).qpos, size=SIZE).astype(int) for s in (scene, plain))
     assert 0 < (abs(dressed - bare).max(axis=2) > 20).mean() < 0.3
