@@ -15,6 +15,7 @@ from prefplan.models.measurements import Measurement
 from sim.effort import Effort
 from sim.errors import SimulationError
 from sim.grounding import hand_over, slot_of
+from sim.perception import true_poses
 from sim.scene import Scene, initial_state
 from sim.skills import SkillError, grasp, perform, transit
 from sim.workcell import Workcell
@@ -159,7 +160,7 @@ def _check_done(cell: Workcell, action: str) -> None:
         case "transit":
             done = hand_over(cell.scene, cell.data, arguments[0])
         case "release":
-            slot = slot_of(cell.scene, cell.data, arguments[0])
+            slot = slot_of(cell.scene, true_poses(cell.scene, cell.data), arguments[0])
             done = slot is not None and slot.location == arguments[1]
         case _:
             done = cell.held() == arguments[0]

@@ -118,6 +118,7 @@ def _show(console: Console, name: str, file: Path, done: Sequence[Measurement], 
         if some:
             columns = [[float(cast(float, quantities[quantity])) for quantities in some] for quantity in QUANTITIES]
             table.add_row(kind, str(len(some)), *(f"{min(values):.2f} .. {max(values):.2f}" for values in columns))
-    console.print(table)
+    if done:
+        console.print(table)
     again = f"; {before} of them before, delete the file to measure them anew" if before else ""
     console.print(f"{len(done)} actions are in {file}{again}")
