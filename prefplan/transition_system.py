@@ -73,12 +73,16 @@ class TransitionSystem:
                 return int(self.targets[edge]), from_quanta(int(self.costs[edge]), self.decimals)
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
 
-    def without(self, actions: Collection[str]) -> TransitionSystem:
-        """Return the system in which some actions do not exist."""
-        if not actions:
+    def without(self, barred: Collection[tuple[frozenset[str], str]]) -> TransitionSystem:
+        """Return the system in which some actions do not exist in the states with some label, given as such pairs."""
+        if not barred:
             return self
-        barred = np.array([name in actions for name in self.action_names])
-        kept = ~barred[self.actions]
+        labels = np.repeat(self.labels, np.diff(self.offsets))
+        kept = np.ones(len(self.targets), dtype=bool)
+        for label, action in barred:
+            if label in self.label_sets and action in self.action_names:
+                index = self.label_sets.index(label), self.action_names.index(action)
+                kept &= (labels != index[0]) | (self.actions != index[1])
         before = np.concatenate([[0], np.cumsum(kept)])
         return replace(
             self,

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import cast
 
+from prefplan.errors import PrefplanError
 from prefplan.front import NoPlanError, Plan
 from prefplan.history import Past, achievable, damaged, violated
 from prefplan.models.manipulation import ManipulationState
@@ -76,7 +77,7 @@ class ClosedLoop:
         self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.states[problem.system.start])]
         self._replans = self._retries = 0
         self._attempts: list[tuple[str, ManipulationState]] = []
-        self._barred: set[str] = set()
+        self._barred: set[tuple[frozenset[str], str]] = set()
 
     @property
     def pursuit(self) -> Pursuit:
@@ -122,12 +123,14 @@ class ClosedLoop:
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
         if self._replans >= REPLANS:
             raise _GivenUp(f"given up after {REPLANS} new plans, {surprise}")
-        system = run.scene.model.transition_system().without(self._barred)
         past = self._past()
         try:
+            system = run.scene.model.transition_system().without(self._barred)
             self.plan = self._go_on(self._problem, past, system)
         except NoPlanError as error:
             raise _GivenUp(self._no_way_on(surprise, past, system, error)) from None
+        except PrefplanError as error:
+            raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         run.go_on(system)
         again = self.plan.actions[len(run.steps) :] == ahead
         if again:
@@ -151,11 +154,9 @@ class ClosedLoop:
             self._states = [state]
             return
         attempt = (steps[-1].action, state)
-        if state.places != self._states[-1].places:
-            self._barred.clear()
         self._attempts = [*self._attempts, attempt] if attempt in self._attempts else [attempt]
         if len(self._attempts) >= ATTEMPTS:
-            self._barred.add(steps[-1].action)
+            self._barred.add((state.label, steps[-1].action))
         self._states.append(state)
 
     def _past(self) -> Past:

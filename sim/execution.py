@@ -185,8 +185,10 @@ class Run:
             before = poses
             self.cell.wait(STILL_TIME)
             poses = self._poses()
+            if before.keys() != poses.keys():
+                continue
             moved = (np.linalg.norm(pose.position - before[thing].position) for thing, pose in poses.items())
-            if before.keys() == poses.keys() and max(moved, default=0.0) < STILL:
+            if max(moved, default=0.0) < STILL:
                 break
         return poses
 

@@ -267,7 +267,10 @@ class Arm:
         if (np.abs(step) <= period * VELOCITY_LIMITS).all() and (q > low + MARGIN).all() and (q < high - MARGIN).all():
             return step / period
         tasks = [self._frame, self._posture]
-        return mink.solve_ik(self._configuration, tasks, period, "daqp", limits=self._limits)
+        try:
+            return mink.solve_ik(self._configuration, tasks, period, "daqp", limits=self._limits)
+        except mink.NoSolutionFound:
+            raise SimulationError("the arm has come to where the limits of its joints leave no way on") from None
 
 
 def _transform(position: np.ndarray, yaw: float) -> mink.SE3:

@@ -79,11 +79,11 @@ def reground(
         for thing, name in names.items()
     }
     over = _hand(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
-    if over != NOWHERE or hand in scene.slots:
+    if over != NOWHERE or hand != model.start or hand in scene.slots:
         hand = over
     state = ManipulationState(hand, held, tuple((thing, where[thing]) for thing in seen), marks)
     objects = [thing for thing in model.objects if thing.name not in gone]
-    objects += [Object(name, where[name]) for name in seen if name not in known]
+    objects += [Object(name, where.get(name, model.locations[0].name)) for name in poses if name not in {*known, *gone}]
     locations = [_obstructed(scene, seen, place, resting, names, lost) for place in model.locations]
     model = replace(
         model,

@@ -43,6 +43,9 @@ DROP = 0.0005
 ROOM, FAR = 0.005, 0.1
 """Least gap between objects that rest side by side, and the distance of their centres that is as good as any, m."""
 
+RESTLESS = 0.008
+"""An object seen to be farther from where it was measured moves, m; noise of 1 mm never looks like that."""
+
 TOPPLED = np.radians(45)
 """An object tilted by more than this fell over, rad: the hand takes it only as it stood."""
 
@@ -90,6 +93,8 @@ def grasp(cell: Workcell, thing: str) -> None:
     line, grip = _free_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grips])
     cell.grip(grip.opening, CONTROL_PERIOD)
     yaw = _move(cell, above, [line, line + np.pi])
+    if np.linalg.norm(cell.see(thing).position - pose.position) > RESTLESS:
+        raise SkillError(f"{thing} does not lie still")
     _move(cell, target, [yaw])
     cell.grip(grip.width - SQUEEZE, CLOSE_TIME)
     forces = _await_grip(cell)
