@@ -91,6 +91,9 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--plan", "-1"], "--plan"),
         (["cup.toml", "--robot", "panda"], "--robot"),
         (["cup.toml", "--seed", "-1"], "--seed"),
+        (["cup.toml", "--fault", "slip"], "--fault 'slip': must end with @ and the number of an action from 1, as in"),
+        (["cup.toml", "--fault", "move:cap@2"], "unknown object 'cap' (did you mean 'cup'?)"),
+        (["cup.toml", "--noise", "some"], "'some' is not a number >= 0"),
         (["cup.toml", "--seed", "two"], "'two' is not a whole number >= 0"),
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
         (
@@ -218,6 +221,23 @@ def test_people_are_told_of_a_surprise_too(run: Run, monkeypatch: pytest.MonkeyP
     result = run("cup.toml", "--no-video")
     assert result.status == 0
     assert "expected cup on desk, but it rests on shelf: planned anew, cost 10, preference 0: transit" in result.out
+
+
+def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> None:
+    arguments = ("cup.toml", "--no-video", "--fault", "miss:1@2", "--fault", "slip@40", "--seed", "3")
+    result = run(*arguments)
+    assert (result.status, result.err) == (0, "")
+    assert "fault miss:1@2" in result.out and "without a firm grip on cup): tried again" in result.out
+    assert "fault slip@40 never happened: the run ended before" in result.out
+    assert "seed of the faults 3" in result.out
+    printed = json.loads((cup / "out" / "cup" / "cost.json").read_text())
+    assert printed["executed"] == printed["plan"]["plan"] == [*PLAN[:2], *PLAN[1:]]
+    assert (printed["plan"]["cost"], printed["replans"], printed["seed"]) == (11, 0, 3)
+    assert [(fault["fault"], fault["time"] is None) for fault in printed["faults"]] == [
+        ("miss:1@2", False),
+        ("slip@40", True),
+    ]
+    assert printed["certified"] is True
 
 
 def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
