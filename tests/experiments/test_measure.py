@@ -163,3 +163,10 @@ def test_energy_gives_the_arch_the_same_trade_off_as_numbers_do() -> None:
     numbers = pareto_front(scenarios.find("case_study_3").problem())
     assert [plan.actions for plan in front][0] == [plan.actions for plan in numbers][0]
     assert len(front) == len(numbers) == 2 and front[-1].preference == 0
+
+
+@pytest.mark.slow
+def test_energy_tells_more_of_the_kitchens_trade_offs_apart() -> None:
+    front = pareto_front(scenarios.find("kitchen_energy").problem())
+    assert len(front) == 10  # with one number for each kind of action there are 7
+    assert (front[0].cost, front[-1].cost, front[-1].preference) == (508.834, 696.43, 0)
