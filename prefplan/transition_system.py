@@ -74,15 +74,15 @@ class TransitionSystem:
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
 
     def without(self, barred: Collection[tuple[frozenset[str], str]]) -> TransitionSystem:
-        """Return the system in which some actions do not exist in the states with some label, given as such pairs."""
+        """Return the system in which some actions do not exist where some propositions hold, given as such pairs."""
         if not barred:
             return self
         labels = np.repeat(self.labels, np.diff(self.offsets))
         kept = np.ones(len(self.targets), dtype=bool)
-        for label, action in barred:
-            if label in self.label_sets and action in self.action_names:
-                index = self.label_sets.index(label), self.action_names.index(action)
-                kept &= (labels != index[0]) | (self.actions != index[1])
+        for names, action in barred:
+            if action in self.action_names:
+                where = np.array([names <= label for label in self.label_sets])
+                kept &= ~where[labels] | (self.actions != self.action_names.index(action))
         before = np.concatenate([[0], np.cumsum(kept)])
         return replace(
             self,

@@ -97,8 +97,6 @@ class ClosedLoop:
                 if self.run.carry_out(action):
                     self._states.append(self.run.steps[-1].observed)
                     self._attempts.clear()
-                    if action.startswith("release"):
-                        self._barred.clear()
                 else:
                     self._replan()
             self._tell(len(self.plan.actions), len(self.plan.actions), "")
@@ -155,9 +153,22 @@ class ClosedLoop:
             return
         attempt = (steps[-1].action, state)
         self._attempts = [*self._attempts, attempt] if attempt in self._attempts else [attempt]
-        if len(self._attempts) >= ATTEMPTS:
-            self._barred.add((state.label, steps[-1].action))
+        if len(self._attempts) >= ATTEMPTS or self.run.blocked is not None:
+            self._barred.add((self._where_hopeless(state, steps[-1].action), steps[-1].action))
         self._states.append(state)
+
+    def _where_hopeless(self, state: ManipulationState, action: str) -> frozenset[str]:
+        """Return the propositions under which an action that failed would fail again.
+
+        What fails for other objects may work when they are elsewhere; what fails for anything else does not, as long
+        as the object of the action is where it is.
+        """
+        if self.run.blocked is None or any(name in self.run.scene.shapes for name in self.run.blocked):
+            return state.label
+        _, thing, *_ = action.split()
+        return frozenset(
+            name for name in (f"holding_{thing}", f"{thing}_{state.place.get(thing)}") if name in state.label
+        )
 
     def _past(self) -> Past:
         """Return what was done so far, and what was seen before each action."""
@@ -181,8 +192,10 @@ class ClosedLoop:
         why = [surprise]
         if broken := violated(self._problem, labels):
             why.append(f"{_listed(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
-        elif self._barred:
+        elif len(self._attempts) >= ATTEMPTS:
             why.append(f"given up after {ATTEMPTS} attempts")
+        elif self._barred:
+            why.append("there is no way round it")
         else:
             why.append(str(error.reason))
         why += [f"{lost} is out of reach" for lost in self.run.lost]

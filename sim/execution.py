@@ -20,7 +20,7 @@ from sim.perception import ObjectPose, Poses, Sensor, SightError, true_poses
 from sim.regrounding import reground
 from sim.rollout import Rollout, Step
 from sim.scene import Scene, initial_state
-from sim.skills import HOVER, perform, transit
+from sim.skills import HOVER, BlockedError, SkillError, perform, transit
 from sim.workcell import Workcell
 
 AFTERMATH = 1.0
@@ -41,6 +41,7 @@ class Run:
         steps: the actions carried out so far.
         reason: what was not as predicted when last looked at, or None.
         blind: whether nothing was seen for too long, so that it cannot go on.
+        blocked: what the last action could not get past, so that it would do no better again; None if it could.
         lost: objects that the arm cannot get at.
         injector: makes things go wrong.
     """
@@ -72,6 +73,7 @@ class Run:
         self.steps: list[Step] = []
         self.reason: str | None = None
         self.blind = False
+        self.blocked: tuple[str, ...] | None = None
         self.lost: tuple[str, ...] = ()
         self.injector = FaultInjector(self.cell, faults, seed=seed)
         self._began = time.perf_counter()
@@ -105,7 +107,7 @@ class Run:
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start, spent = float(self.cell.data.time), self.cell.meter.total
         self.injector.begin(len(self.steps) + 1)
-        failure = difference = None
+        failure = difference = self.blocked = None
         observed = before
         try:
             try:
@@ -114,6 +116,8 @@ class Run:
                 raise
             except SimulationError as error:
                 failure = str(error)
+                if isinstance(error, BlockedError) or not isinstance(error, SkillError):
+                    self.blocked = error.by if isinstance(error, BlockedError) else ()
                 self.cell.wait(AFTERMATH)
             poses = self._poses()
             observed = self._observe(poses, before, predicted, done=failure is None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 
@@ -57,6 +57,19 @@ class SkillError(SimulationError):
     """A skill that ended without its effect; the message says why."""
 
 
+class BlockedError(SkillError):
+    """A skill that would do no better if it were tried again.
+
+    Attributes:
+        by: names of the bodies that are in the way.
+    """
+
+    def __init__(self, message: str, by: Collection[str]) -> None:
+        """Say what is in the way."""
+        super().__init__(message)
+        self.by = tuple(by)
+
+
 def perform(cell: Workcell, action: str) -> None:
     """Carry out one symbolic action, e.g. `transport blue san`.
 
@@ -83,7 +96,7 @@ def grasp(cell: Workcell, thing: str) -> None:
     slot, shape = _slot_below(cell, thing), cell.scene.shapes[thing]
     pose = cell.measure(thing)
     if pose.tilt > TOPPLED:
-        raise SkillError(f"{thing} fell over")
+        raise BlockedError(f"{thing} fell over", ())
     target, above = pose.position, pose.position + [0.0, 0.0, HOVER]
     if cell.misses:
         cell.misses -= 1
@@ -170,7 +183,7 @@ def _free_line(cell: Workcell, position: np.ndarray, options: list[tuple[float, 
         if not obstacles:
             return line, grip
         met.update(obstacles)
-    raise SkillError(f"no room for the fingers: they would touch {' and '.join(sorted(met))}")
+    raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(met))}", met)
 
 
 def _grip(cell: Workcell, thing: str) -> Grip:
