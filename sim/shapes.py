@@ -51,15 +51,17 @@ class Grip:
     Attributes:
         turn: heading of their closing line from the object's own yaw, rad.
         width: of the object along it, m.
+        narrow: whether the hand opens no wider than it must, where there is little room.
     """
 
     turn: float
     width: float
+    narrow: bool = False
 
     @property
     def opening(self) -> float:
         """Width of the hand that opens for it, m."""
-        return opening(self.width)
+        return min(MAX_WIDTH, self.width + 2 * ASIDE) if self.narrow else opening(self.width)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
 
 import numpy as np
 
@@ -103,7 +104,8 @@ def grasp(cell: Workcell, thing: str) -> None:
         target = target + [0.0, 0.0, shape.height + ROOM]
     cell.watch.handle(thing)
     yaw = shape.yaw_near(pose.yaw, slot.yaw)
-    line, grip = _free_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grips])
+    grips = [*shape.grips, *(replace(grip, narrow=True) for grip in shape.grips)]
+    line, grip = _free_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in grips])
     cell.grip(grip.opening, CONTROL_PERIOD)
     yaw = _move(cell, above, [line, line + np.pi])
     if np.linalg.norm(cell.see(thing).position - pose.position) > RESTLESS:

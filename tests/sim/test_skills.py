@@ -184,3 +184,18 @@ def test_the_hand_stays_above_a_tower_over_its_foot() -> None:
     cell = run(build_scene(model, meshes=False), "transit a", "transit c", "grasp three", "release three c")
     assert_placed(cell, "three", "c")
     assert_clean(cell)
+
+
+def test_the_hand_opens_less_where_a_wall_is_near(scene: Scene) -> None:
+    """6.5 mm off its slot, along the line along which the fingers close, a block leaves them no room in a bin."""
+    slot = scene.slots["bin1"][0]
+    data = initial_state(scene)
+    along = np.array([np.cos(slot.yaw), np.sin(slot.yaw)])
+    data.joint("pink").qpos[:3] = [*slot.position[:2] + 0.0065 * along, slot.position[2] + CUBE_EDGE / 2]
+    data.joint("blue").qpos[:2] = scene.slots["bin1"][1].position[:2]
+    mujoco.mj_forward(scene.mujoco, data)
+    cell = Workcell(scene, data)
+    perform(cell, "transit bin1")
+    perform(cell, "grasp pink")
+    assert cell.held() == "pink"
+    assert_clean(cell)
