@@ -17,10 +17,25 @@ Commands = argparse._SubParsersAction
 
 
 def add_command(
-    commands: Commands[argparse.ArgumentParser], command: Command, summary: str, example: str
+    commands: Commands[argparse.ArgumentParser], command: Command, summary: str, *examples: str, more: str = ""
 ) -> argparse.ArgumentParser:
-    """Add a command that bears its function's name, and return its parser."""
-    parser = commands.add_parser(command.__name__, help=summary, description=summary, epilog=f"example: {example}")
+    """Add a command that bears its function's name, and return its parser.
+
+    Args:
+        commands: where it is added.
+        command: what carries it out.
+        summary: what it does, in one sentence.
+        examples: calls that work, two at least.
+        more: what else its help says at the end, in lines of at most 120 characters.
+    """
+    lines = "".join(f"\n  {example}" for example in examples)
+    parser = commands.add_parser(
+        command.__name__,
+        help=summary,
+        description=summary,
+        epilog=f"examples:{lines}" + (f"\n\n{more}" if more else ""),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.set_defaults(command=command)
     return parser
 
@@ -33,6 +48,29 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add the switch that makes a command speak to programs."""
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+
+
+def add_max_cost(parser: argparse.ArgumentParser) -> None:
+    """Add the bound on the total cost."""
+    parser.add_argument(
+        "--max-cost",
+        type=number,
+        metavar="C",
+        help="only plans of at most this total cost; needed where the preference's contract is general",
+    )
+
+
+def add_limits(parser: argparse.ArgumentParser, found: str) -> None:
+    """Add the limits of a search's effort, which ends with what it `found` by then."""
+    parser.add_argument("--max-seconds", type=seconds, metavar="S", help=f"stop after this time with {found}")
+    parser.add_argument(
+        "--max-memory", type=number, metavar="MB", help=f"stop before the search takes more memory, with {found}"
+    )
+
+
+def in_bytes(megabytes: Decimal | None) -> float | None:
+    """Return the value of --max-memory in bytes."""
+    return None if megabytes is None else float(megabytes) * 2**20
 
 
 def add_perturb(parser: argparse.ArgumentParser) -> None:
@@ -64,6 +102,11 @@ def number(text: str) -> Decimal:
     if not value.is_finite() or value < 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number >= 0")
     return value
+
+
+def seconds(text: str) -> float:
+    """Return a time >= 0."""
+    return float(number(text))
 
 
 def which_plan(text: str) -> str | int:

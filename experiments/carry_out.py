@@ -94,7 +94,8 @@ def carry_out(
         sensor = NoisySensor(perturbation.noise, seed=seed or 0)
     problem = scenario.problem()
     run = Run(scene, start, system=problem.system, sensor=sensor, faults=faults, seed=seed)
-    loop = ClosedLoop(run, problem, plan, go_on=_go_on(choice, plan), tell=partial(tell, "executing"))
+    go_on = _go_on(choice, plan, problem.measure.contract)
+    loop = ClosedLoop(run, problem, plan, go_on=go_on, tell=partial(tell, "executing"))
     interrupted = False
     try:
         loop.pursue()
@@ -131,9 +132,12 @@ def carry_out(
     return replace(outcome, video=film)
 
 
-def _go_on(choice: str | int, plan: Plan) -> GoOn:
-    """Return which plan to follow after a surprise, given which one was chosen before any."""
-    if choice == "cost":
+def _go_on(choice: str | int, plan: Plan, contract: str) -> GoOn:
+    """Return which plan to follow after a surprise, given which one was chosen before any.
+
+    A `general` preference can choose under a bound on the cost only, and after a surprise there is none.
+    """
+    if choice == "cost" or contract == "general":
         return continue_cheaply
     if choice == "preference":
         return continue_as_preferred

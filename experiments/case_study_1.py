@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from rich.console import Console
 from rich.table import Table
 
 from experiments import scenarios
+from experiments.console import Console
 from experiments.output import condense, number
 from prefplan import Front, pareto_front
 
@@ -18,7 +18,7 @@ PUBLISHED = ((68, 29), (70, 28), (72, 24), (74, 23), (84, 11), (98, 0))
 def main() -> None:
     """Plan, and print the front beside the published one."""
     front = pareto_front(scenarios.find(SCENARIO).problem())
-    console = Console(soft_wrap=True, highlight=False)
+    console = Console(highlight=False)
     console.print(side_by_side(front))
     same = [(plan.cost, plan.preference) for plan in front] == list(PUBLISHED)
     verdict = "the published front" if same else "NOT the published front"

@@ -8,10 +8,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from experiments import output, scenarios
 from experiments.carry_out import Tell, carry_out, scene_of
+from experiments.console import Console
 from experiments.files import write_json
 from experiments.outcome import Outcome, outcome_json, show_outcome
 from experiments.progress import Bars
@@ -27,7 +26,7 @@ OUT = Path("out", SCENARIO)
 
 def main() -> int:
     """Plan, carry both plans out, and return the exit status."""
-    console = Console(soft_wrap=True, highlight=False)
+    console = Console(highlight=False)
     scenario = scenarios.find(SCENARIO)
     console.print("Planning", style="dim")
     front = pareto_front(scenario.problem())

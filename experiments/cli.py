@@ -9,37 +9,68 @@ from collections.abc import Sequence
 
 from experiments.arguments import Command
 from experiments.commands import automaton, front, measure, plan, run, sweep, verify
-from experiments.status import BAD_INPUT, DONE, INTERRUPTED
+from experiments.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from prefplan.errors import PrefplanError
+from prefplan.front import UnfinishedError
 
 COMMANDS = (front, plan, run, verify, sweep, measure, automaton)
 """In the order of the help text."""
 
+EPILOG = """\
+examples:
+  prefplan front example                       every best trade-off, and its plan
+  prefplan plan example --max-preference 3     the cheapest plan that is good enough
+  prefplan run case_study_3 --plan preference  carry the preferred plan out and film it
+
+exit status:
+  0    done
+  2    wrong call or input: a sentence on stderr says what would be right
+  3    no plan exists, or none within the bounds given
+  4    the execution failed, a run was refuted, or a limit ended the search before any plan was known
+  130  interrupted by Ctrl-C
+
+`prefplan COMMAND --help` shows the arguments of a command and more examples. Commands with --json print one JSON
+object on stdout and nothing else. Colour and framed tables are for terminals only; NO_COLOR=1 turns colour off.
+"""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit status."""
-    options = _parser().parse_args(arguments)
-    command: Command = options.command
+    status = DONE
     try:
-        status = command(options)
+        status = _carry_out(arguments)
         sys.stdout.flush()
-        return status
+    except BrokenPipeError:
+        # The reader has what it wants; nothing more can be flushed to it, at exit either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return status
+
+
+def _carry_out(arguments: Sequence[str] | None) -> int:
+    try:
+        options = parser().parse_args(arguments)
+        command: Command = options.command
+        return command(options)
+    except SystemExit as end:  # argparse has printed the help, or what is wrong with the call
+        return int(end.code or 0)
+    except UnfinishedError as error:
+        print(f"prefplan: {error}", file=sys.stderr)
+        return FAILED
     except PrefplanError as error:
         print(f"prefplan: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         print("prefplan: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:
-        # The reader has what it wants; nothing more can be flushed to it, at exit either.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
 
 
-def _parser() -> argparse.ArgumentParser:
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
     parser = argparse.ArgumentParser(
         prog="prefplan",
         description="Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:

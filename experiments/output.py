@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from prefplan.front import Front, Plan, Purchase, Stats
+from prefplan.front import Front, Plan, Purchase, Stats, UnfinishedError
 from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 
@@ -88,6 +88,17 @@ def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
 def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any]:
     """Return one plan as the documented JSON object."""
     return _heading(scenario) | {"complete": True, "plan": plan_json(plan), "stats": stats_json(stats)}
+
+
+def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) -> dict[str, Any]:
+    """Return what is known of one plan whose search a limit ended."""
+    return _heading(scenario) | {
+        "complete": False,
+        "plan": error.best and plan_json(error.best),
+        "ended": error.ended,
+        "complete_below": error.complete_below,
+        "stats": stats_json(stats),
+    }
 
 
 def _heading(scenario: Scenario) -> dict[str, Any]:

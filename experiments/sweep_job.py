@@ -19,6 +19,7 @@ from experiments.outcome import Outcome
 from experiments.sweep_faults import MOST, random_faults
 from prefplan.front import Plan
 from prefplan.models.manipulation import ManipulationModel
+from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 from sim.certificate import certify
 from sim.faults import Fault
@@ -42,6 +43,7 @@ class Sweep:
         perturbation: by how much the worlds differ.
         faults: whether things go wrong on purpose in each, drawn at random.
         folder: where replayed rollouts go.
+        max_cost: bound on the cost of the plans that `which` chooses from, or None.
     """
 
     packed: bytes
@@ -52,6 +54,7 @@ class Sweep:
     perturbation: Perturbation
     faults: bool
     folder: Path
+    max_cost: Number | None = None
 
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
@@ -68,6 +71,7 @@ class Sweep:
         return shlex.join(
             [
                 *("prefplan", "run", self.given, "--plan", str(self.which)),
+                *(() if self.max_cost is None else ("--max-cost", str(self.max_cost))),
                 *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
                 *(word for fault in faults for word in ("--fault", str(fault))),
                 *("--out", str(self.folder / f"rollout_{number}")),

@@ -7,7 +7,7 @@ IROS 2023.
 from prefplan.automaton import Automaton, automaton
 from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
 from prefplan.formula import Formula, parse
-from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats
+from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, UnfinishedError
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation import Location, ManipulationModel, ManipulationState, Object
 from prefplan.planner import Planner, cheapest_plan, pareto_front, preferred_plan
@@ -51,6 +51,7 @@ __all__ = [
     "Sum",
     "Task",
     "TransitionSystem",
+    "UnfinishedError",
     "WeightedSum",
     "automaton",
     "cheapest_plan",

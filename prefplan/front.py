@@ -56,7 +56,8 @@ class Reason:
     Attributes:
         kind: `task` (it can never be satisfied), `conflict` (these cannot be satisfied together) or `bound`.
         tasks: the tasks to blame; empty for `bound`.
-        smallest: for `bound`, the smallest mu (or, under a cost bound, the smallest cost) that is possible.
+        smallest: for `bound`, the smallest mu (or, under a cost bound, the smallest cost) that is possible; None where
+            a limit of the search left it unknown, or no plan keeps the bound on the cost.
     """
 
     kind: str
@@ -70,7 +71,8 @@ class Reason:
             return f"task {names} can never be satisfied"
         if self.kind == "conflict":
             return f"tasks {names} cannot be satisfied together, though any fewer of them can"
-        return f"no plan lies within the bound; the smallest possible is {self.smallest}"
+        known = "" if self.smallest is None else f"; the smallest possible is {self.smallest}"
+        return f"no plan lies within the bound{known}"
 
 
 class NoPlanError(PrefplanError):
@@ -80,6 +82,23 @@ class NoPlanError(PrefplanError):
         """Keep the reason and make it the message."""
         super().__init__(str(reason))
         self.reason = reason
+
+
+class UnfinishedError(PrefplanError):
+    """A limit ended the search for one plan before that plan was known; there may well be one.
+
+    Attributes:
+        ended: what ended it: `time` or `memory`.
+        complete_below: no plan that keeps the bounds and is cheaper than this is missing; None if that is not known.
+        best: the best plan known by then, or None.
+    """
+
+    def __init__(self, ended: str, *, complete_below: Number | None = None, best: Plan | None = None) -> None:
+        """Keep how far the search got, and say it."""
+        what = "no plan is known yet" if best is None else "a better plan may exist"
+        below = "" if complete_below is None or best else f"; any costs at least {complete_below}"
+        super().__init__(f"stopped by the {ended} limit: {what}{below}")
+        self.ended, self.complete_below, self.best = ended, complete_below, best
 
 
 @dataclass(frozen=True)

@@ -38,4 +38,9 @@ class Limits:
     @property
     def out_of_time(self) -> bool:
         """Whether the time is up."""
-        return time.perf_counter() - self._began > self.seconds
+        return self.seconds_left < 0
+
+    @property
+    def seconds_left(self) -> float:
+        """How much of the time is left; negative once it is up."""
+        return self.seconds - (time.perf_counter() - self._began)

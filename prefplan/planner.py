@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from fractions import Fraction
 from itertools import combinations
 
-from prefplan.errors import ModelError, PreferenceError, PrefplanError
+from prefplan.errors import ModelError, PreferenceError
 from prefplan.extraction import extract
-from prefplan.front import Front, NoPlanError, Plan, Reason, Stats
+from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.limits import Limits, available_memory
 from prefplan.preference import WeightedSum
 from prefplan.prepared import Options, Prepared, bytes_to_prepare
@@ -50,24 +50,60 @@ def pareto_front(
     return planner.front(max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory)
 
 
-def cheapest_plan(problem: Problem, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
+def cheapest_plan(
+    problem: Problem,
+    *,
+    max_preference: Number | None = None,
+    max_cost: Number | None = None,
+    max_seconds: float | None = None,
+    max_memory: float | None = None,
+) -> Plan:
     """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1), of least mu among those.
+
+    Args:
+        problem: what to plan.
+        max_preference: inclusive bound of mu.
+        max_cost: inclusive bound of the total cost.
+        max_seconds: stop after this time.
+        max_memory: stop before taking more than this many bytes; None for most of what is free.
 
     Raises:
         NoPlanError: if there is none; its reason has the smallest mu that is possible.
+        UnfinishedError: if a limit ended the search first.
         PreferenceError: if a cost bound is needed.
     """
-    return Planner(problem).cheapest(max_preference=max_preference, max_cost=max_cost)
+    planner = Planner(problem)
+    return planner.cheapest(
+        max_preference=max_preference, max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory
+    )
 
 
-def preferred_plan(problem: Problem, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
+def preferred_plan(
+    problem: Problem,
+    *,
+    max_preference: Number | None = None,
+    max_cost: Number | None = None,
+    max_seconds: float | None = None,
+    max_memory: float | None = None,
+) -> Plan:
     """Return the plan of least mu, and of least total cost among those.
+
+    Args:
+        problem: what to plan.
+        max_preference: inclusive bound of mu.
+        max_cost: inclusive bound of the total cost.
+        max_seconds: stop after this time.
+        max_memory: stop before taking more than this many bytes; None for most of what is free.
 
     Raises:
         NoPlanError: if there is none, or its mu exceeds the bound.
+        UnfinishedError: if a limit ended the search first; its `best` is the plan of least mu known by then.
         PreferenceError: if a cost bound is needed.
     """
-    return Planner(problem).preferred(max_preference=max_preference, max_cost=max_cost)
+    planner = Planner(problem)
+    return planner.preferred(
+        max_preference=max_preference, max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory
+    )
 
 
 class Planner:
@@ -115,36 +151,56 @@ class Planner:
             limits.ended = "interrupt"
         stats = self.stats
         if limits.ended is not None:
-            below = to_number(Fraction(limits.floor) * self._unit) if limits.floor < math.inf else None
-            return Front(tuple(plans), ended=limits.ended, complete_below=below, stats=stats)
-        reason = None if plans else self._why_not(max_cost=max_cost)
+            return Front(tuple(plans), ended=limits.ended, complete_below=self._below(limits), stats=stats)
+        reason = None if plans else self._why_not(limits, max_cost=max_cost)
         return Front(tuple(plans), reason=reason, stats=stats)
 
-    def cheapest(self, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
+    def cheapest(
+        self,
+        *,
+        max_preference: Number | None = None,
+        max_cost: Number | None = None,
+        max_seconds: float | None = None,
+        max_memory: float | None = None,
+    ) -> Plan:
         """Return the plan of least total cost within a bound on mu; see `cheapest_plan`."""
         if max_preference is not None:
             self._require_bound(max_cost)
         elif self.problem.measure.contract == "general" and (reason := self._infeasible()):
             raise NoPlanError(reason)
-        limits = self._limits(None, None)
+        limits = self._limits(max_seconds, max_memory)
         plans = self._search(limits, max_preference=max_preference, max_cost=max_cost, single=True)
         if (plan := next(plans, None)) is not None:
             return plan
         if limits.ended:
-            raise PrefplanError("the search needs more memory than is free")
-        raise NoPlanError(self._why_not(max_cost=max_cost, max_preference=max_preference))
+            raise UnfinishedError(limits.ended, complete_below=self._below(limits))
+        raise NoPlanError(self._why_not(limits, max_cost=max_cost, max_preference=max_preference))
 
-    def preferred(self, *, max_preference: Number | None = None, max_cost: Number | None = None) -> Plan:
+    def preferred(
+        self,
+        *,
+        max_preference: Number | None = None,
+        max_cost: Number | None = None,
+        max_seconds: float | None = None,
+        max_memory: float | None = None,
+    ) -> Plan:
         """Return the plan of least mu; see `preferred_plan`."""
-        front = self.front(max_cost=max_cost)
-        if front.ended:
-            raise PrefplanError("the search needs more memory than is free")
+        front = self.front(max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory)
         if front.reason:
             raise NoPlanError(front.reason)
-        best: Plan = front[-1]
-        if max_preference is not None and exact(best.preference) > exact(max_preference):
-            raise NoPlanError(Reason("bound", smallest=best.preference))
+        best: Plan | None = front[-1] if front else None
+        smallest = None if best is None else best.preference
+        if best and max_preference is not None and exact(best.preference) > exact(max_preference):
+            best = None
+        if front.ended:
+            raise UnfinishedError(front.ended, complete_below=front.complete_below, best=best)
+        if best is None:
+            raise NoPlanError(Reason("bound", smallest=smallest))
         return best
+
+    def _below(self, limits: Limits) -> Number | None:
+        """Return up to which cost a search that was stopped has found everything, in the user's units."""
+        return to_number(Fraction(limits.floor) * self._unit) if limits.floor < math.inf else None
 
     @property
     def _unit(self) -> Fraction:
@@ -190,6 +246,9 @@ class Planner:
                 search = self._tightest(prepared, limits, cost)
             else:
                 search = BiObjectiveSearch(prepared, max_mu=mu, max_cost=cost, first_only=single)
+            if limits.ended:
+                self._account(search, began)
+                return
             for found in search.goals(limits):
                 self._account(search, began)
                 plan = extract(self._product, prepared.graph, found.path, found.start)
@@ -231,16 +290,22 @@ class Planner:
         assert plan.cost == cost, (plan.cost, cost)
         assert math.isclose(float(plan.preference), mu, rel_tol=1e-6, abs_tol=1e-6), (plan.preference, mu)
 
-    def _why_not(self, *, max_cost: Number | None = None, max_preference: Number | None = None) -> Reason:
-        """Return why a search found nothing."""
+    def _why_not(
+        self, limits: Limits, *, max_cost: Number | None = None, max_preference: Number | None = None
+    ) -> Reason:
+        """Return why a search found nothing; what else was possible is looked for within what its limits leave."""
         reason = self._infeasible()
         if reason is not None:
             return reason
         if max_preference is None:
             assert max_cost is not None
-            return Reason("bound", smallest=self.cheapest().cost)
-        front = self.front(max_cost=max_cost)
-        return Reason("bound", smallest=front[-1].preference if front else None)
+            try:
+                cheapest = self.cheapest(max_seconds=limits.seconds_left, max_memory=limits.bytes)
+            except UnfinishedError:
+                return Reason("bound")
+            return Reason("bound", smallest=cheapest.cost)
+        front = self.front(max_cost=max_cost, max_seconds=limits.seconds_left, max_memory=limits.bytes)
+        return Reason("bound", smallest=front[-1].preference if front and front.complete else None)
 
     def _infeasible(self) -> Reason | None:
         """Return which tasks cannot be satisfied together, or None if all of them can."""

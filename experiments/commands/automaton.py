@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from rich.console import Console
-
 from experiments import automaton_formats
 from experiments.arguments import Commands, add_command
+from experiments.console import Console
 from experiments.status import DONE
 from prefplan.automaton import automaton as minimal_automaton
 
@@ -15,7 +14,11 @@ from prefplan.automaton import automaton as minimal_automaton
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Print a task's automaton."
-    parser = add_command(commands, automaton, summary, "prefplan automaton '!pizza U cheese' --format dot")
+    examples = (
+        "prefplan automaton 'F (grocer & F p2)'",
+        "prefplan automaton '!pizza U cheese' --format dot",
+    )
+    parser = add_command(commands, automaton, summary, *examples)
     parser.add_argument("formula", metavar="FORMULA", help="a co-safe formula of ! & | -> X F U, names, true, false")
     parser.add_argument(
         "--format",
@@ -29,7 +32,7 @@ def automaton(options: argparse.Namespace) -> int:
     """Carry out `prefplan automaton`."""
     found = minimal_automaton(options.formula)
     if options.format == "table":
-        automaton_formats.show_table(Console(soft_wrap=True), found)
+        automaton_formats.show_table(Console(), found)
     else:
         print(automaton_formats.WRITERS[options.format](found), end="")
     return DONE

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from rich.console import Console
 from rich.table import Table
 
 from experiments import output, scenarios
 from experiments.arguments import Commands, add_command, add_json, add_scenario, positive
+from experiments.console import Console
 from experiments.files import make_folder, write_json
 from experiments.progress import Bars
 from experiments.start import loading
@@ -29,7 +29,11 @@ if TYPE_CHECKING:
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Measure in simulation what each action takes, for scenarios whose costs are measured."
-    parser = add_command(commands, measure, summary, "prefplan measure case_study_3_energy")
+    examples = (
+        "prefplan measure case_study_3_energy --jobs 4",
+        "prefplan measure case_study_3_energy --out measured.json",
+    )
+    parser = add_command(commands, measure, summary, *examples)
     add_scenario(parser)
     add_json(parser)
     parser.add_argument(
@@ -75,7 +79,7 @@ def measure(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
     else:
-        _show(Console(soft_wrap=True, highlight=False), scenario.name, file, done, before=before)
+        _show(Console(highlight=False), scenario.name, file, done, before=before)
     for failure in failures:
         print(f"prefplan: not measured: {failure.reason}", file=sys.stderr)
     if interrupted:

@@ -6,13 +6,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from experiments import output, scenarios
 from experiments.arguments import (
     Commands,
     add_command,
     add_json,
+    add_max_cost,
     add_perturb,
     add_robot,
     add_scenario,
@@ -20,6 +19,7 @@ from experiments.arguments import (
     which_plan,
     whole,
 )
+from experiments.console import Console
 from experiments.files import make_folder, write_json
 from experiments.progress import Bars
 from experiments.start import loading, tell_if_compiling
@@ -27,12 +27,17 @@ from experiments.status import DONE, FAILED, INTERRUPTED, no_plan
 from prefplan.errors import PrefplanError
 from prefplan.front import Front, NoPlanError, Plan
 from prefplan.planner import Planner
+from prefplan.quanta import Number
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Carry a plan out in simulation and film it."
-    parser = add_command(commands, run, summary, "prefplan run case_study_3 --plan preference")
+    examples = (
+        "prefplan run case_study_3 --plan preference",
+        "prefplan run case_study_3 --plan 0 --seed 7 --no-video --json",
+    )
+    parser = add_command(commands, run, summary, *examples)
     add_scenario(parser)
     add_json(parser)
     parser.add_argument(
@@ -42,6 +47,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="cost|preference|INDEX",
         help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
     )
+    add_max_cost(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: out/SCENARIO)")
     parser.add_argument(
         "--seed", type=whole, metavar="N", help="start otherwise than nominal, each object moved as --perturb says"
@@ -81,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
             make_folder(folder)
             bars("planning", 0, 0, "")
             planner = Planner(scenario.problem())
-            chosen = choose(planner, options.plan)
+            chosen = choose(planner, options.plan, max_cost=options.max_cost)
             bars("planning", 1, 1, "")
             film = None if options.no_video else folder / f"{name}.mp4"
             outcome = carry_out(
@@ -115,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json(outcome_json(outcome))
     else:
-        show_outcome(Console(soft_wrap=True, highlight=False), scenario, outcome)
+        show_outcome(Console(highlight=False), scenario, outcome)
     if outcome.no_video:
         print(f"prefplan: no video: {outcome.no_video}", file=sys.stderr)
     if outcome.interrupted:
@@ -128,18 +134,19 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
-def choose(planner: Planner, wanted: str | int) -> Plan:
-    """Return the plan that `--plan` names.
+def choose(planner: Planner, wanted: str | int, *, max_cost: Number | None = None) -> Plan:
+    """Return the plan that `--plan` names, among those of at most some cost.
 
     Raises:
         NoPlanError: there is none at all.
+        PreferenceError: a bound on the cost is needed.
         PrefplanError: the front has no plan of that number.
     """
     if wanted == "cost":
-        return planner.cheapest()
+        return planner.cheapest(max_cost=max_cost)
     if wanted == "preference":
-        return planner.preferred()
-    found = planner.front()
+        return planner.preferred(max_cost=max_cost)
+    found = planner.front(max_cost=max_cost)
     if found.reason:
         raise NoPlanError(found.reason)
     if int(wanted) >= len(found):

@@ -11,13 +11,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-
 from experiments import output, scenarios
 from experiments.arguments import (
     Commands,
     add_command,
     add_json,
+    add_max_cost,
     add_perturb,
     add_scenario,
     positive,
@@ -25,6 +24,7 @@ from experiments.arguments import (
     whole,
 )
 from experiments.commands.run import choose
+from experiments.console import Console
 from experiments.files import make_folder, write_json
 from experiments.progress import Bars
 from experiments.start import loading, tell_if_compiling
@@ -41,8 +41,11 @@ if TYPE_CHECKING:
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Carry a plan out many times, in worlds that differ a little, and say how often it works."
-    example = "prefplan sweep case_study_3 --rollouts 200 --perturb position=8,angle=10"
-    parser = add_command(commands, sweep, summary, example)
+    examples = (
+        "prefplan sweep case_study_3 --rollouts 20",
+        "prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10",
+    )
+    parser = add_command(commands, sweep, summary, *examples)
     add_scenario(parser)
     add_json(parser)
     parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="how many (default: 100)")
@@ -54,6 +57,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="cost|preference|INDEX",
         help="which plan of the front, as in `prefplan run` (default: cost)",
     )
+    add_max_cost(parser)
     parser.add_argument("--seed", type=whole, default=0, metavar="S", help="what all is drawn from (default: 0)")
     add_perturb(parser)
     parser.add_argument(
@@ -90,7 +94,7 @@ def sweep(options: argparse.Namespace) -> int:
         bars("planning", 0, 0, "")
         planner = Planner(scenario.problem())
         try:
-            plan = choose(planner, options.plan)
+            plan = choose(planner, options.plan, max_cost=options.max_cost)
         except NoPlanError as error:
             if options.json:
                 output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
@@ -105,6 +109,7 @@ def sweep(options: argparse.Namespace) -> int:
             perturbation=perturbation,
             faults=options.faults == "random",
             folder=folder,
+            max_cost=options.max_cost,
         )
         header = define(scenario, job)
         with Records(folder / "rollouts.jsonl", header) as records:
@@ -120,7 +125,7 @@ def sweep(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json(result)
     else:
-        console = Console(soft_wrap=True, highlight=False)
+        console = Console(highlight=False)
         show_summary(console, result)
         console.print(f"\nRecords: {records.path}", style="dim")
     if interrupted:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rich.console import Console
-
 from experiments import output
 from experiments.arguments import Commands, add_command, add_json
+from experiments.console import Console
 from experiments.start import loading
 from experiments.status import DONE, FAILED
 
@@ -16,7 +15,11 @@ from experiments.status import DONE, FAILED
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Check again what is said of a run, from its log alone."
-    parser = add_command(commands, verify, summary, "prefplan verify out/case_study_3/cost.npz")
+    examples = (
+        "prefplan run case_study_3 --no-video && prefplan verify out/case_study_3/cost.npz",
+        "prefplan verify out/case_study_3/preference.npz --json",
+    )
+    parser = add_command(commands, verify, summary, *examples)
     parser.add_argument("log", type=Path, metavar="LOG", help="log that `prefplan run` wrote, an .npz file")
     add_json(parser)
 
@@ -33,5 +36,5 @@ def verify(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json(certificate_json(log, certificate))
     else:
-        show_certificate(Console(soft_wrap=True, highlight=False), log, certificate)
+        show_certificate(Console(highlight=False), log, certificate)
     return DONE if certificate.confirmed else FAILED

@@ -120,7 +120,11 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, 
     return status, captured.out, captured.err
 
 
-def test_the_table_has_a_row_for_each_state_and_guard(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_table_has_a_row_for_each_state_and_guard(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
     status, out, err = run(capsys, "!plant U dirt")
     assert (status, err) == (0, "")
     rows = [line.split("│")[1:-1] for line in out.splitlines() if line.startswith("│")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from experiments import commands
 from experiments.cli import main
 
 DETOUR = """
@@ -87,13 +89,20 @@ def assert_is_error(result: Result, message: str) -> None:
     assert "Traceback" not in result.err
 
 
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have output made as for a terminal without colours."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
+
+
 def cells(table: str) -> list[list[str]]:
     """Return the rows of a printed table, without its frame."""
     rows = [line.replace("┃", "│").split("│")[1:-1] for line in table.splitlines() if line.startswith(("│", "┃"))]
     return [[cell.strip() for cell in row] for row in rows]
 
 
-def test_a_front_is_a_table_of_costs_and_its_plans(run: Run, detour: Path) -> None:
+def test_a_front_is_a_table_of_costs_and_its_plans(run: Run, detour: Path, terminal: None) -> None:
     result = run("front", "detour.toml")
     assert (result.status, result.err) == (0, "")
     assert cells(result.out) == [
@@ -102,6 +111,28 @@ def test_a_front_is_a_table_of_costs_and_its_plans(run: Run, detour: Path) -> No
         ["1", "5", "0", "3", "5"],
     ]
     assert "shop, bank" in result.out and "bank, shop" in result.out
+
+
+def test_off_a_terminal_a_front_is_plain_columns(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    out = run("front", "detour.toml").out
+    rows = [line.split() for line in out.splitlines()[1:4]]
+    assert rows == [
+        ["#", "cost", "preference", "pay", "buy"],
+        ["0", "3.5", "2.5", "3.5", "1"],
+        ["1", "5", "0", "3", "5"],
+    ]
+    assert out.isascii()
+
+
+def test_no_color_turns_colours_off_on_a_terminal(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    colour = re.compile(r"\x1b\[[0-9;]*3[0-7]")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    assert colour.search(run("front", "detour.toml").out)
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert not colour.search(run("front", "detour.toml").out)
 
 
 def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
@@ -209,6 +240,32 @@ def test_tasks_that_exclude_each_other_are_named(run: Run, detour: Path) -> None
         {"kind": "conflict", "tasks": ["pay", "buy"], "smallest": None},
     )
     assert "tasks pay, buy cannot be satisfied together" in result.err
+
+
+@pytest.mark.parametrize(("option", "ended"), [("--max-seconds", "time"), ("--max-memory", "memory")])
+@pytest.mark.parametrize("objective", ["cost", "preference"])
+def test_a_limit_before_any_plan_is_known_has_status_4(
+    run: Run, detour: Path, option: str, ended: str, objective: str
+) -> None:
+    result = run("plan", "detour.toml", "--objective", objective, option, "0", "--json")
+    assert result.status == 4
+    assert list(result.json) == [
+        "scenario",
+        "tasks",
+        "contract",
+        "complete",
+        "plan",
+        "ended",
+        "complete_below",
+        "stats",
+    ]
+    assert (result.json["complete"], result.json["plan"], result.json["ended"]) == (False, None, ended)
+    assert len(result.err.splitlines()) == 1 and "no plan is known yet" in result.err
+
+
+def test_a_plan_within_its_limits_is_the_same_plan(run: Run, detour: Path) -> None:
+    limited = run("plan", "detour.toml", "--max-seconds", "600", "--max-memory", "1000", "--json")
+    assert (limited.status, limited.json["plan"]) == (0, run("plan", "detour.toml", "--json").json["plan"])
 
 
 @pytest.mark.parametrize("command", ["front", "plan"])
@@ -336,3 +393,22 @@ def test_every_process_finds_the_same_plans(program: list[str], tmp_path: Path) 
         )
         fronts.append(json.loads(done.stdout)["front"])
     assert fronts[0] == fronts[1] == fronts[2]
+
+
+@pytest.mark.parametrize(
+    "arguments", [["front", "example"], ["plan", "example"], ["front", "example", "--json"], ["--help"]]
+)
+def test_a_reader_that_leaves_early_is_no_failure(program: list[str], tmp_path: Path, arguments: list[str]) -> None:
+    """The pipe is closed before anything is written to it."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [*program, *arguments], cwd=tmp_path, stdout=writing, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_every_command_prints_through_the_console_that_knows_pipes() -> None:
+    for file in Path(commands.__file__).parent.glob("*.py"):
+        assert "from rich.console import" not in file.read_text(encoding="utf-8"), file.name

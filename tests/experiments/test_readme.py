@@ -81,7 +81,7 @@ def test_the_regression_tests_pass(folder: Path) -> None:
 
 def test_the_front_is_the_one_shown(folder: Path) -> None:
     (shown,) = blocks("text")
-    printed = shell("prefplan front tidy.toml", folder).stdout
+    printed = shell("FORCE_COLOR=1 TERM=dumb prefplan front tidy.toml", folder).stdout  # as on a terminal
     assert shown in printed
 
 

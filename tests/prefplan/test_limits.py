@@ -16,9 +16,13 @@ from prefplan import (
     Problem,
     Task,
     TransitionSystem,
+    UnfinishedError,
+    cheapest_plan,
     pareto_front,
+    preferred_plan,
 )
 from prefplan.errors import PrefplanError
+from prefplan.limits import Limits
 from prefplan.search import BiObjectiveSearch
 
 
@@ -88,6 +92,49 @@ def test_ctrl_c_leaves_a_beginning(
     calls.clear()
     with pytest.raises(KeyboardInterrupt):
         Planner(problem).front()
+
+
+def test_no_time_leaves_no_single_plan(problem: Problem) -> None:
+    for choose in (cheapest_plan, preferred_plan):
+        with pytest.raises(UnfinishedError, match="stopped by the time limit: no plan is known yet") as caught:
+            choose(problem, max_seconds=0)
+        assert (caught.value.ended, caught.value.best) == ("time", None)
+
+
+def test_a_single_plan_within_its_limits_is_exact(problem: Problem, whole: Front) -> None:
+    cheapest = cheapest_plan(problem, max_seconds=600, max_memory=2**30)
+    assert (cheapest.cost, cheapest.preference) == points(whole)[0]
+    preferred = preferred_plan(problem, max_seconds=600, max_memory=2**30)
+    assert (preferred.cost, preferred.preference) == points(whole)[-1]
+
+
+def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, last = whole[0], whole[-1]
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: self.floor > first.cost))
+    with pytest.raises(UnfinishedError, match="time limit: a better plan may exist") as caught:
+        preferred_plan(problem, max_seconds=600)
+    best = caught.value.best
+    assert best is not None and (best.cost, best.preference) == (first.cost, first.preference)
+    with pytest.raises(UnfinishedError, match="no plan is known yet") as caught:
+        preferred_plan(problem, max_preference=last.preference, max_seconds=600)
+    assert caught.value.best is None
+
+
+@pytest.mark.parametrize("searches_in_time", [0, 1])
+def test_a_cheapest_plan_that_may_not_be_the_best_of_its_cost_is_not_given(
+    problem: Problem, searches_in_time: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first search finds a cheapest plan, the second the one of least mu among those."""
+    run, searches = BiObjectiveSearch._run, set[BiObjectiveSearch]()
+
+    def counted(self: BiObjectiveSearch) -> int:
+        searches.add(self)
+        return run(self)
+
+    monkeypatch.setattr(BiObjectiveSearch, "_run", counted)
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: len(searches) > searches_in_time))
+    with pytest.raises(UnfinishedError, match="no plan is known yet"):
+        cheapest_plan(problem, max_seconds=600)
 
 
 def test_a_cost_bound_is_inclusive(problem: Problem, whole: Front) -> None:
