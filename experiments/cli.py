@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 
 from experiments.arguments import Command
 from experiments.commands import automaton, front, measure, plan, run, sweep, verify
@@ -15,6 +16,9 @@ from prefplan.front import UnfinishedError
 
 COMMANDS = (front, plan, run, verify, sweep, measure, automaton)
 """In the order of the help text."""
+
+NAME_COLUMN = 16
+"""Width of the commands' names in the help text, with the blanks around them."""
 
 EPILOG = """\
 examples:
@@ -70,9 +74,9 @@ def parser() -> argparse.ArgumentParser:
         prog="prefplan",
         description="Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=partial(argparse.RawDescriptionHelpFormatter, max_help_position=NAME_COLUMN),
     )
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", title="commands")
     for command in COMMANDS:
         command.add(commands)
     return parser

@@ -13,8 +13,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from experiments import commands
+from experiments import commands, scenarios
 from experiments.cli import main
+from experiments.commands.run import choose
+from prefplan.planner import Planner
 
 DETOUR = """
 [model]
@@ -266,6 +268,23 @@ def test_a_limit_before_any_plan_is_known_has_status_4(
 def test_a_plan_within_its_limits_is_the_same_plan(run: Run, detour: Path) -> None:
     limited = run("plan", "detour.toml", "--max-seconds", "600", "--max-memory", "1000", "--json")
     assert (limited.status, limited.json["plan"]) == (0, run("plan", "detour.toml", "--json").json["plan"])
+
+
+GENERAL = 'kind = "expression"\nexpression = "pay * buy"\ncontract = "general"'
+
+
+def test_a_general_preference_asks_for_a_bound_and_takes_it(run: Run, detour: Path) -> None:
+    detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
+    for call in (["front"], ["plan", "--objective", "preference"]):
+        assert_is_error(run(*call, "detour.toml"), "a bound on the total cost is needed (--max-cost)")
+        assert run(*call, "detour.toml", "--max-cost", "5").status == 0
+
+
+@pytest.mark.parametrize("wanted", ["cost", "preference", 0])
+def test_run_chooses_among_the_plans_within_the_bound(detour: Path, wanted: str | int) -> None:
+    detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
+    planner = Planner(scenarios.find(str(detour)).problem())
+    assert choose(planner, wanted, max_cost=4).actions == ("shop", "bank")
 
 
 @pytest.mark.parametrize("command", ["front", "plan"])
