@@ -6,7 +6,6 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from functools import partial
 
 from experiments.arguments import Command
 from experiments.commands import automaton, front, measure, plan, run, sweep, verify
@@ -16,9 +15,6 @@ from prefplan.front import UnfinishedError
 
 COMMANDS = (front, plan, run, verify, sweep, measure, automaton)
 """In the order of the help text."""
-
-NAME_COLUMN = 16
-"""Width of the commands' names in the help text, with the blanks around them."""
 
 EPILOG = """\
 examples:
@@ -74,7 +70,7 @@ def parser() -> argparse.ArgumentParser:
         prog="prefplan",
         description="Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out.",
         epilog=EPILOG,
-        formatter_class=partial(argparse.RawDescriptionHelpFormatter, max_help_position=NAME_COLUMN),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND", title="commands")
     for command in COMMANDS:
