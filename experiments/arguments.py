@@ -19,7 +19,7 @@ Commands = argparse._SubParsersAction
 def add_command(
     commands: Commands[argparse.ArgumentParser], command: Command, summary: str, *examples: str, more: str = ""
 ) -> argparse.ArgumentParser:
-    """Add a command that bears its function's name, and return its parser.
+    """Add a command that bears its function's name, but for a `_` at the end, and return its parser.
 
     Args:
         commands: where it is added.
@@ -30,7 +30,7 @@ def add_command(
     """
     lines = "".join(f"\n  {example}" for example in examples)
     parser = commands.add_parser(
-        command.__name__,
+        command.__name__.rstrip("_"),
         help=summary,
         description=summary,
         epilog=f"examples:{lines}" + (f"\n\n{more}" if more else ""),

@@ -7,6 +7,9 @@ from typing import Any, NoReturn
 import rich.console
 from rich.table import Table
 
+UNLIMITED = 10_000
+"""Width of a line that nobody's terminal wraps."""
+
 COLUMN_GAP = (0, 2, 0, 0)
 """Blanks above, right, below and left of a plain cell."""
 
@@ -17,13 +20,15 @@ class Console(rich.console.Console):
     def __init__(self, *, highlight: bool = True) -> None:
         """Write to stdout; `highlight` colours numbers and the like on a terminal."""
         super().__init__(soft_wrap=True, highlight=highlight)
+        if not self.is_terminal:
+            self.width = UNLIMITED
 
     def print(self, *objects: Any, **options: Any) -> None:
         """Print as rich does, but tables as plain columns where there is no terminal."""
         if not self.is_terminal:
             for table in objects:
                 if isinstance(table, Table):
-                    table.box, table.padding, table.show_edge = None, COLUMN_GAP, False
+                    table.box, table.padding, table.pad_edge = None, COLUMN_GAP, False
         super().print(*objects, **options)
 
     def on_broken_pipe(self) -> NoReturn:

@@ -111,3 +111,18 @@ def paths(diagram: Diagram) -> Iterator[tuple[dict[str, bool], Any]]:
                 yield {diagram.name: value} | guard, end
     else:
         yield {}, diagram
+
+
+def same(one: Diagram, other: Diagram) -> bool:
+    """Return whether two diagrams, perhaps of different families, are the same function."""
+    compared: set[tuple[int, int]] = set()
+    waiting = [(one, other)]
+    while waiting:
+        a, b = waiting.pop()
+        if isinstance(a, Branch) and isinstance(b, Branch) and a.name == b.name:
+            if (id(a), id(b)) not in compared:
+                compared.add((id(a), id(b)))
+                waiting += [(a.high, b.high), (a.low, b.low)]
+        elif isinstance(a, Branch) or isinstance(b, Branch) or a != b:
+            return False
+    return True
