@@ -274,7 +274,7 @@ def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(self: Any) -> None:
+    def interrupted(self: Any, **options: Any) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("prefplan.planner.Planner.cheapest", interrupted)
