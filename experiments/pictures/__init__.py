@@ -1,0 +1,1 @@
+"""Pictures of fronts, plans, automata and transition systems."""
