@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
 
+from experiments.completion import complete, scenario_files
+
 Command = Callable[[argparse.Namespace], int]
 """What carries a command out and returns its exit status."""
 
@@ -42,7 +44,10 @@ def add_command(
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
     """Add the scenario."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="name of a scenario that ships, or path of a TOML file")
+    scenario = parser.add_argument(
+        "scenario", metavar="SCENARIO", help="name of a scenario that ships, or path of a TOML file"
+    )
+    complete(scenario, scenario_files())
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

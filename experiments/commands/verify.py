@@ -5,8 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import shtab
+
 from experiments import output
 from experiments.arguments import Commands, add_command, add_json
+from experiments.completion import complete
 from experiments.console import Console
 from experiments.start import loading
 from experiments.status import DONE, FAILED
@@ -20,7 +23,8 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan verify out/case_study_3/preference.npz --json",
     )
     parser = add_command(commands, verify, summary, *examples)
-    parser.add_argument("log", type=Path, metavar="LOG", help="log that `prefplan run` wrote, an .npz file")
+    log = parser.add_argument("log", type=Path, metavar="LOG", help="log that `prefplan run` wrote, an .npz file")
+    complete(log, shtab.glob("*.npz"))
     add_json(parser)
 
 

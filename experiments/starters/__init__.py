@@ -1,0 +1,17 @@
+"""Scenario files to start from, one for each kind of model, with every key explained in its comments."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+KINDS = ("grid", "manipulation", "graph")
+
+
+def starter(kind: str, *, file: str) -> str:
+    """Return the text of a scenario that plans as it is.
+
+    Args:
+        kind: one of `KINDS`.
+        file: the name of the file that it is for; its first comment and the calls it shows say it.
+    """
+    return files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8").replace("@FILE@", file)
