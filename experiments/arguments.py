@@ -78,6 +78,29 @@ def in_bytes(megabytes: Decimal | None) -> float | None:
     return None if megabytes is None else float(megabytes) * 2**20
 
 
+def add_plan(parser: argparse.ArgumentParser) -> None:
+    """Add which plan of the front is meant."""
+    parser.add_argument(
+        "--plan",
+        type=which_plan,
+        default="cost",
+        metavar="cost|preference|INDEX",
+        help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
+    )
+
+
+def add_fault(parser: argparse.ArgumentParser) -> None:
+    """Add what shall go wrong; read by `sim.faults`."""
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="FAULT",
+        help="make something go wrong from the K-th action on; may be repeated: slip@K, move:OBJECT@K, "
+        "knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K",
+    )
+
+
 def add_perturb(parser: argparse.ArgumentParser) -> None:
     """Add how much each rollout's world differs from the nominal one; read by `sim.perturbation`."""
     keys = "position and noise in mm, angle in degrees, friction and mass in shares"

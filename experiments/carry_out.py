@@ -86,16 +86,19 @@ def carry_out(
         size: (width, height) of the video in pixels.
         tell: told of progress.
     """
-    perturbation = perturbation or Perturbation()
-    if seed is not None:
-        scene = perturbed(scene, perturbation, seed=seed)
-    start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
-    if sensor is None and perturbation.noise:
-        sensor = NoisySensor(perturbation.noise, seed=seed or 0)
     problem = scenario.problem()
-    run = Run(scene, start, system=problem.system, sensor=sensor, faults=faults, seed=seed)
-    go_on = _go_on(choice, plan, problem.measure.contract)
-    loop = ClosedLoop(run, problem, plan, go_on=go_on, tell=partial(tell, "executing"))
+    loop = begin(
+        problem,
+        scene,
+        plan,
+        seed=seed,
+        perturbation=perturbation,
+        faults=faults,
+        sensor=sensor,
+        choice=choice,
+        tell=partial(tell, "executing"),
+    )
+    run, scene = loop.run, loop.run.scene
     interrupted = False
     try:
         loop.pursue()
@@ -130,6 +133,42 @@ def carry_out(
     except KeyboardInterrupt:
         return replace(outcome, interrupted=True)
     return replace(outcome, video=film)
+
+
+def begin(
+    problem: Problem,
+    scene: Scene,
+    plan: Plan,
+    *,
+    seed: int | None = None,
+    perturbation: Perturbation | None = None,
+    faults: Sequence[Fault] = (),
+    sensor: Sensor | None = None,
+    choice: str | int = "cost",
+    tell: Callable[[int, int, str], None] = lambda done, total, action: None,
+) -> ClosedLoop:
+    """Return the pursuit of a plan before its first action.
+
+    Args:
+        problem: what was planned.
+        scene: from `scene_of`.
+        plan: one of the problem's plans.
+        seed: what is left to chance, as in `carry_out`.
+        perturbation: by how much at most, as there.
+        faults: what shall go wrong.
+        sensor: sees the objects, as in `carry_out`.
+        choice: which plan is followed after a surprise, as there.
+        tell: told before each action how many are done, how many there are, and its name.
+    """
+    perturbation = perturbation or Perturbation()
+    if seed is not None:
+        scene = perturbed(scene, perturbation, seed=seed)
+    start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
+    if sensor is None and perturbation.noise:
+        sensor = NoisySensor(perturbation.noise, seed=seed or 0)
+    run = Run(scene, start, system=problem.system, sensor=sensor, faults=faults, seed=seed)
+    go_on = _go_on(choice, plan, problem.measure.contract)
+    return ClosedLoop(run, problem, plan, go_on=go_on, tell=tell)
 
 
 def _go_on(choice: str | int, plan: Plan, contract: str) -> GoOn:

@@ -10,13 +10,14 @@ from experiments import output, scenarios
 from experiments.arguments import (
     Commands,
     add_command,
+    add_fault,
     add_json,
     add_max_cost,
     add_perturb,
+    add_plan,
     add_robot,
     add_scenario,
     number,
-    which_plan,
     whole,
 )
 from experiments.console import Console
@@ -40,27 +41,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = add_command(commands, run, summary, *examples)
     add_scenario(parser)
     add_json(parser)
-    parser.add_argument(
-        "--plan",
-        type=which_plan,
-        default="cost",
-        metavar="cost|preference|INDEX",
-        help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
-    )
+    add_plan(parser)
     add_max_cost(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default: out/SCENARIO)")
     parser.add_argument(
         "--seed", type=whole, metavar="N", help="start otherwise than nominal, each object moved as --perturb says"
     )
     add_perturb(parser)
-    parser.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="FAULT",
-        help="make something go wrong from the K-th action on; may be repeated: slip@K, move:OBJECT@K, "
-        "knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K",
-    )
+    add_fault(parser)
     parser.add_argument("--noise", type=number, metavar="MM", help="see objects with a random error of this size, mm")
     add_robot(parser)
     parser.add_argument("--no-video", action="store_true", help="render nothing")

@@ -1,0 +1,1 @@
+"""A plan carried out before a spectator's eyes, in the browser."""

@@ -1,0 +1,103 @@
+"""The scene in the browser: MuJoCo's geoms as viser's meshes, by mjviser, and what glows."""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+import numpy as np
+import viser
+from mjviser import ViserMujocoScene
+from mjviser.conversions import merge_geoms
+
+from experiments.viewer.performance import Moment
+from sim.materials import glow_of
+from sim.painter import camera
+from sim.panda import HIDDEN
+from sim.scene import Scene
+
+Pixel = tuple[int, int, int]
+
+
+class Stage:
+    """One scene on one server, for every browser that looks at it."""
+
+    def __init__(self, server: viser.ViserServer, scene: Scene) -> None:
+        """Set it up, with the camera where films have it."""
+        self._server = server
+        self._shown: Moment | None = None
+        # mjviser writes into the model that it is given.
+        model = copy.copy(scene.mujoco)
+        model.site_group[:] = HIDDEN
+        self._data = mujoco.MjData(model)
+        self._places = [place.name for place in scene.model.locations]
+        self._lamps = {}
+        for place in scene.model.locations:
+            material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")
+            if material >= 0:
+                glow = glow_of(place.kind)
+                self._lamps[place.name] = _Lamp(server, model, place.name, material, _pixel(glow.off), _pixel(glow.on))
+        self._scene = ViserMujocoScene(server, model, num_envs=1)
+        self._scene.camera_tracking_enabled = False
+        view = camera(scene)
+        turn, rise = np.radians([view.azimuth, view.elevation])
+        ahead = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        server.scene.set_up_direction("+z")
+        server.initial_camera.look_at = view.lookat
+        server.initial_camera.position = view.lookat - view.distance * ahead
+        server.initial_camera.fov = float(np.radians(model.vis.global_.fovy))
+
+    def show(self, moment: Moment) -> None:
+        """Show a state, unless it is the one shown already."""
+        if moment is self._shown:
+            return
+        self._shown = moment
+        model = self._scene.mj_model
+        self._data.qpos[:] = moment.qpos
+        mujoco.mj_kinematics(model, self._data)
+        with self._server.atomic():
+            self._scene.update_from_mjdata(self._data)
+            working = self._places[moment.glow] if moment.glow >= 0 else None
+            for name, lamp in self._lamps.items():
+                lamp.shine(name == working)
+
+
+class _Lamp:
+    """What glows at one location: two sets of the same meshes, of which one is to be seen."""
+
+    def __init__(
+        self, server: viser.ViserServer, model: mujoco.MjModel, name: str, material: int, off: Pixel, on: Pixel
+    ) -> None:
+        """Take what glows out of the model, and put it up at rest."""
+        geoms = [int(geom) for geom in np.flatnonzero(model.geom_matid == material)]
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        self._sets: dict[bool, list[viser.MeshHandle]] = {False: [], True: []}
+        for body in sorted({int(model.geom_bodyid[geom]) for geom in geoms}):
+            mesh = merge_geoms(model, [geom for geom in geoms if model.geom_bodyid[geom] == body])
+            for lit, colour in ((False, off), (True, on)):
+                handle = server.scene.add_mesh_simple(
+                    f"/glow/{name}/{body}/{'on' if lit else 'off'}",
+                    mesh.vertices,
+                    mesh.faces,
+                    color=colour,
+                    cast_shadow=False,
+                    position=data.xpos[body],
+                    wxyz=data.xquat[body],
+                    visible=not lit,
+                )
+                self._sets[lit].append(handle)
+        model.geom_rgba[geoms, 3] = 0
+        self._lit = False
+
+    def shine(self, lit: bool) -> None:
+        if lit != self._lit:
+            self._lit = lit
+            for state, handles in self._sets.items():
+                for handle in handles:
+                    handle.visible = state == lit
+
+
+def _pixel(rgba: tuple[float, float, float, float]) -> Pixel:
+    red, green, blue, _ = rgba
+    return round(255 * red), round(255 * green), round(255 * blue)
