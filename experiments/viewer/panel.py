@@ -29,6 +29,7 @@ class Panel:
         gui = server.gui
         # Sharing would open the page to the world through somebody else's server.
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
         gui.set_panel_label(title)
         self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)

@@ -86,6 +86,7 @@ class Performance(threading.Thread):
 
         def tick() -> None:
             self._show(cell)
+            self.control.keep_time(float(cell.data.time))
             simulate_faults()
 
         self._standings.append(standing(self._problem, loop))
@@ -99,15 +100,14 @@ class Performance(threading.Thread):
         if not action:
             return
         self._standings.append(standing(self._problem, loop))
+        self._show(loop.run.cell)
         if loop.run.steps:
             self.control.end_action()
-        self._show(loop.run.cell)
+        self.control.keep_time(float(loop.run.cell.data.time))
 
     def _show(self, cell: Workcell) -> None:
-        """Let the present be seen, when it is time for it."""
-        time = float(cell.data.time)
-        self.moment = Moment(time, cell.data.qpos.copy(), cell.glowing, self._standings[-1])
-        self.control.keep_time(time)
+        """Let the present be seen."""
+        self.moment = Moment(float(cell.data.time), cell.data.qpos.copy(), cell.glowing, self._standings[-1])
 
     def _replay(self, loop: ClosedLoop) -> None:
         """Show the recording, from where the spectator likes; played on from its end, it begins again."""
@@ -117,18 +117,17 @@ class Performance(threading.Thread):
         held = [self._standings[max(bisect.bisect_right(starts, time) - 1, 0)] for time in times]
         # The last frame is recorded shortly before the end.
         held[-1] = self._standings[-1]
-        frame = last = len(times) - 1
+        frame = before = last = len(times) - 1
         while True:
             time = end if frame == last else float(times[frame])
             self.moment = Moment(time, recorded["qpos"][frame], int(recorded["glow"][frame]), held[frame], end)
             if frame == last:
                 self.control.pause()
+            elif frame == before + 1 and held[frame].done > held[before].done:
+                self.control.end_action()
             sought = self.control.keep_time(time)
+            before = frame
             if sought is not None:
-                frame = min(int(np.searchsorted(times, sought)), last)
-            elif frame == last:
-                frame = 0
+                frame = before = min(int(np.searchsorted(times, sought)), last)
             else:
-                frame += 1
-                if held[frame].done > held[frame - 1].done:
-                    self.control.end_action()
+                frame = 0 if frame == last else frame + 1

@@ -1,0 +1,160 @@
+"""`prefplan view`: the real command, and what a browser makes of it."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
+
+from experiments.cli import main
+
+CUP = """
+[model]
+kind = "manipulation"
+start = "home"
+costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
+[model.locations]
+desk = { at = [0.45, 0.10] }
+tray = { at = [0.45, -0.25], kind = "bin" }
+[model.objects]
+cup = { start = "desk" }
+[[tasks]]
+name = "tidy"
+formula = "F cup_tray"
+[preference]
+kind = "order"
+"""
+
+PROGRAM = [sys.executable, "-c", "import sys; from experiments.cli import main; sys.exit(main())"]
+
+PATIENCE = 60.0
+"""What takes a browser longer than this, s, never happens."""
+
+
+@pytest.fixture
+def cup(tmp_path: Path) -> Path:
+    path = tmp_path / "cup.toml"
+    path.write_text(CUP)
+    return path
+
+
+@pytest.fixture
+def server(cup: Path) -> Iterator[subprocess.Popen[str]]:
+    command = [*PROGRAM, "view", str(cup), "--port", "0", "--no-browser"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    yield process
+    process.kill()
+    process.communicate()
+
+
+@pytest.fixture
+def browser() -> Iterator[webdriver.Chrome]:
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if not chromium or not driver:
+        pytest.skip("no Chromium here: apt-get install chromium chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for flag in (
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-dev-shm-usage",
+        "--use-gl=angle",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--window-size=640,360",
+    ):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    yield chrome
+    chrome.quit()
+
+
+def address_of(server: subprocess.Popen[str]) -> str:
+    assert server.stdout is not None
+    line = server.stdout.readline()
+    found = re.fullmatch(r"cup: (http://127\.0\.0\.1:\d+) \(Ctrl-C ends it\)\n", line)
+    assert found, line
+    return found[1]
+
+
+def refuse(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(["view", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert not out
+    return err
+
+
+@pytest.mark.slow
+def test_a_spectator_steps_through_a_plan_and_sees_it_end(
+    server: subprocess.Popen[str], browser: webdriver.Chrome
+) -> None:
+    browser.get(address_of(server))
+
+    def text(part: str) -> str:
+        return browser.execute_script(f"return document.querySelector('.standing {part}')?.textContent ?? ''")
+
+    def until(happens: Callable[[], bool]) -> None:
+        WebDriverWait(browser, PATIENCE, 0.1).until(lambda _: happens())
+
+    def click(label: str) -> None:
+        (button,) = (b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label)
+        button.click()
+
+    until(lambda: text(".count").startswith("0 of 4 actions done"))
+    assert text(".current") == "transit desk"
+    click("Step")
+    until(lambda: text(".count").startswith("1 of 4") and text(".state") == "paused")
+    assert text(".current") == "grasp cup"
+    click("Play")
+    until(lambda: text(".state") == "completed")
+    assert text(".count").startswith("4 of 4")
+    assert "Recording" in browser.find_element(By.TAG_NAME, "body").text
+    click("Restart")
+    until(lambda: text(".count").startswith("0 of 4 actions done"))
+    assert browser.find_element(By.TAG_NAME, "canvas").size["width"] > 200
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+
+
+@pytest.mark.slow
+def test_ctrl_c_is_the_way_to_end_it(server: subprocess.Popen[str]) -> None:
+    address_of(server)
+    server.send_signal(signal.SIGINT)
+    out, err = server.communicate(timeout=PATIENCE)
+    assert (server.returncode, out, err) == (0, "", "")
+
+
+def test_a_port_that_is_taken_is_reported(cup: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        told = refuse(capsys, str(cup), "--port", port, "--no-browser")
+    assert told == f"prefplan: --port {port}: it is taken by another program; --port 0 takes any that is free\n"
+
+
+def test_without_its_libraries_it_names_the_command_that_installs_them(
+    cup: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "mjviser" else find(name))
+    told = refuse(capsys, str(cup))
+    assert told == 'prefplan: view needs the libraries viser and mjviser: pip install "prefplan[viewer]"\n'
+
+
+@pytest.mark.parametrize("port", ["65536", "-1", "http"])
+def test_what_is_no_port_is_refused(port: str, cup: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"'{port}' is not a port, 0 to 65535" in refuse(capsys, str(cup), f"--port={port}")
+
+
+def test_only_a_manipulation_model_can_be_viewed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "only a manipulation model can be carried out" in refuse(capsys, "case_study_1", "--no-browser")
