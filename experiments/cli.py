@@ -8,13 +8,40 @@ import sys
 from collections.abc import Sequence
 
 from experiments.arguments import Command
-from experiments.commands import automaton, check, completion, front, init, measure, plan, run, sweep, verify, view
+from experiments.commands import (
+    automaton,
+    check,
+    completion,
+    doctor,
+    front,
+    init,
+    measure,
+    plan,
+    run,
+    sweep,
+    verify,
+    view,
+)
 from experiments.commands import list as list_command
 from experiments.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from prefplan.errors import PrefplanError
 from prefplan.front import UnfinishedError
 
-COMMANDS = (init, list_command, check, front, plan, run, view, verify, sweep, measure, automaton, completion)
+COMMANDS = (
+    init,
+    list_command,
+    check,
+    front,
+    plan,
+    run,
+    view,
+    verify,
+    sweep,
+    measure,
+    automaton,
+    doctor,
+    completion,
+)
 """In the order of the help text."""
 
 EPILOG = """\

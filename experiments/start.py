@@ -9,14 +9,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-INTERRUPTED = 130
+FAILED, INTERRUPTED = 4, 130
 """As in `experiments.status`, which takes longer to load."""
 
 
 def main() -> int:
     """Load the command line, run it and return its exit status."""
     with loading():
-        from experiments import cli
+        try:
+            from experiments import cli
+        except ModuleNotFoundError as error:
+            mend = f"{sys.executable} -m pip install {error.name}"
+            print(f"prefplan: the Python package {error.name} is missing; what mends it: {mend}", file=sys.stderr)
+            return FAILED
     return cli.main()
 
 
