@@ -17,7 +17,8 @@ from prefplan.prepared import Options, Prepared, bytes_to_prepare
 from prefplan.problem import Problem, Task
 from prefplan.product import Product
 from prefplan.quanta import Number, exact, to_number
-from prefplan.search import BiObjectiveSearch, Found, Search, VectorSearch
+from prefplan.search import BiObjectiveSearch, Found, Search
+from prefplan.vector_search import VectorSearch
 
 LONG = 400_000
 """Expansions after which looking for a cheapest plan starts again with larger pattern databases."""
