@@ -18,7 +18,8 @@ from experiments.status import DONE
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "List the scenarios that ship, one line each."
-    more = "Any other command takes these names. A scenario of your own is begun by `prefplan init`."
+    more = "A terminal that is too narrow shows the beginnings of the sentences; --json has them whole.\n"
+    more += "Any other command takes these names. A scenario of your own is begun by `prefplan init`."
     parser = add_command(commands, list_, summary, "prefplan list", "prefplan list --json", more=more)
     add_json(parser)
 
@@ -34,7 +35,7 @@ def list_(options: argparse.Namespace) -> int:
     table.add_column("model")
     table.add_column("tasks", justify="right")
     table.add_column("contract")
-    table.add_column("what it is about")
+    table.add_column("what it is about", no_wrap=True, overflow="ellipsis")
     for one in found:
         table.add_row(one.name, one.kind, str(one.tasks), one.contract, Text(one.summary))
     Console(highlight=False).print(table)

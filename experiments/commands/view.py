@@ -23,7 +23,7 @@ INSTALL = 'pip install "prefplan[viewer]"'
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Carry a plan out live in the browser: play, pause, step by action. Ctrl-C ends it, with status 0."
-    examples = ("prefplan view case_study_3 --plan preference", "prefplan view example --fault slip@3 --port 0")
+    examples = ("prefplan view case_study_3 --plan preference", "prefplan view case_study_3 --fault slip@3 --port 0")
     parser = add_command(commands, view, summary, *examples)
     add_scenario(parser)
     add_plan(parser)

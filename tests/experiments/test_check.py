@@ -72,6 +72,14 @@ def test_the_list_has_one_line_each_where_nothing_wraps(run: Run) -> None:
     assert [line.split()[0] for line in lines[1:]] == scenarios.names()
 
 
+def test_the_list_has_one_line_each_on_a_narrow_terminal(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = run("list").out.splitlines()
+    assert [line.split()[1] for line in lines if line.startswith("│")] == scenarios.names()
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

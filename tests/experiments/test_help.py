@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments import cli
+from experiments import cli, scenarios
+from experiments.overview import kind_of
 
 PLANNING = ("front", "plan", "automaton", "list", "check")
 """Commands quick enough that their examples are carried out here."""
@@ -45,6 +46,14 @@ def test_every_example_is_a_call_of_its_command(name: str, line: str) -> None:
         assert program == "prefplan"
         cli.parser().parse_args(arguments)
     assert f"prefplan {name}" in line
+
+
+@pytest.mark.parametrize(("name", "line"), EVERY)
+def test_every_example_names_a_scenario_that_its_command_can_take(name: str, line: str) -> None:
+    options = cli.parser().parse_args(shlex.split(line.split(" && ")[0].partition(" > ")[0])[1:])
+    if "scenario" in options:
+        kind = kind_of(scenarios.find(options.scenario, measured=False).model)
+        assert name in PLANNING or kind == "manipulation"
 
 
 @pytest.mark.parametrize("line", QUICK)
