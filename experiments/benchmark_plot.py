@@ -7,15 +7,20 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from experiments.benchmark_facts import PUBLISHED
 from experiments.benchmark_instances import FAMILIES
 from experiments.benchmark_runs import BARE, KINDS, MAX_MIN, OURS
 from experiments.benchmark_summary import TITLES
+from experiments.pictures.figures import drawing
 
-COLOURS = {OURS: "#1b7837", MAX_MIN: "#c2571a", BARE: "#5b5b9f"}
+COLOURS = {OURS: "C0", MAX_MIN: "C1", BARE: "C2"}
+
+MARKS = {OURS: "o", MAX_MIN: "s", BARE: "D"}
+"""So that the methods can be told apart without colours too."""
+
+SIZE = (9.5, 8.0)
+"""Inches."""
 
 NAMES = {OURS: "prefplan", MAX_MIN: "paper's method, our kernels", BARE: "the same without heuristic"}
 
@@ -24,19 +29,18 @@ PUBLISHED_NAMES = {MAX_MIN: "paper, published", BARE: "paper, published, without
 
 def draw(report: Mapping[str, Any], path: Path) -> None:
     """Write a picture with one panel for each family of instances and kind of planning."""
-    figure = Figure(figsize=(11, 9), layout="constrained")
-    FigureCanvasAgg(figure)
-    panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
-    for row, family in zip(panels, FAMILIES, strict=True):
-        for axes, kind in zip(row, KINDS, strict=True):
-            _panel(axes, [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)], kind)
-            axes.set_title(f"{TITLES[kind]}, {family}")
-    for axes in panels[-1]:
-        axes.set_xlabel("tasks")
-    for axes in panels[:, 0]:
-        axes.set_ylabel("seconds")
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(path, dpi=120)
+    with drawing(path, size=SIZE) as figure:
+        panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
+        for row, family in zip(panels, FAMILIES, strict=True):
+            for axes, kind in zip(row, KINDS, strict=True):
+                cells = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
+                _panel(axes, cells, kind)
+                axes.set_title(f"{TITLES[kind]}, {family}")
+        for axes in panels[-1]:
+            axes.set_xlabel("tasks")
+        for axes in panels[:, 0]:
+            axes.set_ylabel("seconds")
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 
 def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
@@ -46,7 +50,7 @@ def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
         tasks = [cell["tasks"] for cell in some]
         median = [cell["seconds"]["median"] for cell in some]
         least, largest = ([cell["seconds"][name] for cell in some] for name in ("min", "max"))
-        axes.plot(tasks, median, "o-", color=colour, markersize=4, label=NAMES[method])
+        axes.plot(tasks, median, f"{MARKS[method]}-", color=colour, label=NAMES[method])
         axes.fill_between(tasks, least, largest, color=colour, alpha=0.15, linewidth=0)
         cut = [cell for cell in some if "median" in cell["seconds"]["at_least"]]
         axes.plot(
@@ -54,10 +58,9 @@ def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
             [cell["seconds"]["median"] for cell in cut],
             "^",
             color=colour,
-            markersize=11,
+            markersize=10,
         )
     for method, name in PUBLISHED_NAMES.items():
         times = PUBLISHED[kind, method]
         axes.plot(list(times), list(times.values()), "--", color=COLOURS[method], linewidth=1, label=name)
     axes.set_yscale("log")
-    axes.grid(alpha=0.3)

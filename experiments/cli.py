@@ -13,6 +13,7 @@ from experiments.commands import (
     check,
     completion,
     doctor,
+    draw,
     front,
     init,
     measure,
@@ -39,6 +40,7 @@ COMMANDS = (
     sweep,
     measure,
     automaton,
+    draw,
     doctor,
     completion,
 )

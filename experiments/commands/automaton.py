@@ -7,6 +7,7 @@ import argparse
 from experiments import automaton_formats
 from experiments.arguments import Commands, add_command
 from experiments.console import Console
+from experiments.start import loading
 from experiments.status import DONE
 from prefplan.automaton import automaton as minimal_automaton
 
@@ -26,11 +27,17 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         default="table",
         help="for people, for other tools, or for Graphviz (default: table)",
     )
+    parser.add_argument("--plot", metavar="FILE", help="draw it too; the file ends in .png, .svg or .pdf")
 
 
 def automaton(options: argparse.Namespace) -> int:
     """Carry out `prefplan automaton`."""
     found = minimal_automaton(options.formula)
+    if options.plot is not None:
+        with loading():
+            from experiments.pictures.automaton import draw
+            from experiments.pictures.figures import picture_file
+        draw({found.text: found}, picture_file(options.plot))
     if options.format == "table":
         automaton_formats.show_table(Console(), found)
     else:

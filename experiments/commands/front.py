@@ -8,7 +8,7 @@ import sys
 from experiments import output, scenarios
 from experiments.arguments import Commands, add_command, add_json, add_limits, add_max_cost, add_scenario, in_bytes
 from experiments.console import Console
-from experiments.start import tell_if_compiling
+from experiments.start import loading, tell_if_compiling
 from experiments.status import DONE, INTERRUPTED, no_plan
 from prefplan.planner import Planner
 
@@ -20,10 +20,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan front example",
         "prefplan front example --max-cost 8 --json",
         "prefplan front case_study_1 --max-seconds 10",
+        "prefplan front case_study_1 --plot front.pdf",
     )
     parser = add_command(commands, front, summary, *examples)
     add_scenario(parser)
     add_json(parser)
+    parser.add_argument("--plot", metavar="FILE", help="draw the front too; the file ends in .png, .svg or .pdf")
     add_max_cost(parser)
     add_limits(parser, "what was found by then")
 
@@ -31,6 +33,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def front(options: argparse.Namespace) -> int:
     """Carry out `prefplan front`."""
     scenario = scenarios.find(options.scenario)
+    plot = None
+    if options.plot is not None:
+        with loading():
+            from experiments.pictures import front as picture
+            from experiments.pictures.figures import picture_file
+        plot = picture_file(options.plot)
     tell_if_compiling()
     result = Planner(scenario.problem()).front(
         max_cost=options.max_cost,
@@ -42,6 +50,10 @@ def front(options: argparse.Namespace) -> int:
         output.print_json(output.front_json(scenario, result))
     elif result:
         output.show_front(Console(), scenario, result)
+    if plot and result:
+        picture.draw(scenario, result, plot)
+        if not options.json:
+            print(f"\nPicture: {plot}")
     if result.reason:
         return no_plan(result.reason)
     if result.ended:

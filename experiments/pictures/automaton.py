@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 from experiments.pictures import node_link
 from experiments.pictures.guards import labels
 from experiments.pictures.node_link import Diagram, Edge, Node
 from prefplan.automaton import Automaton
+from prefplan.errors import PrefplanError
+
+MOST_STATES = 40
+"""Nobody can read a larger one."""
 
 
 def diagram(automaton: Automaton) -> Diagram:
-    """Return a laid out automaton; state i is node `qi`."""
+    """Return a laid out automaton; state i is node `qi`.
+
+    Raises:
+        PrefplanError: it has too many states.
+    """
+    if automaton.size > MOST_STATES:
+        raise PrefplanError(
+            f"the automaton of '{automaton.text}' has {automaton.size} states, and only one of up to {MOST_STATES} "
+            "can be drawn so that it can be read"
+        )
     nodes = [Node(f"q{state}", (str(state),), *_kind(automaton, state)) for state in range(automaton.size)]
     edges = [
         Edge(state, target, text)
@@ -31,8 +47,23 @@ def svg(automaton: Automaton, *, prefix: str = "") -> str:
         The SVG. State i is the group `q<i>` of the class `node`, and `accepting` or `dead` if it is that; what leads
         from i to j is the group `q<i>-q<j>` of the class `edge`, which has a label unless it is the self-loop of an
         absorbing state, which is left out. Each is drawn in its `color`.
+
+    Raises:
+        PrefplanError: it has too many states.
     """
     return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}", prefix=prefix)
+
+
+def draw(automata: Mapping[str, Automaton], path: Path) -> None:
+    """Write a figure of automata, each below its title.
+
+    Raises:
+        PrefplanError: one has too many states, or the file cannot be written.
+    """
+    # Matplotlib takes a second to load, which whoever wants SVG is spared.
+    from experiments.pictures import node_link_figure
+
+    node_link_figure.draw({title: diagram(automaton) for title, automaton in automata.items()}, path)
 
 
 def _kind(automaton: Automaton, state: int) -> tuple[str, str]:

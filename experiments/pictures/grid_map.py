@@ -23,7 +23,10 @@ LARGEST_CELL = 64.0
 MARK = (3.5, 6.5)
 """Radius of marks on grids of small and of large cells, in the same units."""
 
-CLEAR = 2.5
+LETTER = 7.0
+"""Width of a letter, in the same units."""
+
+CLEAR = 1.2
 """A region's name that is this far from a path, in cells, is far enough."""
 
 MOST_CELLS = 2_500
@@ -91,7 +94,7 @@ def svg(model: GridModel, plan: Plan | None = None, *, prefix: str = "") -> str:
         'paint-order="stroke" text-anchor="start" pointer-events="none">'
     )
     for name, boxes in model.regions.items():
-        x, y = _svg_point(model, name_place(boxes, plan) + [-0.5, 0.5])
+        x, y = _svg_point(model, name_place(name, boxes, plan, letter=LETTER / cell) + [-0.5, 0.5])
         lines.append(f'<text x="{x + 4:.1f}" y="{y + 14:.1f}">{escape(name)}</text>')
     lines.append("</g>")
     if plan is not None:
@@ -139,16 +142,26 @@ def path_of(plan: Plan) -> Trail:
     return trail(cast(Sequence[tuple[int, int]], plan.states))
 
 
-def name_place(boxes: Sequence[Box], plan: Plan | None) -> np.ndarray:
-    """Return in which cell to write a region's name: at the left of its largest box, high up, and clear of a path."""
+def name_place(name: str, boxes: Sequence[Box], plan: Plan | None, *, letter: float) -> np.ndarray:
+    """Return in which cell to begin a region's name: high up in its largest box and clear of a path.
+
+    Args:
+        name: the region's.
+        boxes: it consists of.
+        plan: whose path is drawn too.
+        letter: width of a letter, in cells.
+    """
     x0, y0, x1, y1 = max(boxes, key=lambda box: (box[2] - box[0] + 1) * (box[3] - box[1] + 1))
-    cells = np.array([(x, y) for x in dict.fromkeys([x0, (x0 + x1) // 2]) for y in range(y1, y0 - 1, -1)], dtype=float)
+    columns = [x for x in range(x0, x1 + 1) if x == x0 or x + len(name) * letter <= x1 + 1]
+    cells = np.array([(x, y) for y in range(y1, y0 - 1, -1) for x in columns], dtype=float)
     if plan is None:
         return cells[0]
     path = path_of(plan).states
-    middles = cells + [0.5, 0]
-    apart = np.linalg.norm(middles[:, None] - path[None], axis=2).min(axis=1).clip(max=CLEAR)
-    return cells[int(np.argmax(apart))]
+    apart = [
+        np.linalg.norm(cells[:, None] + [share * len(name) * letter - 0.5, 0] - path[None], axis=2).min(axis=1)
+        for share in (0.1, 0.5, 0.9)
+    ]
+    return cells[int(np.argmax(np.min(apart, axis=0).clip(max=CLEAR)))]
 
 
 def _cell(model: GridModel) -> float:

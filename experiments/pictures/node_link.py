@@ -30,7 +30,7 @@ LOOP = 30.0
 HEAD = (9.0, 3.6)
 """Length and half the width of an arrow's head."""
 
-WIDEST, WIDEST_LOOP = 36, 12
+WIDEST, WIDEST_LOOP = 36, 9
 """Letters in a line of a label, if it can be broken; less above a self-loop, for what leaves the node beside it."""
 
 MOST_LINES = 6
@@ -181,6 +181,11 @@ def svg(diagram: Diagram, *, title: str, prefix: str = "") -> str:
     return "\n".join([*lines, "</svg>"])
 
 
+def corner_radius(height: float) -> float:
+    """Return how round the corners of a node of some height are; those of the least height are circles."""
+    return min(RADIUS, height / 2)
+
+
 def _lines(label: str, widest: int) -> tuple[str, ...]:
     """Return a label in lines, one for each term of a sum if it is too long for one, broken before `&` if need be."""
     lines: list[str] = []
@@ -214,10 +219,10 @@ def _through(
 def _border(middle: np.ndarray, half: np.ndarray, towards: np.ndarray) -> np.ndarray:
     """Return where a curve that comes from some point meets a node: on its side, less steeply than it comes."""
     apart = towards - middle
-    angle = np.clip(np.arctan2(apart[1], abs(apart[0])), -1.0, 1.0)
-    straight = max(0.0, half[0] - half[1])
-    side = np.sign(apart[0]) or 1.0
-    return middle + [side * (straight + half[1] * np.cos(angle)), half[1] * np.sin(angle)]
+    up = half[1] * np.sin(np.clip(np.arctan2(apart[1], abs(apart[0])), -1.0, 1.0))
+    round_part = max(0.0, abs(up) - (half[1] - RADIUS))
+    across = half[0] - RADIUS + np.sqrt(RADIUS**2 - round_part**2)
+    return middle + [(np.sign(apart[0]) or 1.0) * across, up]
 
 
 def _outwards(middle: np.ndarray, border: np.ndarray) -> np.ndarray:
@@ -252,7 +257,7 @@ def _arrow_svg(curve: np.ndarray, head: np.ndarray) -> str:
 
 
 def _box_svg(x: float, y: float, width: float, height: float, extra: str) -> str:
-    radius = min(RADIUS, height / 2)
+    radius = corner_radius(height)
     corner = f'x="{x - width / 2:.1f}" y="{y - height / 2:.1f}"'
     return f'<rect {corner} width="{width:.1f}" height="{height:.1f}" rx="{radius:.1f}" {extra}/>'
 
