@@ -14,6 +14,14 @@ from experiments.console import Console
 from experiments.overview import overview
 from experiments.status import DONE
 
+HEADINGS = ("scenario", "model", "tasks", "contract")
+
+FRAME = 3
+"""What a table adds to the width of a column: a line and two blanks."""
+
+SHORTEST = 20
+"""A sentence is never cut shorter than this, however narrow the terminal."""
+
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
@@ -30,13 +38,17 @@ def list_(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json({"scenarios": [asdict(one) for one in found]})
         return DONE
+    console = Console(highlight=False)
+    rows = [(one.name, one.kind, str(one.tasks), one.contract) for one in found]
+    taken = sum(max(map(len, column)) + FRAME for column in zip(HEADINGS, *rows, strict=True))
+    room = max(SHORTEST, console.width - taken - FRAME - 1)
     table = Table()
-    table.add_column("scenario", style="bold")
-    table.add_column("model")
-    table.add_column("tasks", justify="right")
-    table.add_column("contract")
-    table.add_column("what it is about", no_wrap=True, overflow="ellipsis")
-    for one in found:
-        table.add_row(one.name, one.kind, str(one.tasks), one.contract, Text(one.summary))
-    Console(highlight=False).print(table)
+    for heading in HEADINGS:
+        table.add_column(heading, no_wrap=True, justify="right" if heading == "tasks" else "left")
+    table.add_column("what it is about", no_wrap=True)
+    for row, one in zip(rows, found, strict=True):
+        summary = Text(one.summary)
+        summary.truncate(room, overflow="ellipsis")
+        table.add_row(*row, summary)
+    console.print(table)
     return DONE
