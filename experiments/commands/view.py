@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import os
+import sys
 import webbrowser
 
 from experiments import scenarios
@@ -61,7 +63,7 @@ def view(options: argparse.Namespace) -> int:
 
     def ready(address: str) -> None:
         print(f"{scenario.name}: {address} (Ctrl-C ends it)", flush=True)
-        if not options.no_browser:
+        if _has_screen() and not options.no_browser:
             webbrowser.open(address)
 
     watch(
@@ -80,3 +82,8 @@ def port(text: str) -> int:
     if text.isascii() and text.isdigit() and int(text) < 1 << 16:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0 to 65535")
+
+
+def _has_screen() -> bool:
+    """Return whether a browser has where to open; without, Python would start one for text in the terminal."""
+    return sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

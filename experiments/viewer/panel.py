@@ -9,6 +9,7 @@ import viser
 from experiments.viewer.control import Control
 from experiments.viewer.performance import Moment, Performance
 from experiments.viewer.standing_html import standing_html
+from sim.rollout import FRAME_RATE
 
 SPEEDS = ("1/4", "1/2", "1", "2", "4", "8")
 """Simulated seconds in a second."""
@@ -61,12 +62,17 @@ class Panel:
         """Show how things stand."""
         running = self._control.mode != "paused"
         self._play.visible, self._pause.visible = not running, running
+        state = "paused"
         if moment.length is None:
             self._time.visible = False
+            state = "running" if running else state
         else:
             self._time.max, self._time.visible = moment.length, True
-            self._time.value = round(moment.time, 2)  # type: ignore[misc]  # mypy misses the setter
-        html = standing_html(moment.standing, moment.time, running=running)
+            # Nearer than a frame, the slider stays where somebody drags it.
+            if abs(self._time.value - moment.time) > 1 / FRAME_RATE:
+                self._time.value = round(moment.time, 2)  # type: ignore[misc]  # mypy misses the setter
+            state = "replaying" if running else state
+        html = standing_html(moment.standing, moment.time, state=moment.standing.ended or state)
         if html != self._text.content:
             self._text.content = html
 

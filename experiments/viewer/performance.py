@@ -15,6 +15,9 @@ from prefplan.problem import Problem
 from sim.closed_loop import ClosedLoop
 from sim.workcell import Workcell
 
+STOPPING = 2.0
+"""How long a performance is waited for that nobody wants any more, s."""
+
 Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
 """Returns the pursuit of a plan at its start, given whom it tells before each action what is done."""
 
@@ -74,9 +77,9 @@ class Performance(threading.Thread):
             self.failure = failure
 
     def stop(self) -> None:
-        """End it, and wait for that."""
+        """End it, and wait for that, but not for a plan that is being made anew."""
         self.control.stop()
-        self.join()
+        self.join(STOPPING)
 
     def _perform(self) -> ClosedLoop:
         """Carry the plan out, keeping the spectator's time in every control period."""

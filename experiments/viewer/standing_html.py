@@ -21,20 +21,16 @@ STYLE = """<style>
 </style>"""
 
 
-def standing_html(standing: Standing, time: float, *, running: bool) -> str:
+def standing_html(standing: Standing, time: float, *, state: str) -> str:
     """Return how an execution stands as HTML.
 
     Args:
         standing: how it stands.
         time: simulated time, s.
-        running: whether it goes on, rather than being paused.
+        state: whether it goes on, is paused or has ended, and why.
     """
     plan, total = standing.plan, len(standing.plan.actions)
     now = f"{min(standing.done, total)} of {total} actions done, {time:.1f} s"
-    if standing.ended is not None:
-        state = standing.ended
-    else:
-        state = "running" if running else "paused"
     parts = [
         STYLE,
         f'<div class="standing"><div><b class="count">{now}</b>, <span class="state">{escape(state)}</span></div>',

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +31,8 @@ def file_name(block: str) -> str | None:
 
 COMMANDS = [line for block in blocks("sh") for line in block.splitlines()]
 MAKE = [line for line in COMMANDS if line.startswith("make")]
-PROGRAM = [line for line in COMMANDS if line not in MAKE]
+VIEW = [line for line in COMMANDS if line.startswith("prefplan view")]
+PROGRAM = [line for line in COMMANDS if line not in MAKE + VIEW]
 SNIPPETS = [block for block in blocks("python") if not file_name(block)]
 
 
@@ -42,11 +45,13 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+def environment() -> dict[str, str]:
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    return subprocess.run(
-        ["sh", "-c", command], cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
-    )
+    return os.environ | {"PATH": path}
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["sh", "-c", command], cwd=folder, env=environment(), capture_output=True, text=True)
 
 
 @pytest.mark.slow
@@ -57,6 +62,21 @@ def test_every_command_works(command: str, folder: Path) -> None:
     done = shell(command, folder)
     assert done.returncode == 0, done.stderr
     assert done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", VIEW)
+def test_every_view_can_be_looked_at_until_it_is_ended(command: str, folder: Path) -> None:
+    pipe = subprocess.PIPE
+    command = f"exec {command} --no-browser --port 0"
+    with subprocess.Popen(["sh", "-c", command], cwd=folder, env=environment(), stdout=pipe, stderr=pipe) as program:
+        assert program.stdout is not None
+        address = re.search(rb"http://[0-9.:]+", program.stdout.readline())
+        if address:
+            assert b"<title>" in urllib.request.urlopen(address[0].decode(), timeout=60).read()
+        program.send_signal(signal.SIGINT)
+        _, errors = program.communicate(timeout=60)
+    assert address and program.returncode == 0, errors
 
 
 @pytest.mark.parametrize("command", MAKE)

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import webbrowser
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
 from experiments.cli import main
+from experiments.viewer import session
 
 CUP = """
 [model]
@@ -89,6 +91,13 @@ def address_of(server: subprocess.Popen[str]) -> str:
     return found[1]
 
 
+def ended(server: subprocess.Popen[str]) -> tuple[int, str, str]:
+    """Press Ctrl-C, and return the exit status and what was printed since."""
+    server.send_signal(signal.SIGINT)
+    out, err = server.communicate(timeout=PATIENCE)
+    return server.returncode, out, err
+
+
 def refuse(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     assert main(["view", *arguments]) == 2
     out, err = capsys.readouterr()
@@ -97,7 +106,7 @@ def refuse(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 @pytest.mark.slow
-def test_a_spectator_steps_through_a_plan_and_sees_it_end(
+def test_a_spectator_steps_through_a_plan_sees_it_end_and_presses_ctrl_c(
     server: subprocess.Popen[str], browser: webdriver.Chrome
 ) -> None:
     browser.get(address_of(server))
@@ -125,14 +134,27 @@ def test_a_spectator_steps_through_a_plan_and_sees_it_end(
     until(lambda: text(".count").startswith("0 of 4 actions done"))
     assert browser.find_element(By.TAG_NAME, "canvas").size["width"] > 200
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+    assert ended(server) == (0, "", "")
 
 
-@pytest.mark.slow
-def test_ctrl_c_is_the_way_to_end_it(server: subprocess.Popen[str]) -> None:
-    address_of(server)
-    server.send_signal(signal.SIGINT)
-    out, err = server.communicate(timeout=PATIENCE)
-    assert (server.returncode, out, err) == (0, "", "")
+@pytest.mark.parametrize(("display", "options", "opened"), [(":0", [], 1), (":0", ["--no-browser"], 0), ("", [], 0)])
+def test_a_browser_is_opened_where_there_is_a_screen(
+    display: str,
+    options: list[str],
+    opened: int,
+    cup: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    addresses: list[str] = []
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr(webbrowser, "open", addresses.append)
+    monkeypatch.setattr(session, "watch", lambda *what, ready, **how: ready("http://127.0.0.1:1"))
+    assert main(["view", str(cup), *options]) == 0
+    assert capsys.readouterr().out == "cup: http://127.0.0.1:1 (Ctrl-C ends it)\n"
+    assert addresses == ["http://127.0.0.1:1"] * opened
 
 
 def test_a_port_that_is_taken_is_reported(cup: Path, capsys: pytest.CaptureFixture[str]) -> None:

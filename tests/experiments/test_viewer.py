@@ -187,7 +187,7 @@ def test_what_goes_wrong_is_told(perform: Perform) -> None:
 def test_the_panel_marks_the_present_action_and_escapes_what_it_is_told() -> None:
     plan = Plan(4, 0, {"a": 4}, {"a": 0}, ("transit desk", "grasp cup"), ())
     tasks = (Progress("a", "F (holding_cup & !cup_tray)", None), Progress("b", "F x", 3))
-    html = standing_html(Standing(1.0, plan, 1, 3, 0, tasks, ("1.0 s: fault: <b>",)), 1.25, running=True)
+    html = standing_html(Standing(1.0, plan, 1, 3, 0, tasks, ("1.0 s: fault: <b>",)), 1.25, state="running")
     assert '<li class="muted">transit desk</li>\n<li class="current">grasp cup</li>' in html
     assert "1 of 2 actions done, 1.2 s" in html
     assert "F (holding_cup &amp; !cup_tray)" in html
