@@ -158,3 +158,19 @@ def positive(text: str) -> int:
     if text.isascii() and text.isdigit() and int(text):
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= 1")
+
+
+def plan_numbers(text: str) -> tuple[int, ...]:
+    """Return the numbers of plans, such as `0,3`, each once and in order."""
+    return tuple(sorted({whole(part.strip()) for part in text.split(",")}))
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    """Return (width, height) in pixels, such as `1280x720`, both even as films need it."""
+    width, cross, height = text.partition("x")
+    if not (cross and width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 1280x720")
+    size = int(width), int(height)
+    if any(side % 2 or not 16 <= side <= 4096 for side in size):
+        raise argparse.ArgumentTypeError(f"{text!r}: width and height must be even and between 16 and 4096 pixels")
+    return size

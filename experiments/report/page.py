@@ -1,0 +1,133 @@
+"""The report's folder: the page, its script and style, and the chart library."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import vl_convert
+
+from experiments.files import make_folder, write_bytes
+from experiments.output import ended_early, number
+from experiments.pictures import automaton as automaton_picture
+from experiments.pictures import grid_map
+from experiments.report.data import page_data
+from experiments.report.recordings import Recording
+from experiments.report.wishes import in_words
+from prefplan.front import Front
+from prefplan.models.grid import GridModel
+from prefplan.scenario import Scenario
+
+PARTS = "page"
+"""Folder of what the page is made of, here and in the report."""
+
+VEGA = "vega.js"
+"""The chart library's file: Vega and Vega-Lite, BSD-3-Clause, University of Washington Interactive Data Lab."""
+
+INDEX = "index.html"
+
+SVG = "http://www.w3.org/2000/svg"
+
+
+def write_page(
+    scenario: Scenario,
+    front: Front,
+    recordings: Mapping[int, Recording],
+    folder: Path,
+    *,
+    notices: tuple[str, ...] = (),
+) -> Path:
+    """Write a report's page and all that it needs beside the films and logs; return its path.
+
+    Args:
+        scenario: what was planned.
+        front: its front.
+        recordings: of some of its plans, by number; their files lie in the folder.
+        folder: where to.
+        notices: what the reader must know of this report, each a sentence.
+
+    Raises:
+        PrefplanError: a file cannot be written.
+    """
+    make_folder(folder / PARTS)
+    for part in files(__package__).joinpath(PARTS).iterdir():
+        if part.name.endswith((".js", ".css")):
+            write_bytes(folder / PARTS / part.name, part.read_bytes())
+    write_bytes(folder / PARTS / VEGA, _library())
+    text = _render(scenario, front, page_data(scenario, front, recordings), (*_shortfalls(front), *notices))
+    write_bytes(folder / INDEX, text.encode())
+    return folder / INDEX
+
+
+@cache
+def _library() -> bytes:
+    """Return the chart library as a script; its names must not meet the page's."""
+    bundle = vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")
+    return f"(() => {{\n{bundle}\n}})();\n".encode()
+
+
+def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...]) -> str:
+    problem = scenario.problem()
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(lambda name: files(__package__).joinpath(PARTS, name).read_text("utf-8")),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["number"] = number
+    pictures = {
+        task.name: automaton_picture.svg(automaton)
+        for task, automaton in zip(problem.tasks, problem.automata, strict=True)
+    }
+    return environment.get_template("index.html").render(
+        name=scenario.name,
+        about=introduction(scenario.text),
+        preference=in_words(scenario.preference, problem.names),
+        front=front,
+        reason=front.reason,
+        tasks=data["tasks"],
+        pictures=pictures,
+        maps=_maps(scenario, front),
+        notices=notices,
+        data=data,
+        scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
+    )
+
+
+def _maps(scenario: Scenario, front: Front) -> list[str]:
+    """Return the map of every plan on a grid, without its single cells, of which a page would hold too many."""
+    if not isinstance(scenario.model, GridModel):
+        return []
+    ElementTree.register_namespace("", SVG)
+    found = []
+    for plan in front:
+        root = ElementTree.fromstring(grid_map.svg(scenario.model, plan))
+        for group in root.findall(f"{{{SVG}}}g[@class='cells']"):
+            root.remove(group)
+        for part in root.iter():
+            part.attrib.pop("id", None)
+        found.append(ElementTree.tostring(root, encoding="unicode"))
+    return found
+
+
+def introduction(text: str) -> str:
+    """Return the comment that a scenario file begins with, as one line."""
+    lines = []
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("# ").rstrip())
+    return " ".join(lines)
+
+
+def _shortfalls(front: Front) -> tuple[str, ...]:
+    """Return what is missing of a front, as sentences."""
+    if front.ended is None:
+        return ()
+    return (f"The search did not come to its end ({ended_early(front)}). Dearer plans may exist that are preferred.",)

@@ -1,0 +1,47 @@
+"use strict";
+// The tasks: each with its formula, its automaton in the state that the plan has brought it to, and what was paid.
+
+const WIDE = 430; // pixels; a wider automaton gets a row of its own
+
+class TaskCard {
+  constructor(task, plan, prefix) {
+    this.task = task;
+    this.track = plan.timeline.tracks[task.name];
+    this.plan = plan;
+    const picture = document.getElementById(`automaton-${task.name}`).content.cloneNode(true);
+    this.parts = {};
+    for (const part of picture.querySelectorAll("[id]")) {
+      this.parts[part.id] = part;
+      part.id = `${prefix}-${task.name}-${part.id}`;
+    }
+    this.status = make("p", { class: "status" });
+    const offers = task.offers.length ? make("p", { class: "small" }, `On offer: ${task.offers.join("; ")}.`) : null;
+    const used = this.track.bought.map((bought) => make("li", {}, bought.assume === null
+      ? `Skipped, for ${bought.cost}`
+      : `${bought.assume} counts as true ${bought.step ? `after action ${bought.step}` : "at the start"}, for ${bought.cost}`));
+    const wide = Number(picture.querySelector("svg").getAttribute("width")) > WIDE;
+    this.element = make("article", { class: wide ? "task wide" : "task", "data-task": task.name },
+      make("h4", {}, task.title), this.status,
+      make("p", {}, make("code", {}, task.formula)),
+      make("div", { class: "automaton", tabindex: 0, role: "region", "aria-label": `Automaton of ${task.name}` }, picture),
+      offers, used.length ? make("ul", { class: "used" }, ...used) : null);
+    this.state = null;
+  }
+
+  show(done) {
+    const { states, satisfied } = this.track;
+    const state = states === null ? null : states[done];
+    const words = state === null ? "skipped"
+      : satisfied !== null && done >= satisfied ? "done"
+      : state === this.task.dead ? "cannot be done any more" : "open";
+    if (this.shown === `${state} ${words}`) return;
+    this.shown = `${state} ${words}`;
+    this.status.textContent = state === null ? words : `${words} · state ${state}`;
+    this.element.dataset.status = words.split(" ")[0];
+    if (this.state !== null) for (const part of [this.parts[`q${this.state}`], this.edge]) if (part) part.classList.remove("here");
+    this.edge = done && states ? this.parts[`q${states[done - 1]}-q${state}`] : null;
+    if (state !== null && this.parts[`q${state}`]) this.parts[`q${state}`].classList.add("here");
+    if (this.edge && states[done - 1] !== state) this.edge.classList.add("here");
+    this.state = state;
+  }
+}

@@ -1,0 +1,112 @@
+"use strict";
+// The Pareto front as a chart: a step line, and points that can be chosen by mouse, touch and keyboard.
+
+const LABELLED = 14; // points up to which each bears its number
+
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+function frontSpec(plans, height) {
+  const ink = colour("--ink"), soft = colour("--soft"), line = colour("--line");
+  const first = colour("--first"), second = colour("--second"), paper = colour("--paper");
+  const many = plans.length > LABELLED;
+  const values = plans.map((plan) => ({
+    index: plan.index, cost: plan.cost, preference: plan.preference,
+    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+  }));
+  const axis = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
+  const scale = { zero: false, nice: true, padding: 14 };
+  const x = { field: "cost", type: "quantitative", title: "Total cost →", scale, axis: { ...axis, tickCount: 6 } };
+  const y = { field: "preference", type: "quantitative", title: "← Preference (lower is better)", scale, axis: { ...axis, tickCount: 5 } };
+  const tests = [
+    { test: "datum.index === chosen", value: first },
+    { test: "datum.index === other", value: second },
+  ];
+  return {
+    width: "container", height, background: "transparent", data: { values },
+    description: `The Pareto front: ${plans.length} plans, cost against preference.`,
+    params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }],
+    config: { view: { stroke: null }, font: "inherit", axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
+    layer: [
+      { mark: { type: "line", interpolate: "step-after", color: soft, strokeWidth: 1.5, aria: false }, encoding: { x, y } },
+      {
+        mark: { type: "point", filled: true, opacity: 1, cursor: "pointer", strokeWidth: 2 },
+        encoding: {
+          x, y,
+          shape: { condition: { test: "datum.index === other", value: "square" }, value: "circle" },
+          size: { condition: { test: "datum.index === chosen || datum.index === other", value: 320 }, value: many ? 90 : 190 },
+          color: { condition: tests, value: paper },
+          stroke: { condition: tests, value: ink },
+          description: { field: "words" },
+          tooltip: { field: "words" },
+        },
+      },
+      {
+        mark: { type: "text", dy: -18, dx: 8, fontSize: 13, fontWeight: 600, color: ink, aria: false, clip: false },
+        encoding: {
+          x, y, text: { field: "index" },
+          opacity: { condition: { test: `${!many} || datum.index === chosen || datum.index === other`, value: 1 }, value: 0 },
+        },
+      },
+    ],
+  };
+}
+
+class FrontChart {
+  constructor(place, plans, choose) {
+    this.place = place;
+    this.plans = plans;
+    this.choose = choose;
+    this.chosen = [-1, -1];
+    this.view = null;
+    this.queue = this.draw();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.queue = this.queue.then(() => this.draw()); });
+  }
+
+  async draw() {
+    if (this.view) this.view.finalize();
+    const spec = frontSpec(this.plans, matchMedia("(max-width: 600px)").matches ? 240 : 320);
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const { view } = await vegaEmbed(this.place, spec, { actions: false, renderer: "svg", tooltip: { theme: dark ? "dark" : "light" } });
+    this.view = view;
+    view.addEventListener("click", (event, item) => this.take(event, item && item.datum));
+    view.addResizeListener(() => setTimeout(() => this.prepare(), 0));
+    await this.mark();
+  }
+
+  take(event, datum) {
+    if (datum && datum.index !== undefined) this.choose(datum.index, event.shiftKey);
+  }
+
+  // Vega draws the points; that they are buttons, it does not know.
+  prepare() {
+    const svg = this.place.querySelector("svg");
+    svg.setAttribute("role", "group");
+    for (const point of svg.querySelectorAll("path[aria-roledescription]")) {
+      const datum = point.__data__ && point.__data__.datum;
+      if (!datum || datum.words === undefined) continue;
+      point.setAttribute("tabindex", "0");
+      point.setAttribute("role", "button");
+      point.dataset.plan = datum.index;
+      point.setAttribute("aria-pressed", String(this.chosen.includes(datum.index)));
+      if (point.onkeydown) continue;
+      point.onkeydown = (event) => {
+        if (event.key !== "Enter" && event.key !== " ") return;
+        event.preventDefault();
+        event.stopPropagation();
+        this.take(event, point.__data__.datum);
+      };
+    }
+  }
+
+  async mark() {
+    await this.view.signal("chosen", this.chosen[0]).signal("other", this.chosen[1]).runAsync();
+    this.prepare();
+  }
+
+  show(chosen, other) {
+    this.chosen = [chosen, other === null ? -1 : other];
+    this.queue = this.queue.then(() => this.mark());
+  }
+}

@@ -1,0 +1,139 @@
+"use strict";
+// One plan in full: its film or map, why it costs what it costs, its timeline, its tasks and what was checked.
+
+class Panel {
+  // `other`: the plan it is compared with, or null; `part`: how many actions both begin with alike.
+  constructor(data, plan, { other, part, most, side, seek }) {
+    this.plan = plan;
+    this.film = this.makeFilm(plan);
+    this.map = data.map ? new GridMap(data.map, plan) : null;
+    this.caption = make("p", { class: "caption" });
+    const timeline = new Timeline(plan, ordered(data.tasks, plan), {
+      most, seek, part: other ? plan.timeline.spent[part] : null,
+    });
+    const cards = data.tasks.map((task) => new TaskCard(task, plan, `panel${plan.index}`));
+    this.followers = [timeline, ...(this.map ? [this.map] : [])];
+    this.cards = cards;
+    this.element = make("article", { class: `panel ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
+      make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
+        ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`),
+      make("div", { class: "stage" },
+        make("div", { class: "watch" }, this.film || (this.map && this.map.element) || null, this.caption, this.filmNote(plan)),
+        make("div", { class: "why" }, ...this.why(plan), this.costs(data.tasks, plan))),
+      make("h4", { class: "part-title" }, "What it does, and what it has spent by then"),
+      timeline.element,
+      make("h4", { class: "part-title" }, "The tasks and their automata"),
+      make("div", { class: "tasks" }, ...cards.map((card) => card.element)),
+      this.steps(plan, seek), this.certificate(plan));
+  }
+
+  makeFilm(plan) {
+    if (!plan.run || !plan.run.video) return null;
+    return make("video", {
+      src: plan.run.video, preload: "auto", playsinline: true, muted: true,
+      "aria-label": `Film of the robot carrying out plan ${plan.index}`,
+    });
+  }
+
+  filmNote(plan) {
+    const { run } = plan;
+    if (!run) return this.map ? null : make("p", { class: "small" }, "This plan was not carried out; the clock gives every action one second.");
+    const notes = [];
+    if (!run.video) notes.push(run.no_video ? `No film: ${run.no_video}` : "Carried out without a film; the clock is that of the run.");
+    if (!run.completed) notes.push(`The run was not completed: ${run.reason}. What is shown is what happened.`);
+    else if (!run.as_planned) notes.push(`The run went otherwise than planned; it was planned anew ${run.replans} ${run.replans === 1 ? "time" : "times"}. What is shown is what happened.`);
+    return notes.length ? make("p", { class: "notice" }, notes.join(" ")) : null;
+  }
+
+  why(plan) {
+    return plan.explanations.map((explanation, i) => make("div", { class: "explanation" },
+      make("p", { class: "headline" }, explanation.headline),
+      make("details", { open: i === 0 },
+        make("summary", {}, "In detail"),
+        make("ul", {}, ...explanation.details.map((detail) => make("li", {}, detail))))));
+  }
+
+  costs(tasks, plan) {
+    const wishes = plan.wishes.length > 0;
+    const rows = ordered(tasks, plan).map((task) => {
+      const mine = plan.wishes.filter((wish) => wish.task === task.name);
+      const place = plan.order.indexOf(task.name);
+      const came = place < 0 ? "not done" : ordinal(place);
+      const adds = mine.reduce((sum, wish) => sum + wish.adds, 0);
+      return make("tr", {},
+        make("th", { scope: "row" }, task.title),
+        make("td", {}, show(plan.task_costs[task.name])),
+        make("td", {}, came),
+        wishes ? make("td", {}, mine.map((wish) => wish.words).join("; ") || "–") : null,
+        wishes ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
+    });
+    const heads = ["Task", "Done at cost", "Came", ...(wishes ? ["Wished", "Adds to preference"] : [])];
+    return make("div", { class: "scroll" }, make("table", { class: "costs" },
+      make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
+      make("tbody", {}, ...rows)));
+  }
+
+  steps(plan, seek) {
+    const { actions, costs, spent, tracks } = plan.timeline;
+    const rows = actions.map((action, k) => {
+      const news = Object.entries(tracks).flatMap(([name, track]) => {
+        if (track.states === null) return [];
+        const bought = track.bought.filter((one) => one.step === k + 1).map((one) => `${name}: ${one.assume} counts as true, for ${one.cost}`);
+        if (track.satisfied === k + 1) return [...bought, `${name} is done`];
+        return track.advances.includes(k + 1) ? [...bought, `${name} goes on to state ${track.states[k + 1]}`] : bought;
+      });
+      const go = make("button", { type: "button", class: "link" }, MOVES[action] || action);
+      go.addEventListener("click", () => seek(plan.times[k][0]));
+      return make("tr", {}, make("td", {}, String(k + 1)), make("td", {}, go), make("td", {}, costs[k]), make("td", {}, show(spent[k + 1])), make("td", {}, news.join("; ")));
+    });
+    return make("details", { class: "steps" },
+      make("summary", {}, actions.length ? `All ${actions.length} actions, one by one` : "There is nothing to do"),
+      make("div", { class: "scroll" }, make("table", {},
+        make("thead", {}, make("tr", {}, ...["#", "Action", "Costs", "Spent", "Tasks"].map((head) => make("th", { scope: "col" }, head)))),
+        make("tbody", {}, ...rows))));
+  }
+
+  certificate(plan) {
+    const proof = plan.run ? plan.run.certificate : null;
+    const checks = proof ? proof.checks : plan.checks;
+    const refuted = checks.filter((check) => !check.holds).length;
+    const what = proof ? "checks of the run’s log" : "checks of the plan, by the definitions alone,";
+    const verdict = refuted ? `Not certified: ${refuted} of ${checks.length} ${what} failed` : `Certified: ${checks.length} ${what} confirm it`;
+    const lists = [this.checkList(checks)];
+    if (proof) {
+      lists.push(make("p", { class: "small" }, "Check it again: ", make("code", {}, `prefplan verify ${plan.run.log}`), " (in this folder). ",
+        make("a", { href: plan.run.log, download: true }, "The log"), "."));
+      const failed = plan.checks.filter((check) => !check.holds).length;
+      lists.push(make("p", { class: "small" }, failed ? `${failed} checks of the plan itself failed:` : `The plan itself passes ${plan.checks.length} checks:`), this.checkList(plan.checks));
+    }
+    return make("details", { class: `certificate ${refuted ? "refuted" : "confirmed"}` }, make("summary", {}, verdict), ...lists);
+  }
+
+  checkList(checks) {
+    return make("ul", { class: "checks" }, ...checks.map((check) => make("li", { class: check.holds ? "holds" : "fails" },
+      make("span", { "aria-hidden": "true" }, check.holds ? "✓ " : "✗ "), make("span", { class: "hidden" }, check.holds ? "holds: " : "fails: "),
+      make("b", {}, check.name), ` ${check.words}`)));
+  }
+
+  show(time) {
+    const { done, now, spent } = progress(this.plan, time);
+    for (const follower of this.followers) follower.show(time);
+    for (const card of this.cards) card.show(done);
+    const { actions } = this.plan.timeline;
+    const action = now === null ? (actions.length ? "the end" : "nothing to do") : `${now + 1} of ${actions.length}: ${MOVES[actions[now]] || actions[now]}`;
+    const words = `${action} · spent ${show(Math.round(spent * 10) / 10)} of ${show(this.plan.timeline.spent[actions.length])}`;
+    if (words !== this.words) this.caption.textContent = this.words = words;
+  }
+}
+
+// The tasks as the preference would have them; as in the scenario where it does not say.
+function ordered(tasks, plan) {
+  const wished = plan.wishes.map((wish) => wish.task);
+  const rank = (task) => (wished.includes(task.name) ? wished.indexOf(task.name) : tasks.length);
+  return [...tasks].sort((a, b) => rank(a) - rank(b));
+}
+
+function ordinal(place) {
+  const words = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];
+  return words[place] || `${place + 1}th`;
+}

@@ -1,0 +1,124 @@
+"use strict";
+// A plan as a timeline: along the cost spent, a bar for every action, and below it how every task gets on.
+
+function show(value) {
+  return String(Math.round(value * 1e6) / 1e6);
+}
+
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name === "class") element.className = value;
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.filter((child) => child !== null));
+  return element;
+}
+
+// The kind of an action, and how many colours there are for kinds (style.css).
+const KINDS = ["transit", "grasp", "transport", "release"];
+const MOVES = { N: "north", E: "east", S: "south", W: "west" };
+
+function kindOf(action, actions) {
+  const kind = action.split(" ")[0];
+  const order = KINDS.includes(kind) ? KINDS : kind in MOVES ? Object.keys(MOVES) : [...new Set(actions)];
+  return order.indexOf(kind in MOVES || KINDS.includes(kind) ? kind : action) % 4;
+}
+
+// How far a plan has come at a time: `done` actions are over, `now` is under way (or null), `spent` so far.
+function progress(plan, time) {
+  const { spent } = plan.timeline;
+  let done = 0;
+  while (done < plan.times.length && plan.times[done][1] <= time + 1e-6) done += 1;
+  if (done === plan.times.length) return { done, now: null, spent: spent[done] };
+  const [start, end] = plan.times[done];
+  const share = Math.max(0, Math.min(1, (time - start) / Math.max(end - start, 1e-9)));
+  return { done, now: done, spent: spent[done] + share * (spent[done + 1] - spent[done]) };
+}
+
+function taskWords(task, track) {
+  if (track.states === null) return "skipped";
+  return track.satisfied === null ? "not done" : null;
+}
+
+class Timeline {
+  // `most`: cost at the right end; `part`: cost at which the plans compared part, or null.
+  constructor(plan, tasks, { most, part, seek }) {
+    const { actions, costs, spent, tracks } = plan.timeline;
+    this.plan = plan;
+    this.most = most || 1;
+    this.bars = actions.map((action, k) => {
+      const words = `Action ${k + 1} of ${actions.length}: ${MOVES[action] || action}, costs ${costs[k]}, ${show(spent[k + 1])} spent then`;
+      const bar = make("button", {
+        type: "button", class: `bar kind-${kindOf(action, actions)}`, title: words, "aria-label": words,
+        tabindex: k ? -1 : 0, "data-action": k,
+        style: `left:${this.at(spent[k])};width:${this.at(spent[k + 1] - spent[k])}`,
+      }, make("span", {}, action));
+      bar.addEventListener("click", () => seek(plan.times[k][0]));
+      bar.addEventListener("keydown", (event) => this.walk(event, k, seek));
+      return bar;
+    });
+    this.head = make("div", { class: "playhead", "aria-hidden": "true" });
+    const lanes = tasks.map((task) => this.lane(task, tracks[task.name], spent));
+    const line = part === null ? null : make("div", { class: "part-line", style: `left:${this.at(part)}`, title: "Here the plans part" });
+    this.element = make("div", { class: "timeline", role: "group", "aria-label": `Timeline of plan ${plan.index}` },
+      make("div", { class: "track" },
+        this.scale(),
+        make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys walk along them" }, ...this.bars),
+        ...lanes, line, this.head));
+  }
+
+  at(cost) {
+    return `${(100 * cost) / this.most}%`;
+  }
+
+  walk(event, k, seek) {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    const next = event.key === "Home" ? 0 : event.key === "End" ? this.bars.length - 1 : step ? k + step : -1;
+    if (!this.bars[next]) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.bars[next].focus();
+    seek(this.plan.times[next][0]);
+  }
+
+  scale() {
+    const raw = this.most / 5, power = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw) || raw;
+    const ticks = [];
+    for (let cost = 0; cost <= this.most * 1.0001; cost += step) {
+      ticks.push(make("span", { style: `left:${this.at(cost)}` }, show(cost)));
+    }
+    return make("div", { class: "scale", "aria-hidden": "true" }, ...ticks);
+  }
+
+  lane(task, track, spent) {
+    const state = taskWords(task, track);
+    const end = track.satisfied === null ? spent[spent.length - 1] : spent[track.satisfied];
+    const words = state || `done at ${show(end)}`;
+    const marks = track.advances.filter((k) => k !== track.satisfied).map((k) => make("span", {
+      class: "advance", style: `left:${this.at(spent[k])}`,
+      title: `After action ${k} its automaton is in state ${track.states[k]}`,
+    }));
+    for (const bought of track.bought) {
+      const what = bought.assume === null ? `skipped for ${bought.cost}` : `${bought.assume} counts as true, for ${bought.cost}`;
+      marks.push(make("span", { class: "bought", style: `left:${this.at(spent[bought.step])}`, title: what }, "$"));
+    }
+    if (track.satisfied !== null) marks.push(make("span", { class: "done", style: `left:${this.at(end)}`, title: words }, "✓"));
+    return make("div", { class: "lane", "data-task": task.name },
+      make("div", { class: "lane-name" }, make("b", {}, task.title), ` ${words}`),
+      make("div", { class: "lane-line" },
+        make("div", { class: `lane-fill${track.satisfied === null ? " open" : ""}`, style: `width:${this.at(end)}` }), ...marks));
+  }
+
+  show(time) {
+    const { now, spent } = progress(this.plan, time);
+    this.head.style.left = this.at(spent);
+    if (now !== this.now) {
+      if (this.bars[this.now]) this.bars[this.now].classList.remove("now");
+      if (this.bars[now]) this.bars[now].classList.add("now");
+      this.now = now;
+    }
+  }
+}
