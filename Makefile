@@ -1,13 +1,14 @@
 # make demo   plan, carry out and film the paper's manipulation case study
 # make test   run every test
 # make lint   check style and types
+# make docs   build the tutorial and the reference into build/docs
 # make setup  what the others call first: a virtual environment in .venv
 
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: setup demo test lint clean
+.PHONY: setup demo test lint docs clean
 
 setup: $(READY)
 	@echo "Ready. Try: make demo, make test, or $(BIN)/prefplan --help"
@@ -26,6 +27,10 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: $(READY)
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs build/docs
+	@echo "Open build/docs/index.html"
 
 clean:
 	rm -rf .venv out build *.egg-info .pytest_cache .ruff_cache .mypy_cache

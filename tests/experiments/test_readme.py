@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import subprocess
@@ -13,45 +12,28 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from documents import ROOT, blocks, environment, save, shell
 
-ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
-
-
-def blocks(language: str) -> list[str]:
-    return [text for name, text in BLOCKS if name == language]
+README = ROOT / "README.md"
+BLOCKS = blocks(README)
 
 
-def file_name(block: str) -> str | None:
-    """Return the name of the file that a block is to be saved as: its first comment begins with it."""
-    match = re.match(r"# (\w+\.\w+)", block)
-    return match[1] if match else None
+def written_in(language: str) -> list[str]:
+    return [block.text for block in BLOCKS if block.language == language]
 
 
-COMMANDS = [line for block in blocks("sh") for line in block.splitlines()]
+COMMANDS = [line for block in written_in("sh") for line in block.splitlines()]
 MAKE = [line for line in COMMANDS if line.startswith("make")]
 VIEW = [line for line in COMMANDS if line.startswith("prefplan view")]
 PROGRAM = [line for line in COMMANDS if line not in MAKE + VIEW]
-SNIPPETS = [block for block in blocks("python") if not file_name(block)]
+SNIPPETS = [block.text for block in BLOCKS if block.language == "python" and not block.file_name]
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A reader's folder, with every file that the README says to save."""
-    for _, text in BLOCKS:
-        if name := file_name(text):
-            (tmp_path / name).write_text(text, encoding="utf-8")
+    save(BLOCKS, tmp_path)
     return tmp_path
-
-
-def environment() -> dict[str, str]:
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    return os.environ | {"PATH": path}
-
-
-def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(["sh", "-c", command], cwd=folder, env=environment(), capture_output=True, text=True)
 
 
 @pytest.mark.slow
@@ -100,14 +82,14 @@ def test_the_regression_tests_pass(folder: Path) -> None:
 
 
 def test_the_front_is_the_one_shown(folder: Path) -> None:
-    (shown,) = blocks("text")
+    (shown,) = written_in("text")
     printed = shell("FORCE_COLOR=1 TERM=dumb prefplan front tidy.toml", folder).stdout  # as on a terminal
     assert shown in printed
 
 
 @pytest.mark.slow
 def test_the_json_is_made_like_the_one_shown(folder: Path) -> None:
-    (shown,) = blocks("json")
+    (shown,) = written_in("json")
     printed = shell("prefplan run tidy.toml --no-video --json", folder).stdout
     assert_alike(json.loads(shown), json.loads(printed))
 
@@ -126,6 +108,6 @@ def assert_alike(shown: Any, real: Any) -> None:
 
 
 def test_the_pictures_are_there_and_light() -> None:
-    pictures = [ROOT / name for name in re.findall(r"!\[.*?\]\((.*?)\)", README)]
+    pictures = [ROOT / name for name in re.findall(r"!\[.*?\]\((.*?)\)", README.read_text(encoding="utf-8"))]
     assert len(pictures) == 2
     assert sum(picture.stat().st_size for picture in pictures) < 300_000

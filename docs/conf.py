@@ -1,0 +1,24 @@
+"""How Sphinx builds this documentation: `make docs`."""
+
+from importlib import metadata
+
+project = "prefplan"
+author = "the prefplan authors"
+release = metadata.version("prefplan")
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+myst_heading_anchors = 3
+
+default_role = "code"  # docstrings put names between single backquotes
+napoleon_use_ivar = True  # fields are described once, by their class
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 90
+add_module_names = False
+
+html_theme = "furo"
+html_title = "prefplan"
+pygments_style = "friendly"
+pygments_dark_style = "monokai"

@@ -1,0 +1,47 @@
+"""The documentation is built without a warning, and describes all that `import prefplan` offers."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from documents import ROOT
+
+import prefplan
+
+inventory = pytest.importorskip("sphinx.util.inventory")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The pages, as `make docs` builds them."""
+    folder: Path = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "--fail-on-warning", "--keep-going", "--quiet", "docs", str(folder)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.slow
+def test_the_reference_has_everything_that_the_package_offers(site: Path) -> None:
+    described = inventory.InventoryFile.loads((site / "objects.inv").read_bytes(), uri="").data
+    names = {name for kind in described if kind.startswith("py:") for name in described[kind]}
+    assert {f"prefplan.{name}" for name in prefplan.__all__} - names == set()
+
+
+@pytest.mark.slow
+def test_pages_need_nothing_from_the_network(site: Path) -> None:
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 12
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert 'src="http' not in text and '<link rel="stylesheet" href="http' not in text, page
+
+
+@pytest.mark.slow
+def test_a_reader_of_the_first_page_comes_to_all_others(site: Path) -> None:
+    text = (site / "index.html").read_text(encoding="utf-8")
+    for page in (*(ROOT / "docs" / "tutorial").glob("*.md"), *(ROOT / "docs" / "reference").glob("*.md")):
+        assert f'href="{page.parent.name}/{page.stem}.html"' in text
