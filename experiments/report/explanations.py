@@ -189,16 +189,23 @@ def _relaxed(plan: Plan, other: Plan, name: Mapping[str, str]) -> tuple[list[str
         now, before = ([b for b in one.relaxations if b.task == task] for one in (plan, other))
         change = _minus(plan.violation_costs[task], other.violation_costs[task])
         if change < 0:
-            done = "done as it is written" if not now else f"{_how(now)} only"
-            gains.append(f"{name[task]} is {done} instead of {_how(before)}")
+            if not now:
+                gains.append(f"{name[task]} is done as it is written instead of {_how(before)}")
+            else:
+                rather = _how(before).removeprefix("relaxed for ")
+                gains.append(f"{name[task]} is relaxed for only {_price(now)} instead of {rather}")
         elif change > 0:
             losses.append(f"{name[task]} is {_how(now)}")
     return gains, losses
 
 
 def _how(bought: Sequence[Purchase]) -> str:
-    price = number(to_number(sum((Fraction(exact(one.cost)) for one in bought), Fraction(0))))
-    return f"skipped for {price}" if any(one.assume is None for one in bought) else f"relaxed for {price}"
+    how = "skipped" if any(one.assume is None for one in bought) else "relaxed"
+    return f"{how} for {_price(bought)}"
+
+
+def _price(bought: Sequence[Purchase]) -> str:
+    return number(to_number(sum((Fraction(exact(one.cost)) for one in bought), Fraction(0))))
 
 
 def _paid(bought: Sequence[Purchase], name: Mapping[str, str]) -> list[str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,3 +36,15 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
         return Result(status, captured.out, captured.err)
 
     return call
+
+
+@pytest.fixture(scope="session")
+def chromium() -> tuple[str, str]:
+    """Where Chromium and its driver are; without them skip, or fail where PREFPLAN_NEEDS_CHROMIUM says so."""
+    found, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if found and driver:
+        return found, driver
+    missing = "no Chromium here: apt-get install chromium chromium-driver"
+    if os.environ.get("PREFPLAN_NEEDS_CHROMIUM"):
+        pytest.fail(missing)
+    pytest.skip(missing)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -61,12 +60,9 @@ def server(cup: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 @pytest.fixture
-def browser() -> Iterator[webdriver.Chrome]:
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not chromium or not driver:
-        pytest.skip("no Chromium here: apt-get install chromium chromium-driver")
+def browser(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
     options = webdriver.ChromeOptions()
-    options.binary_location = chromium
+    options.binary_location, driver = chromium
     for flag in (
         "--headless=new",
         "--no-sandbox",

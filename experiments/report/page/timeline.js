@@ -54,7 +54,7 @@ class Timeline {
         type: "button", class: `bar kind-${kindOf(action, actions)}`, title: words, "aria-label": words,
         tabindex: k ? -1 : 0, "data-action": k,
         style: `left:${this.at(spent[k])};width:${this.at(spent[k + 1] - spent[k])}`,
-      }, make("span", {}, action));
+      }, make("span", { class: action.length > 1 ? "long" : null }, action));
       bar.addEventListener("click", () => seek(plan.times[k][0]));
       bar.addEventListener("keydown", (event) => this.walk(event, k, seek));
       return bar;
