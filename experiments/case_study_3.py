@@ -1,6 +1,7 @@
 """Case Study 3 of the paper: a Panda sanitizes and bins two blocks of an arch, once cheaply and once as preferred.
 
-Prints the Pareto front, carries out the plans at both its ends in simulation, films them and says what came of it.
+Prints the Pareto front, carries out the plans at both its ends in simulation, films them, says what came of it and puts
+all of it on a page.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from pathlib import Path
 from experiments import output, scenarios
 from experiments.carry_out import Tell, carry_out, scene_of
 from experiments.console import Console
-from experiments.files import write_json
-from experiments.outcome import Outcome, outcome_json, show_outcome
+from experiments.outcome import Outcome, show_outcome
 from experiments.progress import Bars
+from experiments.report.page import write_page
+from experiments.report.recordings import Recording, keep
 from experiments.start import INTERRUPTED
 from prefplan import Plan, Scenario, pareto_front
 from sim.scene import Scene
@@ -21,7 +23,7 @@ from sim.scene import Scene
 SCENARIO = "case_study_3"
 
 OUT = Path("out", SCENARIO)
-"""Where the videos go."""
+"""Where the videos and the report go."""
 
 
 def main() -> int:
@@ -33,25 +35,29 @@ def main() -> int:
     output.show_front(console, scenario, front)
     scene = scene_of(scenario)
     OUT.mkdir(parents=True, exist_ok=True)
-    outcomes = []
-    for name, plan in {"cost": front[0], "preference": front[-1]}.items():
+    outcomes, recordings = [], {}
+    for name, number in {"cost": 0, "preference": len(front) - 1}.items():
+        plan = front[number]
         console.print(f"\nCarrying out and filming the {name}-optimal plan (cost {output.number(plan.cost)})")
         with Bars() as bars:
-            outcomes.append(perform(scenario, scene, plan, name, tell=bars))
-        show_outcome(console, scenario, outcomes[-1])
-        if outcomes[-1].interrupted:
+            outcome, recording = perform(scenario, scene, plan, name, tell=bars)
+        show_outcome(console, scenario, outcome)
+        if recording is None:
             return INTERRUPTED
+        outcomes.append(outcome)
+        recordings[number] = recording
     console.print("\nVideos")
     for outcome in outcomes:
         console.print(f"  {outcome.video or outcome.no_video}")
+    page = write_page(scenario, front, recordings, OUT)
+    console.print(f"\nReport, to be opened in a browser\n  {page}")
     return 0 if all(outcome.rollout.completed for outcome in outcomes) else 4
 
 
-def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Tell) -> Outcome:
-    """Carry a plan out; leave a video and a JSON record of what came of it in `OUT`."""
+def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Tell) -> tuple[Outcome, Recording | None]:
+    """Carry a plan out; leave a video and records of what came of it in `OUT`, unless it was interrupted."""
     outcome = carry_out(scenario, scene, plan, film=OUT / f"{name}.mp4", tell=tell)
-    write_json(OUT / f"{name}.json", outcome_json(outcome))
-    return outcome
+    return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, OUT / name)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 from experiments.carry_out import Tell, carry_out
 from experiments.evidence import prove
 from experiments.files import write_json
-from experiments.outcome import outcome_json
+from experiments.outcome import Outcome, outcome_json
 from prefplan.front import Plan
 from prefplan.models.action_costs import MeasuredCosts
 from prefplan.scenario import Scenario
@@ -70,32 +70,43 @@ def record(
     Raises:
         PrefplanError: a file cannot be written.
     """
-    made_from = _fingerprint(scenario, plan, seed)
-    found = _reuse(path, made_from, size if film else None)
+    found = _reuse(path, _fingerprint(scenario, plan, seed), size if film else None)
     if found is not None:
         return found
     # What is half done must not look whole: the record goes first and comes last.
     path.with_suffix(".json").unlink(missing_ok=True)
-    video = path.with_suffix(".mp4")
-    outcome = carry_out(scenario, scene, plan, seed=seed, film=video if film else None, size=size, tell=tell)
-    if outcome.interrupted:
-        return None
-    drawn = None if seed is None else str(Perturbation())
-    outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"), setting={"seed": seed, "perturbation": drawn})
+    video = path.with_suffix(".mp4") if film else None
+    outcome = carry_out(scenario, scene, plan, seed=seed, film=video, size=size, tell=tell)
+    return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, size=size)
+
+
+def keep(
+    scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: Path, *, size: tuple[int, int] = (1280, 720)
+) -> Recording:
+    """Write down what came of a plan: its log, its certificate and, when these are complete, its record.
+
+    Args:
+        scenario: read from a file.
+        scene: what was simulated.
+        plan: what was begun with.
+        outcome: what came of it; its film, if there is one, lies at `path` with the ending `.mp4`.
+        path: of the results, without an ending.
+        size: of the film.
+
+    Raises:
+        PrefplanError: a file cannot be written.
+    """
+    drawn = None if outcome.seed is None else str(Perturbation())
+    setting = {"seed": outcome.seed, "perturbation": drawn}
+    outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"), setting=setting)
     if outcome.video is None:
-        video.unlink(missing_ok=True)
+        path.with_suffix(".mp4").unlink(missing_ok=True)
     filmed = {"size": list(size)} if outcome.video else {}
-    write_json(path.with_suffix(".json"), outcome_json(outcome) | {"made_from": made_from} | filmed)
+    made_from = {"made_from": _fingerprint(scenario, plan, outcome.seed)}
+    write_json(path.with_suffix(".json"), outcome_json(outcome) | made_from | filmed)
     recording = read(path)
     assert recording is not None
-    return Recording(
-        recording.log,
-        recording.log_path,
-        recording.outcome,
-        recording.certificate,
-        recording.video,
-        outcome.no_video,
-    )
+    return replace(recording, no_video=outcome.no_video)
 
 
 def read(path: Path) -> Recording | None:

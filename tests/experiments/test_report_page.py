@@ -336,7 +336,9 @@ def test_many_points_are_still_told_apart(make: Make, chrome: webdriver.Chrome) 
     assert page.all(".panel .headline")[0].text == (
         "1 more than plan 16: it does s17 rather than s16 so that reach is relaxed for only 18 instead of 19."
     )
-    shown = [text.text for text in page.all("#chart g.mark-text.role-mark text") if text.get_attribute("opacity") != "0"]
+    shown = [
+        text.text for text in page.all("#chart g.mark-text.role-mark text") if text.get_attribute("opacity") != "0"
+    ]
     assert shown == ["17"]
     assert page.complaints() == []
 

@@ -367,4 +367,7 @@ def test_the_demo_carries_both_plans_out(
     printed = capsys.readouterr().out
     assert "carried out, 14 of 14 actions, cost 34" in printed
     assert "carried out, 17 of 17 actions, cost 41" in printed
-    assert printed.endswith("Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n")
+    assert "Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n" in printed
+    assert printed.endswith("Report, to be opened in a browser\n  out/case_study_3/index.html\n")
+    page = (cup / "out" / "case_study_3" / "index.html").read_text(encoding="utf-8")
+    assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page
