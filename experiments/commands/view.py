@@ -22,6 +22,10 @@ INSTALL = 'pip install "prefplan[viewer]"'
 """What the libraries behind this command come with."""
 
 
+NAMES: dict[str | int, str] = {"cost": "the cheapest plan", "preference": "the preferred plan"}
+"""What the panel calls what `--plan` says; otherwise it is a number."""
+
+
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Carry a plan out live in the browser: play, pause, step by action. Ctrl-C ends it, with status 0."
@@ -70,7 +74,7 @@ def view(options: argparse.Namespace) -> int:
         problem,
         scene,
         lambda tell: begin(problem, scene, plan, seed=options.seed, faults=faults, choice=options.plan, tell=tell),
-        title=scenario.name,
+        title=f"{scenario.name}: {NAMES.get(options.plan, f'plan {options.plan}')}",
         port=options.port,
         ready=ready,
     )

@@ -9,7 +9,6 @@ import viser
 from experiments.viewer.control import Control
 from experiments.viewer.performance import Moment, Performance
 from experiments.viewer.standing_html import standing_html
-from sim.rollout import FRAME_RATE
 
 SPEEDS = ("1/4", "1/2", "1", "2", "4", "8")
 """Simulated seconds in a second."""
@@ -27,6 +26,7 @@ class Panel:
             restart: called when another performance is wanted.
         """
         self._performance: Performance | None = None
+        self._shown: Moment | None = None
         gui = server.gui
         # Sharing would open the page to the world through somebody else's server.
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
@@ -35,7 +35,9 @@ class Panel:
         self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
         self._step = gui.add_button("Step", icon=viser.Icon.PLAYER_SKIP_FORWARD, hint="one action, then pause")
-        self._restart = gui.add_button("Restart", icon=viser.Icon.REFRESH, hint="simulate from the beginning")
+        self._restart = gui.add_button(
+            "Restart", icon=viser.Icon.REFRESH, color="gray", hint="simulate from the beginning"
+        )
         self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1", hint="simulated seconds in a second")
         self._time = gui.add_slider(
             "Recording", min=0.0, max=1.0, step=0.01, initial_value=0.0, visible=False, hint="seconds"
@@ -68,10 +70,11 @@ class Panel:
             state = "running" if running else state
         else:
             self._time.max, self._time.visible = moment.length, True
-            # Nearer than a frame, the slider stays where somebody drags it.
-            if abs(self._time.value - moment.time) > 1 / FRAME_RATE:
+            # A slider that somebody drags is further on already than the moment they asked for.
+            if moment is not self._shown and not moment.sought:
                 self._time.value = round(moment.time, 2)  # type: ignore[misc]  # mypy misses the setter
             state = "replaying" if running else state
+        self._shown = moment
         html = standing_html(moment.standing, moment.time, state=moment.standing.ended or state)
         if html != self._text.content:
             self._text.content = html

@@ -32,6 +32,7 @@ class Moment:
         glow: index of the marking location at work, -1 for none.
         standing: how the execution stands.
         length: of the recording in all, s; None while it is still made.
+        sought: whether the spectator has asked for this moment of the recording.
     """
 
     time: float
@@ -39,6 +40,7 @@ class Moment:
     glow: int
     standing: Standing
     length: float | None = None
+    sought: bool = False
 
 
 class Performance(threading.Thread):
@@ -121,9 +123,12 @@ class Performance(threading.Thread):
         # The last frame is recorded shortly before the end.
         held[-1] = self._standings[-1]
         frame = before = last = len(times) - 1
+        sought: float | None = None
         while True:
             time = end if frame == last else float(times[frame])
-            self.moment = Moment(time, recorded["qpos"][frame], int(recorded["glow"][frame]), held[frame], end)
+            self.moment = Moment(
+                time, recorded["qpos"][frame], int(recorded["glow"][frame]), held[frame], end, sought is not None
+            )
             if frame == last:
                 self.control.pause()
             elif frame == before + 1 and held[frame].done > held[before].done:

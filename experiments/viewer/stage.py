@@ -11,12 +11,13 @@ from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
 from experiments.viewer.performance import Moment
-from sim.materials import glow_of
+from sim.materials import Glow, glow_of
 from sim.painter import camera
 from sim.panda import HIDDEN
 from sim.scene import Scene
 
-Pixel = tuple[int, int, int]
+LIGHT = 0.6
+"""Strength of the light that a location sheds at work, cd: enough to be seen beside the room's."""
 
 
 class Stage:
@@ -35,8 +36,7 @@ class Stage:
         for place in scene.model.locations:
             material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")
             if material >= 0:
-                glow = glow_of(place.kind)
-                self._lamps[place.name] = _Lamp(server, model, place.name, material, _pixel(glow.off), _pixel(glow.on))
+                self._lamps[place.name] = _Lamp(server, model, place.name, material, glow_of(place.kind))
         self._scene = ViserMujocoScene(server, model, num_envs=1)
         self._scene.camera_tracking_enabled = False
         view = camera(scene)
@@ -63,24 +63,28 @@ class Stage:
 
 
 class _Lamp:
-    """What glows at one location: two sets of the same meshes, of which one is to be seen."""
+    """What glows at one location: two sets of the same meshes, of which one is to be seen, and a light."""
 
-    def __init__(
-        self, server: viser.ViserServer, model: mujoco.MjModel, name: str, material: int, off: Pixel, on: Pixel
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, model: mujoco.MjModel, name: str, material: int, glow: Glow) -> None:
         """Take what glows out of the model, and put it up at rest."""
         geoms = [int(geom) for geom in np.flatnonzero(model.geom_matid == material)]
         data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
+        mujoco.mj_forward(model, data)
+        self._light = server.scene.add_light_point(
+            f"/glow/{name}/light",
+            color=_pixel(glow.light),
+            intensity=0.0,
+            position=data.light_xpos[model.light(f"{name}_glow").id],
+        )
         self._sets: dict[bool, list[viser.MeshHandle]] = {False: [], True: []}
         for body in sorted({int(model.geom_bodyid[geom]) for geom in geoms}):
             mesh = merge_geoms(model, [geom for geom in geoms if model.geom_bodyid[geom] == body])
-            for lit, colour in ((False, off), (True, on)):
+            for lit, colour in ((False, glow.off), (True, glow.on)):
                 handle = server.scene.add_mesh_simple(
                     f"/glow/{name}/{body}/{'on' if lit else 'off'}",
                     mesh.vertices,
                     mesh.faces,
-                    color=colour,
+                    color=_pixel(colour),
                     cast_shadow=False,
                     position=data.xpos[body],
                     wxyz=data.xquat[body],
@@ -93,11 +97,12 @@ class _Lamp:
     def shine(self, lit: bool) -> None:
         if lit != self._lit:
             self._lit = lit
+            self._light.intensity = LIGHT if lit else 0.0
             for state, handles in self._sets.items():
                 for handle in handles:
                     handle.visible = state == lit
 
 
-def _pixel(rgba: tuple[float, float, float, float]) -> Pixel:
-    red, green, blue, _ = rgba
-    return round(255 * red), round(255 * green), round(255 * blue)
+def _pixel(colour: tuple[float, ...]) -> tuple[int, int, int]:
+    red, green, blue = (round(255 * part) for part in colour[:3])
+    return red, green, blue

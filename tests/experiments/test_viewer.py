@@ -164,7 +164,7 @@ def test_a_performance_that_has_ended_is_a_recording(perform: Perform) -> None:
     assert end.length == end.time > 3
     performance.control.seek(0.0)
     start = settled(performance, after=end)
-    assert (start.time, start.standing.done) == (0.0, 0)
+    assert (start.time, start.standing.done, start.sought) == (0.0, 0, True)
     assert not np.allclose(start.qpos, end.qpos)
     performance.control.step()
     assert settled(performance).standing.done == 1
@@ -172,6 +172,7 @@ def test_a_performance_that_has_ended_is_a_recording(perform: Perform) -> None:
     again = settled(performance)
     np.testing.assert_array_equal(again.qpos, end.qpos)
     assert again.standing == end.standing
+    assert not again.sought
 
 
 def test_what_goes_wrong_is_told(perform: Perform) -> None:
