@@ -14,6 +14,12 @@ Command = Callable[[argparse.Namespace], int]
 ROBOTS = ("default", "menagerie")
 """Those of `sim.robots`, which takes a second to load."""
 
+QUALITIES = ("draft", "final")
+"""Those of `sim.quality`, likewise."""
+
+CAMERAS = ("fixed", "orbit", "wrist")
+"""Those of `sim.cameras`, likewise."""
+
 Commands = argparse._SubParsersAction
 """Where a command adds itself: what `ArgumentParser.add_subparsers` returns."""
 
@@ -118,6 +124,23 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
         choices=ROBOTS,
         default="default",
         help="the Panda that ships, or that of MuJoCo Menagerie, which is fetched once with git (default: default)",
+    )
+
+
+def add_film(parser: argparse.ArgumentParser) -> None:
+    """Add how a film is made."""
+    parser.add_argument("--no-video", action="store_true", help="render nothing")
+    parser.add_argument(
+        "--quality",
+        choices=QUALITIES,
+        default="draft",
+        help="of the video: 1280 x 720, or 1920 x 1080 with soft shadows at ten times the time (default: draft)",
+    )
+    parser.add_argument(
+        "--camera",
+        choices=CAMERAS,
+        default="fixed",
+        help="before the table, going round its front, or on the hand (default: fixed)",
     )
 
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from experiments.tally import Tally
+from prefplan.front import Plan
 from prefplan.problem import Task
-from prefplan.quanta import Number
 from sim.overlay import Caption, TaskStatus
 from sim.rollout import Rollout
 
@@ -18,7 +18,7 @@ NEWS = {"replan": "planned anew: ", "retry": "once more: "}
 """What is said before the first action that follows an event."""
 
 
-def captions(tasks: Sequence[Task], rollout: Rollout, books: Tally, *, total: Number) -> tuple[Caption, ...]:
+def captions(tasks: Sequence[Task], rollout: Rollout, books: Tally, *, plan: Plan) -> tuple[Caption, ...]:
     """Return a caption for every action, with the books as they stood when it began, and one for the end.
 
     An action that begins another plan says so, and so does one that is tried again.
@@ -27,7 +27,7 @@ def captions(tasks: Sequence[Task], rollout: Rollout, books: Tally, *, total: Nu
         tasks: the problem's tasks, in the order to show.
         rollout: what happened.
         books: its tally.
-        total: cost of the whole plan.
+        plan: what was meant to happen.
     """
     last = FINISHED if rollout.completed else STOPPED
     before = [-math.inf, *(step.start for step in rollout.steps)]
@@ -37,8 +37,19 @@ def captions(tasks: Sequence[Task], rollout: Rollout, books: Tally, *, total: Nu
     ]
     times.append((rollout.sim_seconds, rollout.sim_seconds, last))
     return tuple(
-        Caption(start, end, action, float(cost), float(total), _statuses(tasks, satisfied))
-        for (start, end, action), cost, satisfied in zip(times, books.costs, books.satisfied, strict=True)
+        Caption(
+            start,
+            end,
+            action,
+            float(cost),
+            float(plan.cost),
+            _statuses(tasks, satisfied),
+            float(preference),
+            float(plan.preference),
+        )
+        for (start, end, action), cost, satisfied, preference in zip(
+            times, books.costs, books.satisfied, books.preferences, strict=True
+        )
     )
 
 

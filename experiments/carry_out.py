@@ -18,12 +18,14 @@ from prefplan.models.manipulation import ManipulationModel
 from prefplan.problem import Problem
 from prefplan.scenario import Scenario
 from prefplan.transition_system import TransitionSystem
+from sim.cameras import Camera
 from sim.closed_loop import ClosedLoop, GoOn
 from sim.errors import RenderingError, SimulationError
 from sim.execution import Run
 from sim.faults import Fault
 from sim.perception import NoisySensor, Sensor
 from sim.perturbation import Perturbation, perturbed
+from sim.quality import DRAFT, Quality
 from sim.scene import Scene, build_scene, initial_state
 from sim.video import render_video
 
@@ -67,7 +69,9 @@ def carry_out(
     sensor: Sensor | None = None,
     choice: str | int = "cost",
     film: Path | None = None,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] | None = None,
+    quality: Quality = DRAFT,
+    camera: Camera = "fixed",
     tell: Tell = lambda stage, done, total, what: None,
 ) -> Outcome:
     """Carry out a plan until its end, planning anew after surprises, and film what happened.
@@ -83,7 +87,9 @@ def carry_out(
         choice: which plan is followed after a surprise, as `--plan` says; for a number the cheapest one whose mu is
             not greater than the plan's, or if there is none the preferred one.
         film: file to render a video to; None for no video. It appears only when it is complete.
-        size: (width, height) of the video in pixels.
+        size: (width, height) of the video in pixels; None for the quality's.
+        quality: how much work its pictures are worth.
+        camera: where it is seen from.
         tell: told of progress.
     """
     problem = scenario.problem()
@@ -123,10 +129,17 @@ def carry_out(
     )
     if film is None or interrupted:
         return outcome
-    text = captions(scenario.tasks, rollout, books, total=plan.cost)
+    text = captions(scenario.tasks, rollout, books, plan=plan)
     try:
         render_video(
-            scene, rollout, text, film, size=size, progress=lambda done, total: tell("rendering", done, total, "")
+            scene,
+            rollout,
+            text,
+            film,
+            size=size,
+            quality=quality,
+            camera=camera,
+            progress=lambda done, total: tell("rendering", done, total, ""),
         )
     except RenderingError as error:
         return replace(outcome, no_video=str(error))

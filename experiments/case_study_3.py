@@ -1,7 +1,7 @@
 """Case Study 3 of the paper: a Panda sanitizes and bins two blocks of an arch, once cheaply and once as preferred.
 
-Prints the Pareto front, carries out the plans at both its ends in simulation, films them, says what came of it and puts
-all of it on a page.
+Prints the Pareto front, carries out the plans at both its ends in simulation, films them, also side by side, says what
+came of it and puts all of it on a page.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
 from experiments.start import INTERRUPTED
 from prefplan import Plan, Scenario, pareto_front
+from sim.clips import compose
 from sim.scene import Scene
 
 SCENARIO = "case_study_3"
@@ -49,6 +50,13 @@ def main() -> int:
     console.print("\nVideos")
     for outcome in outcomes:
         console.print(f"  {outcome.video or outcome.no_video}")
+    videos = [outcome.video for outcome in outcomes if outcome.video]
+    if len(videos) == len(outcomes):
+        headings = [
+            f"{what}: cost {output.number(outcome.plan.cost)}, preference {output.number(outcome.plan.preference)}"
+            for what, outcome in zip(("cheapest", "preferred"), outcomes, strict=True)
+        ]
+        console.print(f"  {compose(videos, OUT / 'both.mp4', headings=headings)}")
     page = write_page(scenario, front, recordings, OUT)
     console.print(f"\nReport, to be opened in a browser\n  {page}")
     return 0 if all(outcome.rollout.completed for outcome in outcomes) else 4

@@ -21,10 +21,12 @@ class Tally:
     Attributes:
         costs: (K + 1,) spent so far.
         satisfied: (K + 1,) names of the tasks satisfied so far.
+        preferences: (K + 1,) mu if every task were satisfied no later than now, which mu cannot fall below any more.
     """
 
     costs: tuple[Number, ...]
     satisfied: tuple[frozenset[str], ...]
+    preferences: tuple[Number, ...]
 
     @property
     def cost(self) -> Number:
@@ -59,7 +61,26 @@ def tally(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Tally:
     spent = [Fraction(0)]
     for step in steps:
         spent.append(spent[-1] + Fraction(exact(step.cost)))
-    return Tally(tuple(map(to_number, spent)), tuple(map(frozenset, satisfied)))
+    preferences = []
+    for k in range(len(readings)):
+        costs = [
+            next((spent[i] for i in range(k + 1) if task.name in satisfied[i]), spent[k]) for task in problem.tasks
+        ]
+        violations = [_paid(plan, task.name, k) for task in problem.tasks]
+        preferences.append(_number(problem.measure.value(costs, violations)))
+    return Tally(tuple(map(to_number, spent)), tuple(map(frozenset, satisfied)), tuple(preferences))
+
+
+def _paid(plan: Plan, task: str, step: int) -> Fraction:
+    """Return what a plan has paid by some step to relax a task."""
+    return sum(
+        (Fraction(exact(bought.cost)) for bought in plan.relaxations if bought.task == task and bought.step <= step),
+        Fraction(0),
+    )
+
+
+def _number(value: Fraction | float) -> Number:
+    return to_number(value) if isinstance(value, Fraction) else value
 
 
 def _assumed(plan: Plan, task: str, step: int) -> set[str]:

@@ -71,8 +71,8 @@ def glow_of(kind: str | None) -> Glow:
     return STOVE_GLOW if kind == "stove" else LAMP_GLOW
 
 
-SHADOW_PIXELS = 1024
-"""Side of the shadow map: 1.7 mm a pixel on a table of usual size."""
+KEY_LIGHT = "key"
+"""The light that sheds the shadows."""
 
 SHADOW_WIDTH = 1.55
 """Half the width of what the shadow map covers, in halves of the table's longer side: its corners too."""
@@ -108,7 +108,6 @@ def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float, view: np
     spec.stat.center, spec.stat.extent = target, 1.0
     visual = spec.visual
     visual.global_.fovy = 36
-    visual.quality.shadowsize = SHADOW_PIXELS
     visual.quality.offsamples = 0
     visual.map.znear, visual.map.zfar = 0.05, 8
     visual.map.shadowclip = max(ARM_SHADOW, SHADOW_WIDTH * span)
@@ -117,7 +116,7 @@ def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float, view: np
     backdrop = spec.add_texture(name="backdrop", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, nchannel=3)
     backdrop.width, backdrop.height = BACKDROP_PIXELS, 6 * BACKDROP_PIXELS
     backdrop.data = _backdrop(view).tobytes()
-    _light(spec, "key", target, np.array([0.9, -1.1, 2.0]), (0.76, 0.74, 0.71), shadow=True)
+    _light(spec, KEY_LIGHT, target, np.array([0.9, -1.1, 2.0]), (0.76, 0.74, 0.71), shadow=True)
     _light(spec, "fill", target, np.array([0.7, 1.5, 1.0]), (0.15, 0.17, 0.20), shadow=False)
     _light(spec, "rim", target, np.array([-1.6, 0.6, 1.2]), (0.24, 0.25, 0.27), shadow=False)
 

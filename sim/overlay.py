@@ -51,6 +51,8 @@ class Caption:
         cost: spent so far.
         total: cost of the whole plan.
         tasks: every task, in the order to show.
+        preference: mu as far as it is settled; None to leave it out.
+        preference_total: mu of the whole plan.
     """
 
     start: float
@@ -59,6 +61,8 @@ class Caption:
     cost: float
     total: float
     tasks: tuple[TaskStatus, ...]
+    preference: float | None = None
+    preference_total: float = 0.0
 
 
 def caption_at(captions: Sequence[Caption], time: float) -> Caption | None:
@@ -101,7 +105,7 @@ def _draw(draw: ImageDraw.ImageDraw, caption: Caption, width: int, height: int, 
     draw.text((left, base - 52 * unit), caption.action, fill=INK, font=_font(31 * unit), anchor="ls")
     draw.text(
         (left, base - 20 * unit),
-        f"cost {caption.cost:g} of {caption.total:g}",
+        _spent(caption),
         fill=MUTED,
         font=_font(18 * unit),
         anchor="ls",
@@ -115,6 +119,14 @@ def _draw(draw: ImageDraw.ImageDraw, caption: Caption, width: int, height: int, 
     column = max(0.40 * width, left + length + 60 * unit)
     for i, task in enumerate(reversed(caption.tasks)):
         _draw_task(draw, task, column, base - 27 * i * unit, width - 44 * unit, unit)
+
+
+def _spent(caption: Caption) -> str:
+    """Return how far cost and preference have risen."""
+    cost = f"cost {caption.cost:g} of {caption.total:g}"
+    if caption.preference is None:
+        return cost
+    return f"{cost}     preference {caption.preference:g} of {caption.preference_total:g}"
 
 
 def _draw_task(

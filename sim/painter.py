@@ -16,19 +16,21 @@ import mujoco
 import numpy as np
 
 from sim.antialias import smooth_edges
+from sim.cameras import Camera, camera
 from sim.errors import RenderingError
-from sim.materials import Glow, glow_of
+from sim.materials import KEY_LIGHT, Glow, glow_of
 from sim.panda import VISIBLE
-from sim.scene import AZIMUTH, ELEVATION, Scene
+from sim.quality import DRAFT, Quality
+from sim.scene import Scene
 
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
-DISTANCE = 3.5
-"""From the camera to what it looks at, in halves of the table's longer side."""
+LAMP_RADIUS = 0.07
+"""Of the key light, where several of its points shed light, seen from what it lights: rad."""
 
-NEAREST = 1.9
-"""The same at least, so that the arm fits into the picture over a small table, m."""
+GOLDEN = np.pi * (3 - np.sqrt(5))
+"""Turned by this angle each, points on a spiral lie evenly on a disc: rad."""
 
 
 class Painter:
@@ -38,15 +40,33 @@ class Painter:
         RenderingError: (on construction) there is no OpenGL; the message says what mends it.
     """
 
-    def __init__(self, scene: Scene, *, size: tuple[int, int] = (1280, 720)) -> None:
-        """Make the OpenGL context; `size` is (width, height) in pixels."""
-        self._scene = scene
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        size: tuple[int, int] | None = None,
+        quality: Quality = DRAFT,
+        camera: Camera = "fixed",
+    ) -> None:
+        """Make the OpenGL context.
+
+        Args:
+            scene: what is to be painted.
+            size: (width, height) in pixels; None for the quality's.
+            quality: how much work a picture is worth.
+            camera: where it is seen from.
+        """
+        size = size or quality.size
+        self._scene, self._quality, self._place = scene, quality, camera
         self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
+        self._model.vis.quality.shadowsize = quality.shadow_pixels
+        self._key = self._model.light(KEY_LIGHT).id
+        self._key_way = self._model.light_dir[self._key].copy()
+        self._key_home = self._model.light_pos[self._key].copy()
         self._data = mujoco.MjData(self._model)
         self._pixels = np.empty((size[1], size[0], 3), dtype=np.uint8)
         self._view = mujoco.MjrRect(0, 0, *size)
-        self._camera = camera(scene)
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group <= VISIBLE for group in range(mujoco.mjNGROUP)]
         self._option.sitegroup[:] = 0
@@ -70,12 +90,13 @@ class Painter:
         self._context.free()
         self._gl.free()
 
-    def frame(self, qpos: np.ndarray, *, glow: Mapping[str, float] | None = None) -> np.ndarray:
+    def frame(self, qpos: np.ndarray, *, glow: Mapping[str, float] | None = None, share: float = 0.0) -> np.ndarray:
         """Return a picture.
 
         Args:
             qpos: (nq,) positions of the scene's MuJoCo model.
             glow: for marking locations at work, how brightly their lamp glows, 0 .. 1.
+            share: of the film that has passed, 0 .. 1.
 
         Returns:
             (height, width, 3) uint8.
@@ -86,19 +107,41 @@ class Painter:
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
+        view = camera(self._scene, self._place, share=share)
+        samples = self._quality.samples
+        if samples == 1:
+            return smooth_edges(np.ascontiguousarray(self._painted(view)[::-1]))
+        total = np.full(self._pixels.shape, samples // 2, dtype=np.uint16)
+        for k in range(samples):
+            self._move_key_light(k, samples)
+            total += self._painted(view, shift=((k + 0.5) / samples - 0.5, k * GOLDEN / np.pi % 1 - 0.5))
+        return (total // samples).astype(np.uint8)[::-1]
+
+    def _painted(self, view: mujoco.MjvCamera, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+        """Return the present state upside down, the picture's points shifted to the right and up, in pixels."""
         mujoco.mj_camlight(self._model, self._data)
         mujoco.mjv_updateScene(
-            self._model,
-            self._data,
-            self._option,
-            None,
-            self._camera,
-            mujoco.mjtCatBit.mjCAT_ALL,
-            self._drawn,
+            self._model, self._data, self._option, None, view, mujoco.mjtCatBit.mjCAT_ALL, self._drawn
         )
+        for eye in self._drawn.camera:
+            pixel = (eye.frustum_top - eye.frustum_bottom) / self._view.height
+            eye.frustum_center += shift[0] * pixel
+            eye.frustum_bottom += shift[1] * pixel
+            eye.frustum_top += shift[1] * pixel
         mujoco.mjr_render(self._view, self._drawn, self._context)
         mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
-        return smooth_edges(np.ascontiguousarray(self._pixels[::-1]))
+        return self._pixels
+
+    def _move_key_light(self, k: int, samples: int) -> None:
+        """Let the light come from the k-th of several points of a round lamp."""
+        across = np.cross(self._key_way, [0.0, 0.0, 1.0])
+        across /= np.linalg.norm(across)
+        radius, angle = LAMP_RADIUS * np.sqrt((k + 0.5) / samples), k * GOLDEN
+        aside = np.cos(angle) * across + np.sin(angle) * np.cross(self._key_way, across)
+        way = self._key_way + radius * aside
+        distance = np.linalg.norm(self._key_home - self._scene.focus)
+        self._model.light_dir[self._key] = way / np.linalg.norm(way)
+        self._model.light_pos[self._key] = self._key_home - distance * radius * aside
 
     def _set_glow(self, location: str, glow: Glow, level: float) -> None:
         name = f"{location}_glow"
@@ -107,15 +150,6 @@ class Painter:
         self._model.mat_emission[material] = level
         self._model.light_active[light] = level > 0
         self._model.light_diffuse[light] = level * np.array(glow.light)
-
-
-def camera(scene: Scene) -> mujoco.MjvCamera:
-    """Return the camera: the whole table and the arm above it."""
-    view = mujoco.MjvCamera()
-    view.lookat = scene.focus
-    view.azimuth, view.elevation = AZIMUTH, ELEVATION
-    view.distance = max(NEAREST, DISTANCE * scene.span)
-    return view
 
 
 def gl_environment() -> dict[str, str]:

@@ -24,6 +24,8 @@ MAX_WIDTH = 0.08
 """Width between the pads of the open hand, m."""
 
 TCP = "tcp"
+WRIST = "wrist"
+"""The camera on the hand."""
 """Site midway between the pads: z points out of the hand, the fingers close along y."""
 
 PADS = ("left_pad", "right_pad")

@@ -12,7 +12,7 @@ from sim.errors import SimulationError
 from sim.furniture import add_object, add_station, add_table, table_for, yaw_quat
 from sim.layout import arrange
 from sim.materials import OBJECT_COLOURS, SPARE_COLOUR, add_finishes, add_studio
-from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, HOME, MAX_WIDTH
+from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, HOME, MAX_WIDTH, TCP, WRIST
 from sim.places import Slot
 from sim.robots import robot_spec
 from sim.shapes import Shape, shape_of, shapes_of
@@ -25,6 +25,12 @@ AZIMUTH, ELEVATION = 156.0, -21.5
 
 FOCUS_HEIGHT = 0.21
 """Height of the picture's middle above the table: half the arm at work, m."""
+
+WRIST_EYE, WRIST_AIM = np.array([-0.16, 0.0, -0.02]), np.array([0.0, 0.0, 0.02])
+"""Where the camera on the hand is, in the hand's frame, and where it looks, seen from the tool's middle, m."""
+
+WRIST_FIELD = 70.0
+"""How much it sees from top to bottom, degrees."""
 
 STORE = np.array([0.0, 0.0, -1.4])
 """Where spare objects wait, m: on a shelf below what carries the table."""
@@ -87,6 +93,7 @@ def build_scene(
     spec = robot_spec(robot, meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)
+    _add_wrist_camera(spec)
     table = table_for(layout.stations)
     focus = np.array([*table.centre, FOCUS_HEIGHT])
     add_finishes(spec)
@@ -190,6 +197,17 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+
+
+def _add_wrist_camera(spec: mujoco.MjSpec) -> None:
+    """Add a camera above the hand's flat side, which looks at what is between the fingers."""
+    tool = spec.site(TCP)
+    ahead = tool.pos + WRIST_AIM - WRIST_EYE
+    ahead /= np.linalg.norm(ahead)
+    right = np.array([0.0, -1.0, 0.0])
+    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE, fovy=WRIST_FIELD)
+    view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
+    view.alt.xyaxes = [*right, *np.cross(right, ahead)]
 
 
 def _direction(azimuth: float, elevation: float) -> np.ndarray:

@@ -17,14 +17,13 @@ import imageio_ffmpeg
 import mediapy
 import numpy as np
 
+from sim.cameras import Camera
 from sim.errors import RenderingError
 from sim.overlay import Caption, caption_at, draw_caption
 from sim.painter import CURE, Painter, gl_environment
+from sim.quality import DRAFT, Quality
 from sim.rollout import FRAME_RATE, Rollout
 from sim.scene import Scene
-
-QUALITY = 20
-"""Constant rate factor of x264: lower is better, 18 is said to look lossless."""
 
 LAST_FRAME = 1.5
 """How long the last state stays on the screen, s."""
@@ -42,16 +41,20 @@ class _Chunk:
 
     Attributes:
         times: (F,) simulated time of every frame, s.
+        shares: (F,) how much of the film has passed, 0 .. 1.
         qpos: (F, nq) states.
         glow: for every marking location, (F,) how brightly its lamp glows.
     """
 
     scene: Scene
     times: np.ndarray
+    shares: np.ndarray
     qpos: np.ndarray
     glow: dict[str, np.ndarray]
     captions: tuple[Caption, ...]
     size: tuple[int, int]
+    quality: Quality
+    camera: Camera
     fps: int
     path: Path
 
@@ -63,7 +66,9 @@ def render_video(
     path: Path | str,
     *,
     fps: int = 30,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] | None = None,
+    quality: Quality = DRAFT,
+    camera: Camera = "fixed",
     processes: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
@@ -75,7 +80,9 @@ def render_video(
         captions: in order of `start`; none for a bare picture.
         path: the file to write; it appears only when it is complete.
         fps: pictures a second.
-        size: (width, height) in pixels, both even.
+        size: (width, height) in pixels, both even; None for the quality's.
+        quality: how much work a picture is worth.
+        camera: where the film is seen from.
         processes: how many render at a time; None for one a core.
         progress: called with the number of frames done and of all frames, now and then.
 
@@ -88,6 +95,8 @@ def render_video(
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     times, qpos, glow = _frames(scene, rollout, fps)
+    shares = np.linspace(0, 1, len(times))
+    size = size or quality.size
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     workers = max(1, min(processes or cores, len(times) // FEWEST_FRAMES))
     with tempfile.TemporaryDirectory(prefix=".video-", dir=path.parent) as folder:
@@ -95,7 +104,9 @@ def render_video(
         for i, rows in enumerate(np.array_split(np.arange(len(times)), workers)):
             part = Path(folder, f"{i}.mp4")
             lit = {name: level[rows] for name, level in glow.items()}
-            chunk = _Chunk(scene, times[rows], qpos[rows], lit, tuple(captions), size, fps, part)
+            chunk = _Chunk(
+                scene, times[rows], shares[rows], qpos[rows], lit, tuple(captions), size, quality, camera, fps, part
+            )
             part.with_suffix(".pickle").write_bytes(pickle.dumps(chunk))
             parts.append(part)
         _render_all(parts, len(times), max(1, cores // workers), progress)
@@ -111,7 +122,9 @@ def render_frame(
     *,
     caption: Caption | None = None,
     glow: Sequence[str] = (),
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] | None = None,
+    quality: Quality = DRAFT,
+    camera: Camera = "fixed",
 ) -> np.ndarray:
     """Return a picture of one state, (height, width, 3) uint8.
 
@@ -120,12 +133,14 @@ def render_frame(
         qpos: (nq,) positions of its MuJoCo model.
         caption: what to write over it.
         glow: marking locations at work.
-        size: (width, height) in pixels.
+        size: (width, height) in pixels; None for the quality's.
+        quality: how much work the picture is worth.
+        camera: where it is seen from.
 
     Raises:
         RenderingError: no OpenGL.
     """
-    with Painter(scene, size=size) as painter:
+    with Painter(scene, size=size, quality=quality, camera=camera) as painter:
         frame = painter.frame(qpos, glow=dict.fromkeys(glow, 1.0))
     if caption:
         draw_caption(frame, caption)
@@ -138,16 +153,19 @@ def render_chunk(job: Path) -> None:
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     width, height = chunk.size
     frame, shown = None, None
+    encoding = f"-preset {chunk.quality.preset} -threads 1"
     with (
-        Painter(chunk.scene, size=chunk.size) as painter,
+        Painter(chunk.scene, size=chunk.size, quality=chunk.quality, camera=chunk.camera) as painter,
         mediapy.VideoWriter(
-            chunk.path, (height, width), fps=chunk.fps, crf=QUALITY, ffmpeg_args="-preset veryfast -threads 1"
+            chunk.path, (height, width), fps=chunk.fps, crf=chunk.quality.rate, ffmpeg_args=encoding
         ) as film,
     ):
         for i, time in enumerate(chunk.times):
-            state = (chunk.qpos[i].tobytes(), *(level[i] for level in chunk.glow.values()))
+            share = float(chunk.shares[i]) if chunk.camera == "orbit" else 0.0
+            state = (chunk.qpos[i].tobytes(), share, *(level[i] for level in chunk.glow.values()))
             if state != shown:
-                picture = painter.frame(chunk.qpos[i], glow={name: level[i] for name, level in chunk.glow.items()})
+                lit = {name: level[i] for name, level in chunk.glow.items()}
+                picture = painter.frame(chunk.qpos[i], glow=lit, share=share)
                 shown = state
             frame = picture.copy()
             caption = caption_at(chunk.captions, time)

@@ -11,6 +11,7 @@ from experiments.arguments import (
     Commands,
     add_command,
     add_fault,
+    add_film,
     add_json,
     add_max_cost,
     add_perturb,
@@ -51,7 +52,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_fault(parser)
     parser.add_argument("--noise", type=number, metavar="MM", help="see objects with a random error of this size, mm")
     add_robot(parser)
-    parser.add_argument("--no-video", action="store_true", help="render nothing")
+    add_film(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -62,6 +63,7 @@ def run(options: argparse.Namespace) -> int:
         from experiments.evidence import prove
         from experiments.outcome import no_outcome_json, outcome_json, show_outcome
         from experiments.perturb import faults_of, perturbation_of, sensor_of
+        from sim.quality import QUALITIES
 
     scenario = scenarios.find(options.scenario)
     perturbation = perturbation_of(options.perturb, seed=options.seed)
@@ -88,6 +90,8 @@ def run(options: argparse.Namespace) -> int:
                 sensor=sensor_of(options.noise, seed=options.seed),
                 choice=options.plan,
                 film=film,
+                quality=QUALITIES[options.quality],
+                camera=options.camera,
                 tell=bars,
             )
             drawn = None if options.seed is None else str(perturbation)

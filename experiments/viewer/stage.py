@@ -11,8 +11,8 @@ from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
 from experiments.viewer.performance import Moment
+from sim.cameras import camera
 from sim.materials import Glow, glow_of
-from sim.painter import camera
 from sim.panda import HIDDEN
 from sim.scene import Scene
 

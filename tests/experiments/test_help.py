@@ -11,7 +11,7 @@ import pytest
 from experiments import cli, scenarios
 from experiments.overview import kind_of
 
-PLANNING = ("front", "plan", "automaton", "list", "check")
+PLANNING = ("front", "plan", "automaton", "draw", "list", "check")
 """Commands quick enough that their examples are carried out here."""
 
 SIMULATED = ("run", "view", "sweep", "measure")

@@ -120,7 +120,7 @@ def test_captions_show_the_books_before_each_action_and_at_the_end(arch: Scenari
     steps = steps_of(arch, plan, cast(tuple[ManipulationState, ...], plan.states))
     nothing = np.zeros(0)
     rollout = Rollout(True, None, steps, (), *[nothing] * 7, 17.0, 1.0, 0.0)
-    texts = captions(arch.tasks, rollout, books, total=plan.cost)
+    texts = captions(arch.tasks, rollout, books, plan=plan)
     assert [text.action for text in texts] == [*plan.actions, "done"]
     assert [text.start for text in texts] == list(range(18))
     assert (texts[0].cost, texts[1].cost, texts[-1].cost, texts[-1].total) == (0, 3, 41, 41)
@@ -128,8 +128,25 @@ def test_captions_show_the_books_before_each_action_and_at_the_end(arch: Scenari
     assert states[0] == ("open", "open") and states[-1] == ("satisfied", "satisfied")
     assert ("satisfied", "open") in states and ("open", "satisfied") not in states
     surprised = replace(rollout, events=(Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {})))
-    told = [text.action for text in captions(arch.tasks, surprised, books, total=plan.cost)]
+    told = [text.action for text in captions(arch.tasks, surprised, books, plan=plan)]
     assert told[2] == f"planned anew: {plan.actions[2]}" and told[5] == f"once more: {plan.actions[5]}"
     assert [*told[:2], *told[3:5], *told[6:]] == [*plan.actions[:2], *plan.actions[3:5], *plan.actions[6:], "done"]
     stopped = replace(rollout, completed=False, reason="a surprise")
-    assert captions(arch.tasks, stopped, books, total=plan.cost)[-1].action == "stopped"
+    assert captions(arch.tasks, stopped, books, plan=plan)[-1].action == "stopped"
+
+
+def test_the_preference_rises_to_that_of_the_plan(arch: Scenario) -> None:
+    for plan in pareto_front(arch.problem()):
+        so_far = books_of(arch, plan).preferences
+        assert len(so_far) == len(plan.actions) + 1
+        assert list(so_far) == sorted(so_far)
+        assert so_far[-1] == plan.preference
+
+
+def test_what_is_paid_for_relaxations_is_preference_from_then_on(relaxed: Scenario) -> None:
+    plan = pareto_front(relaxed.problem())[0]
+    so_far = books_of(relaxed, plan).preferences
+    steps = [bought.step for bought in plan.relaxations]
+    assert so_far[-1] == plan.preference and steps
+    for k, mu in enumerate(so_far):
+        assert mu == sum(bought.cost for bought in plan.relaxations if bought.step <= k)

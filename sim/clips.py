@@ -1,0 +1,108 @@
+"""Short films made of finished ones: side by side, quicker, smaller, as MP4, GIF or WebP."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import imageio_ffmpeg
+from PIL import Image, ImageDraw, ImageFont
+
+from sim.errors import RenderingError
+
+ENDINGS = (".mp4", ".gif", ".webp")
+"""Of the files that can be written."""
+
+GAP = 4
+"""Between two films side by side, pixels."""
+
+HEADING = 0.055
+"""Height of a heading's letters, in heights of the film."""
+
+ENCODERS = {
+    ".mp4": "-c:v libx264 -crf 21 -preset veryfast -pix_fmt yuv420p -movflags +faststart -f mp4",
+    ".gif": "-loop 0 -f gif",
+    ".webp": "-c:v libwebp_anim -quality 70 -loop 0 -f webp",
+}
+
+
+def compose(
+    films: Sequence[Path],
+    path: Path,
+    *,
+    headings: Sequence[str] = (),
+    height: int = 540,
+    fps: int = 30,
+    speed: float = 1.0,
+) -> Path:
+    """Write a film of others side by side; those that end before the longest one rest on their last picture.
+
+    Args:
+        films: the others; a single one is only made smaller or quicker.
+        path: the file to write; its ending is one of `ENDINGS`. It appears only when it is complete.
+        headings: what to write over each film; none for nothing.
+        height: of the film in pixels, even.
+        fps: pictures a second.
+        speed: how many times as quick.
+
+    Returns:
+        The path.
+
+    Raises:
+        RenderingError: a film is missing or cannot be read, or ffmpeg failed.
+    """
+    durations = [_duration(film) for film in films]
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y"]
+    for film in films:
+        command += ["-i", str(film)]
+    steps, shown = [], []
+    for i, duration in enumerate(durations):
+        rest = max(durations) - duration
+        steps.append(
+            f"[{i}:v]tpad=stop_mode=clone:stop_duration={rest:.3f},setpts=PTS/{speed:g},fps={fps},"
+            f"scale=-2:{height}:flags=lanczos,pad=iw+{GAP if i else 0}:ih:{GAP if i else 0}:0:white[film{i}]"
+        )
+        shown.append(f"[film{i}]")
+    with tempfile.TemporaryDirectory(prefix=".clip-", dir=path.parent) as folder:
+        for i, text in enumerate(headings):
+            heading = Path(folder, f"{i}.png")
+            _heading(text, height).save(heading)
+            command += ["-i", str(heading)]
+            steps.append(f"{shown[i]}[{len(films) + i}:v]overlay=x=(W-w)/2:y={round(0.4 * HEADING * height)}[named{i}]")
+            shown[i] = f"[named{i}]"
+        joined = f"{''.join(shown)}hstack=inputs={len(films)}" if len(films) > 1 else f"{shown[0]}null"
+        if path.suffix == ".gif":
+            joined += ",split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=bayer:bayer_scale=4"
+        elif path.suffix == ".mp4":
+            joined += ",crop=trunc(iw/2)*2:ih"
+        draft = Path(folder, f"whole{path.suffix}")
+        command += ["-filter_complex", ";".join([*steps, joined]), *ENCODERS[path.suffix].split(), str(draft)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            raise RenderingError(f"{path}: ffmpeg could not make it: {done.stderr.strip().splitlines()[-1]}")
+        os.replace(draft, path)
+    return path
+
+
+def _duration(film: Path) -> float:
+    """Return how long a film is, s."""
+    try:
+        return float(imageio_ffmpeg.count_frames_and_secs(film)[1])
+    except (OSError, RuntimeError):
+        why = "cannot be read as a film" if film.exists() else "no such file"
+        raise RenderingError(f"{film}: {why}") from None
+
+
+def _heading(text: str, height: int) -> Image.Image:
+    """Return white text on a dark label with round corners."""
+    font = ImageFont.load_default(size=HEADING * height)
+    room = HEADING * height * 0.5
+    width = round(font.getlength(text) + 2 * room)
+    label = Image.new("RGBA", (width, round(HEADING * height * 1.7)), (0, 0, 0, 0))
+    draw = ImageDraw.Draw(label)
+    draw.rounded_rectangle((0, 0, width - 1, label.height - 1), radius=room, fill=(9, 11, 15, 190))
+    draw.text((width / 2, label.height / 2), text, fill=(245, 246, 248), font=font, anchor="mm")
+    return label
