@@ -1,6 +1,7 @@
 # make demo   plan, carry out and film the paper's manipulation case study
 # make test   run every test
 # make lint   check style and types
+# make paper  do the paper's examples, case studies and table again, on one page
 # make docs   build the tutorial and the reference into build/docs
 # make setup  what the others call first: a virtual environment in .venv
 
@@ -8,7 +9,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: setup demo test lint docs clean
+.PHONY: setup demo test lint paper docs clean
 
 setup: $(READY)
 	@echo "Ready. Try: make demo, make test, or $(BIN)/prefplan --help"
@@ -27,6 +28,9 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+paper: $(READY)
+	$(BIN)/python experiments/reproduce_paper.py
 
 docs: $(READY)
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs build/docs

@@ -1,43 +1,33 @@
-"""Case Study 1 of the paper: a delivery robot's five tasks, and every best trade-off of cost and desired order."""
+"""Case Study 1 of the paper: a delivery robot's five tasks, and every best trade-off of cost and desired order.
+
+Prints the front beside the published one and every plan, and draws the paper's Figure 3 anew.
+"""
 
 from __future__ import annotations
 
-from rich.table import Table
+import sys
+from pathlib import Path
 
-from experiments import scenarios
 from experiments.console import Console
-from experiments.output import condense, number
-from prefplan import Front, pareto_front
+from experiments.files import make_folder
+from experiments.paper.grids import case_study_1
+from experiments.reproduce_paper import DIFFERENT, show
+from experiments.status import DONE
 
-SCENARIO = "case_study_1"
-
-PUBLISHED = ((68, 29), (70, 28), (72, 24), (74, 23), (84, 11), (98, 0))
-"""(cost, preference) of every point of the paper's Figure 3 (g)."""
+OUT = Path("out", "case_study_1")
+"""Where the figure goes."""
 
 
-def main() -> None:
-    """Plan, and print the front beside the published one."""
-    front = pareto_front(scenarios.find(SCENARIO).problem())
+def main() -> int:
+    """Plan, compare, draw, and return the exit status: 1 if the front is not the published one."""
+    make_folder(OUT)
+    study = case_study_1(OUT)
     console = Console(highlight=False)
-    console.print(side_by_side(front))
-    same = [(plan.cost, plan.preference) for plan in front] == list(PUBLISHED)
-    verdict = "the published front" if same else "NOT the published front"
-    console.print(f"{len(front)} points in {front.stats.seconds:.2f} s: {verdict}.")
-    for i, plan in enumerate(front):
-        console.print(f"\nPlan {i}\n{condense(plan.actions)}")
-
-
-def side_by_side(front: Front) -> Table:
-    """Return a table of the front's points, cheapest first, beside the published ones."""
-    table = Table(title="Case Study 1", title_justify="left")
-    for column in ("#", "cost", "preference", "published cost", "published preference"):
-        table.add_column(column, justify="right")
-    for i in range(max(len(front), len(PUBLISHED))):
-        found = (number(front[i].cost), number(front[i].preference)) if i < len(front) else ("-", "-")
-        paper = map(str, PUBLISHED[i]) if i < len(PUBLISHED) else ("-", "-")
-        table.add_row(str(i), *found, *paper)
-    return table
+    show(console, study)
+    for line in study.texts:
+        console.print(line, markup=False)
+    return DONE if study.reproduced else DIFFERENT
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -13,9 +13,12 @@ from experiments import output, scenarios
 from experiments.carry_out import Tell, carry_out, scene_of
 from experiments.console import Console
 from experiments.outcome import Outcome, show_outcome
+from experiments.paper.arm import ABOUT, TITLE, planned
+from experiments.paper.findings import Study
 from experiments.progress import Bars
 from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
+from experiments.reproduce_paper import show
 from experiments.start import INTERRUPTED
 from prefplan import Plan, Scenario, pareto_front
 from sim.clips import compose
@@ -34,6 +37,8 @@ def main() -> int:
     console.print("Planning", style="dim")
     front = pareto_front(scenario.problem())
     output.show_front(console, scenario, front)
+    console.print()
+    show(console, Study(TITLE, ABOUT, tuple(planned(front, scenario.problem().system.size))))
     scene = scene_of(scenario)
     OUT.mkdir(parents=True, exist_ok=True)
     outcomes, recordings = [], {}

@@ -1,0 +1,1 @@
+"""The paper's figures, tables and examples once more, beside what it printed."""
