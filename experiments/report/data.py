@@ -20,6 +20,9 @@ from prefplan.scenario import Scenario
 MOVE_TIME = 0.25
 """How long a move on a grid takes on the page, s."""
 
+PAIRS = 20
+"""Up to so many plans each is compared with every cheaper one; of more, with its neighbour and the cheapest."""
+
 ACTION_TIME = 1.0
 """How long any other action takes on the page where no run says it, s."""
 
@@ -45,11 +48,22 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
             _task(task, named[task.name], automaton.accepting, automaton.dead)
             for task, automaton in zip(problem.tasks, problem.automata, strict=True)
         ],
-        "plans": [_plan(scenario, told, i, recordings.get(i)) for i in range(len(told))],
+        "plans": [_plan(scenario, told, i, recordings.get(i), _rank(front, i)) for i in range(len(told))],
     }
 
 
-def _plan(scenario: Scenario, told: Sequence[Told], i: int, recording: Recording | None) -> dict[str, Any]:
+def _rank(front: Front, i: int) -> str | None:
+    """Return what a point of a front is, if it lies at an end; the far end of an unfinished front is not known."""
+    if len(front) == 1:
+        return "the best in both" if front.complete else None
+    if i == len(front) - 1 and front.complete:
+        return "the preferred plan"
+    return None if i else "the cheapest plan"
+
+
+def _plan(
+    scenario: Scenario, told: Sequence[Told], i: int, recording: Recording | None, rank: str | None
+) -> dict[str, Any]:
     problem, (plan, planned) = scenario.problem(), (told[i].plan, told[i].timeline)
     shown, run = planned, None
     pause = MOVE_TIME if isinstance(scenario.model, GridModel) else ACTION_TIME
@@ -59,15 +73,17 @@ def _plan(scenario: Scenario, told: Sequence[Told], i: int, recording: Recording
         begin = float(recording.log.times[0])
         times = [(a.start - begin, a.end - begin) for a in recording.log.about.actions]
         run = _run(recording, plan)
-    explained = [explain_cheapest(scenario, told[0])] if i == 0 else []
-    explained += [explain(scenario, told[i], told[j]) for j in dict.fromkeys((i - 1, 0)) if 0 <= j < i]
+    cheaper = range(i) if len(told) <= PAIRS else sorted({i - 1, 0} - {i, -1})
+    explained = {j: explain(scenario, told[i], told[j]) for j in cheaper}
     checks = [
         {"name": check.name, "holds": check.holds, "words": check.words} for check in check_plan(problem, plan, planned)
     ]
     return {
         "index": i,
         **plan_json(plan),
-        "explanations": [_explanation(one) for one in explained],
+        "rank": rank,
+        "explanations": [_explanation(one, j) for j, one in explained.items()]
+        or [_explanation(explain_cheapest(scenario, told[0]), None)],
         "wishes": [
             {"task": wish.task, "words": wish.words, "adds": wish.adds} for wish in wishes(scenario.preference, plan)
         ],
@@ -80,8 +96,8 @@ def _plan(scenario: Scenario, told: Sequence[Told], i: int, recording: Recording
     }
 
 
-def _explanation(explanation: Explanation) -> dict[str, Any]:
-    return {"headline": explanation.headline, "details": list(explanation.details)}
+def _explanation(explanation: Explanation, against: int | None) -> dict[str, Any]:
+    return {"against": against, "headline": explanation.headline, "details": list(explanation.details)}
 
 
 def _timeline(shown: Timeline) -> dict[str, Any]:

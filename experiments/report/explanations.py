@@ -134,6 +134,7 @@ def _gains(scenario: Scenario, plan: Told, other: Told, name: Mapping[str, str])
     gains, losses = _relaxed(plan.plan, other.plan, name)
     if not gains and isinstance(scenario.preference, Order):
         gains = _put_right(scenario.preference, plan.timeline, other.timeline, name)
+        losses = _put_wrong(scenario.preference, plan.timeline, other.timeline, name)
     if not gains:
         before = {(w.task, i): w for i, w in enumerate(wishes(scenario.preference, other.plan))}
         for i, wish in enumerate(wishes(scenario.preference, plan.plan)):
@@ -151,17 +152,10 @@ def _gains(scenario: Scenario, plan: Told, other: Told, name: Mapping[str, str])
 
 def _put_right(wished: Order, plan: Timeline, other: Timeline, name: Mapping[str, str]) -> list[str]:
     """Return which tasks now come before others as they should, while in the other plan they did not."""
-    rank = {task: k for k, entry in enumerate(wished.order or tuple(name)) for task in _members(entry)}
     found = []
     overtaken: dict[tuple[str, ...], list[str]] = {}
-    for task in sorted(rank, key=rank.__getitem__):
-        behind = [
-            later
-            for later in rank
-            if rank[task] < rank[later] and _before(plan, task, later) and not _before(other, task, later)
-        ]
-        if not behind:
-            continue
+    rank = _ranks(wished, name)
+    for task, behind in _overtaken(rank, plan, other):
         place = plan.order.index(task)
         if rank[task] == place and plan.order[:place] == tuple(sorted(plan.order[:place], key=rank.__getitem__)):
             last = place == len(plan.order) - 1
@@ -170,6 +164,30 @@ def _put_right(wished: Order, plan: Timeline, other: Timeline, name: Mapping[str
             overtaken.setdefault(tuple(name[later] for later in behind), []).append(name[task])
     for later, tasks in overtaken.items():
         found.append(f"{_all(tasks)} {'is' if len(tasks) == 1 else 'are'} done before {_all(later)}")
+    return found
+
+
+def _put_wrong(wished: Order, plan: Timeline, other: Timeline, name: Mapping[str, str]) -> list[str]:
+    """Return which tasks no longer come before others as they should."""
+    lost = _overtaken(_ranks(wished, name), other, plan)
+    return [f"{name[task]} is done after {_all([name[later] for later in behind])}" for task, behind in lost]
+
+
+def _ranks(wished: Order, name: Mapping[str, str]) -> dict[str, int]:
+    return {task: k for k, entry in enumerate(wished.order or tuple(name)) for task in _members(entry)}
+
+
+def _overtaken(rank: Mapping[str, int], plan: Timeline, other: Timeline) -> list[tuple[str, list[str]]]:
+    """Return each task with those wished later that it comes before in one plan, but not in the other."""
+    found = []
+    for task in sorted(rank, key=rank.__getitem__):
+        behind = [
+            later
+            for later in rank
+            if rank[task] < rank[later] and _before(plan, task, later) and not _before(other, task, later)
+        ]
+        if behind:
+            found.append((task, behind))
     return found
 
 

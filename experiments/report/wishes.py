@@ -42,8 +42,9 @@ def in_words(preference: Preference, tasks: Sequence[str]) -> str:
         case Order(order):
             steps = [entry if isinstance(entry, str) else _either(entry) for entry in order or tasks]
             return (
-                f"The tasks would best be done in this order: {', '.join(steps)}. The preference adds up, place by "
-                "place, how much later the task that is wished there is done than the task that comes there."
+                f"The tasks would best be done in this order: {', '.join(steps)}. The preference adds up, for every "
+                "place in it, how much later the task wished there is done than the one that takes that place; 0 is "
+                "exactly as wished."
             )
         case WeightedSum(weights, "violation"):
             return (

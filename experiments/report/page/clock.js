@@ -1,6 +1,7 @@
 "use strict";
 // One clock that everything on the page follows; films are played by it, and kept in step with one another.
 
+const HALF_FRAME = 1 / 60; // s; a film's picture at the border of two actions is to be the later one's
 const FILM_DRIFT = 0.12; // s by which a film may be off before it is set right
 
 class Clock {
@@ -45,7 +46,7 @@ class Clock {
   seek(time) {
     this.time = Math.max(0, Math.min(time, this.duration));
     for (const film of this.films) {
-      film.currentTime = this.time;
+      film.currentTime = this.time + HALF_FRAME;
       if (this.playing) this.roll(film);
     }
     this.listener();

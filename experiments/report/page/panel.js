@@ -16,10 +16,11 @@ class Panel {
     this.cards = cards;
     this.element = make("article", { class: `panel ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
       make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
-        ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`),
+        ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+        plan.rank ? make("span", { class: "rank" }, plan.rank) : null),
       make("div", { class: "stage" },
         make("div", { class: "watch" }, this.film || (this.map && this.map.element) || null, this.caption, this.filmNote(plan)),
-        make("div", { class: "why" }, ...this.why(plan), this.costs(data.tasks, plan))),
+        make("div", { class: "why" }, ...this.why(plan, other), this.costs(data.tasks, plan))),
       make("h4", { class: "part-title" }, "What it does, and what it has spent by then"),
       timeline.element,
       make("h4", { class: "part-title" }, "The tasks and their automata"),
@@ -45,8 +46,12 @@ class Panel {
     return notes.length ? make("p", { class: "notice" }, notes.join(" ")) : null;
   }
 
-  why(plan) {
-    return plan.explanations.map((explanation, i) => make("div", { class: "explanation" },
+  // Why it costs more than the plan it is compared with, if that is cheaper; or than its neighbour and the cheapest.
+  why(plan, other) {
+    const against = (index) => plan.explanations.filter((explanation) => explanation.against === index);
+    const compared = other ? against(other.index) : [];
+    const shown = compared.length ? compared : [...new Set([plan.index - 1, 0])].flatMap(against);
+    return (plan.index ? shown : plan.explanations).map((explanation, i) => make("div", { class: "explanation" },
       make("p", { class: "headline" }, explanation.headline),
       make("details", { open: i === 0 },
         make("summary", {}, "In detail"),

@@ -66,7 +66,13 @@ class Timeline {
       make("div", { class: "track" },
         this.scale(),
         make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys walk along them" }, ...this.bars),
-        ...lanes, line, this.head));
+        ...lanes, line, this.head),
+      this.legend(tracks));
+  }
+
+  legend(tracks) {
+    const paid = Object.values(tracks).some((track) => track.bought.length);
+    return make("p", { class: "small legend" }, `○ a task's automaton moves on · ✓ the task is done${paid ? " · $ it is relaxed for a price" : ""}`);
   }
 
   at(cost) {
