@@ -1,7 +1,8 @@
-"""Make the README's pictures: the same moment of Case Study 3 as the cheapest and the preferred plan come to it."""
+"""Make the README's pictures of Case Study 3 by the cheapest and by the preferred plan: a moment, and a short film."""
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,13 @@ from experiments import scenarios
 from experiments.captions import captions
 from experiments.carry_out import carry_out, scene_of
 from prefplan import pareto_front
+from sim.clips import compose
 from sim.overlay import caption_at
+from sim.quality import FINAL
 from sim.rollout import FRAME_RATE
-from sim.video import render_frame
+from sim.video import render_frame, render_video
 
 OUT = Path(__file__).parents[1] / "docs"
-
-SIZE = (1280, 720)
-"""Rendered, as in the videos, (width, height) in pixels."""
 
 SHOWN = (880, 495)
 """Stored, (width, height) in pixels."""
@@ -29,23 +29,35 @@ QUALITY = 84
 BEFORE = FRAME_RATE // 2
 """How many frames before the sanitizer's last one."""
 
+FILMED = (640, 360)
+"""Each of the two films side by side, (width, height) in pixels."""
+
+FPS, SPEED = 4, 4
+"""Pictures a second that are rendered, and how many times as quick they are shown."""
+
 
 def main() -> None:
-    """Carry both plans out and keep, of each, a moment at which the sanitizer does its last work."""
+    """Carry both plans out; keep of each a moment at which the sanitizer does its last work, and a film of both."""
     scenario = scenarios.find("case_study_3")
     scene = scene_of(scenario)
     front = pareto_front(scenario.problem())
     OUT.mkdir(exist_ok=True)
-    for name, plan in {"cheapest": front[0], "preferred": front[-1]}.items():
-        outcome = carry_out(scenario, scene, plan)
-        rollout = outcome.rollout
-        moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
-        lamp = scene.model.locations[rollout.glow[moment]].name
-        texts = captions(scenario.tasks, rollout, outcome.books, plan=plan)
-        caption = caption_at(texts, float(rollout.times[moment]))
-        frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], size=SIZE)
-        picture = Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
-        picture.save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
+    films, headings = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, plan in {"cheapest": front[0], "preferred": front[-1]}.items():
+            outcome = carry_out(scenario, scene, plan)
+            rollout = outcome.rollout
+            moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
+            lamp = scene.model.locations[rollout.glow[moment]].name
+            texts = captions(scenario.tasks, rollout, outcome.books, plan=plan)
+            caption = caption_at(texts, float(rollout.times[moment]))
+            frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
+            picture = Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
+            picture.save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
+            film = Path(folder, f"{name}.mp4")
+            films.append(render_video(scene, rollout, texts, film, fps=FPS, size=FILMED, quality=FINAL))
+            headings.append(f"{name}: cost {plan.cost}")
+        compose(films, OUT / "trade_off.webp", headings=headings, height=FILMED[1], fps=FPS * SPEED, speed=SPEED)
 
 
 if __name__ == "__main__":

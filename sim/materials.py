@@ -35,7 +35,7 @@ class Finish:
 
 
 FINISHES = {
-    "panda_shell": Finish((0.90, 0.905, 0.91, 1), 0.45, 0.55),
+    "panda_shell": Finish((0.84, 0.845, 0.85, 1), 0.45, 0.55),
     "panda_trim": Finish((0.17, 0.175, 0.185, 1), 0.30, 0.35),
     "panda_metal": Finish((0.42, 0.43, 0.45, 1), 0.70, 0.60),
     "panda_rubber": Finish((0.09, 0.09, 0.095, 1), 0.12, 0.15),
@@ -83,7 +83,7 @@ ARM_SHADOW = 0.85
 BACKDROP_PIXELS = 192
 """Side of each of the backdrop's six pictures; it is smooth, so few are enough."""
 
-BACKDROP_NEAR, BACKDROP_FAR = np.array([0.63, 0.66, 0.70]), np.array([0.17, 0.195, 0.235])
+BACKDROP_NEAR, BACKDROP_FAR = np.array([0.74, 0.77, 0.80]), np.array([0.24, 0.27, 0.31])
 """Colours in the middle of the glow behind the robot and far from it."""
 
 BACKDROP_WIDTH = np.radians(24)
@@ -111,12 +111,12 @@ def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float, view: np
     visual.quality.offsamples = 0
     visual.map.znear, visual.map.zfar = 0.05, 8
     visual.map.shadowclip = max(ARM_SHADOW, SHADOW_WIDTH * span)
-    visual.headlight.ambient, visual.headlight.diffuse = [0.22] * 3, [0.10] * 3
+    visual.headlight.ambient, visual.headlight.diffuse = [0.30] * 3, [0.10] * 3
     visual.headlight.specular = [0.0] * 3
     backdrop = spec.add_texture(name="backdrop", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, nchannel=3)
     backdrop.width, backdrop.height = BACKDROP_PIXELS, 6 * BACKDROP_PIXELS
     backdrop.data = _backdrop(view).tobytes()
-    _light(spec, KEY_LIGHT, target, np.array([0.9, -1.1, 2.0]), (0.76, 0.74, 0.71), shadow=True)
+    _light(spec, KEY_LIGHT, target, np.array([0.9, -1.1, 2.0]), (0.74, 0.72, 0.68), shadow=True)
     _light(spec, "fill", target, np.array([0.7, 1.5, 1.0]), (0.15, 0.17, 0.20), shadow=False)
     _light(spec, "rim", target, np.array([-1.6, 0.6, 1.2]), (0.24, 0.25, 0.27), shadow=False)
 

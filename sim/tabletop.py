@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 PIXELS = 2048
 """Pixels along the longer side of the table, about 1.5 a millimetre."""
 
-WOOD = np.array([0.47, 0.345, 0.25])
+WOOD = np.array([0.50, 0.365, 0.255])
 """Mean colour of the wood."""
 
 INK = (250, 244, 232)
