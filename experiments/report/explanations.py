@@ -261,9 +261,11 @@ def _work(model: Model, apart: Differences, plan: Told, other: Told) -> list[str
         return [f"It makes {moves[0]} moves, the other plan {moves[1]}."]
     found = []
     if apart.more:
-        found.append(f"Only here: {condense(sorted(apart.more.elements(), key=plan.timeline.actions.index))}.")
+        found.append(f"Only in this plan: {condense(sorted(apart.more.elements(), key=plan.timeline.actions.index))}.")
     if apart.fewer:
-        found.append(f"Only there: {condense(sorted(apart.fewer.elements(), key=other.timeline.actions.index))}.")
+        found.append(
+            f"Only in the other: {condense(sorted(apart.fewer.elements(), key=other.timeline.actions.index))}."
+        )
     if not found:
         found.append("Both take the same actions, in another order.")
     return found
@@ -277,9 +279,9 @@ def _aside(model: Model, apart: Differences) -> list[str]:
 
     found = []
     if apart.parked:
-        found.append(f"Put aside for a while here: {listed(apart.parked)}.")
+        found.append(f"Put aside for a while in this plan: {listed(apart.parked)}.")
     if apart.spared:
-        found.append(f"Put aside for a while there: {listed(apart.spared)}.")
+        found.append(f"Put aside for a while in the other: {listed(apart.spared)}.")
     return found
 
 

@@ -107,8 +107,8 @@ def test_the_details_of_case_study_3_are_those_of_its_plans() -> None:
         "Done earlier: phi1 (blue) at 27 instead of 34.",
         "Done later: phi2 (pink) at 41 instead of 17.",
         "Tasks are done in the order phi1 (blue), phi2 (pink); in the other plan phi2 (pink), phi1 (blue).",
-        "Only here: grasp pink, transport pink bin1, release pink bin1.",
-        "Put aside for a while here: pink in bin1.",
+        "Only in this plan: grasp pink, transport pink bin1, release pink bin1.",
+        "Put aside for a while in this plan: pink in bin1.",
     )
 
 

@@ -18,7 +18,7 @@ class Panel {
       make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
         ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
         plan.rank ? make("span", { class: "rank" }, plan.rank) : null),
-      make("div", { class: "stage" },
+      make("div", { class: this.film || this.map ? "stage" : "stage bare" },
         make("div", { class: "watch" }, this.film || (this.map && this.map.element) || null, this.caption, this.filmNote(plan)),
         make("div", { class: "why" }, ...this.why(plan, other), this.costs(data.tasks, plan))),
       make("h4", { class: "part-title" }, "What it does, and what it has spent by then"),

@@ -67,12 +67,14 @@ class Timeline {
         this.scale(),
         make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys walk along them" }, ...this.bars),
         ...lanes, line, this.head),
-      this.legend(tracks));
+      this.legend(actions, tracks));
   }
 
-  legend(tracks) {
+  legend(actions, tracks) {
+    const kinds = KINDS.filter((kind) => actions.some((action) => action.startsWith(`${kind} `)));
+    const chips = kinds.flatMap((kind) => [make("span", { class: `chip kind-${KINDS.indexOf(kind)}` }), ` ${kind}   `]);
     const paid = Object.values(tracks).some((track) => track.bought.length);
-    return make("p", { class: "small legend" }, `○ a task's automaton moves on · ✓ the task is done${paid ? " · $ it is relaxed for a price" : ""}`);
+    return make("p", { class: "small legend" }, ...chips, `○ a task's automaton moves on · ✓ the task is done${paid ? " · $ it is relaxed for a price" : ""}`);
   }
 
   at(cost) {
