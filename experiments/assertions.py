@@ -55,6 +55,7 @@ def assert_plan(
     *,
     plan: str | int = "cost",
     task_costs: Mapping[str, Number] | None = None,
+    max_cost: Number | None = None,
 ) -> Plan:
     """Assert that one plan takes exactly these actions, or that its tasks cost exactly this, and return it.
 
@@ -63,6 +64,7 @@ def assert_plan(
         actions: from the first to the last; None if any will do.
         plan: `cost`, `preference` or its number on the front.
         task_costs: c_i by task, of all tasks or of some; None if any will do.
+        max_cost: as in `prefplan.pareto_front`.
 
     Raises:
         AssertionError: the plan is another one; the message shows the first action, or all the costs, that differ.
@@ -72,7 +74,7 @@ def assert_plan(
     if actions is None and not task_costs:
         raise PrefplanError("assert_plan: says neither which actions nor which task_costs are right")
     name, problem = _named(scenario)
-    found = choose(Planner(problem), plan)
+    found = choose(Planner(problem), plan, max_cost=max_cost)
     if actions is not None and tuple(actions) != found.actions:
         raise AssertionError(f"{name}: plan {plan!r} is not the expected one\n\n{_parting(actions, found.actions)}")
     for task, cost in (task_costs or {}).items():

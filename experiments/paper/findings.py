@@ -12,7 +12,7 @@ from experiments.front_comparison import Point, compare
 from experiments.output import number
 from prefplan.front import Front
 
-AGREES, DIFFERS, ERRATUM = "agrees", "DIFFERS", "paper errs"
+AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "paper errs", "measured"
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class Finding:
         what: is compared.
         paper: what it says.
         ours: what was found.
-        verdict: `AGREES`, `DIFFERS`, or `ERRATUM` where the paper contradicts itself and ours is what its other
-            statement gives.
+        verdict: `AGREES`, `DIFFERS`, `ERRATUM` where the paper contradicts itself and ours is what its other
+            statement gives, or `MEASURED` for times, which no two machines have in common.
         remark: what a reader should know of it.
     """
 
@@ -74,6 +74,11 @@ def fact(what: str, paper: str, ours: str, holds: bool, *, remark: str = "") -> 
 def erratum(what: str, paper: str, ours: str, confirmed: bool, *, remark: str) -> Finding:
     """Return a fact that the paper has wrong, if that was confirmed."""
     return Finding(what, paper, ours, ERRATUM if confirmed else DIFFERS, remark)
+
+
+def measured(what: str, paper: str, ours: str) -> Finding:
+    """Return a fact about time."""
+    return Finding(what, paper, ours, MEASURED)
 
 
 def point_by_point(figure: str, published: Sequence[Point], front: Front) -> list[Finding]:

@@ -10,7 +10,10 @@ from pathlib import Path
 import jinja2
 
 from experiments.files import write_bytes
-from experiments.paper.findings import AGREES, DIFFERS, Study
+from experiments.paper.findings import AGREES, DIFFERS, ERRATUM, MEASURED, Study
+
+CLASSES = {AGREES: "agrees", DIFFERS: "differs", ERRATUM: "errs", MEASURED: "measured"}
+"""How verdicts look."""
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
 
@@ -26,7 +29,7 @@ def write_page(studies: Sequence[Study], path: Path) -> None:
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     page = environment.from_string(template).render(
-        studies=studies, inlined=_inlined, agrees=AGREES, differs=DIFFERS, whole=all(s.reproduced for s in studies)
+        studies=studies, inlined=_inlined, classes=CLASSES, whole=all(s.reproduced for s in studies)
     )
     write_bytes(path, page.encode())
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from experiments.benchmark_facts import KNOWN, PUBLISHED
 from experiments.benchmark_instances import RANDOM
 from experiments.benchmark_runs import BARE, FRONT, MAX_MIN, OURS, SINGLE, wrong_fronts
-from experiments.paper.findings import Finding, Study, erratum, fact
+from experiments.paper.findings import Finding, Study, erratum, fact, measured
 
 RESULTS = Path(__file__).parents[1] / "results"
 """The results that ship."""
@@ -63,11 +63,10 @@ def _growth(times: Times) -> list[Finding]:
             for seconds in (paper, {n: times[kind, MAX_MIN, n] for n in tasks})
         ]
         findings.append(
-            fact(
+            measured(
                 f"time of {name} with each task",
                 f"x {factors[0]:.1f}, exponential",
                 f"x {factors[1]:.1f} for its method in our kernels",
-                factors[1] > 1.5,
             )
         )
     return findings
@@ -81,17 +80,16 @@ def _speed_up(times: Times) -> list[Finding]:
         for of in (lambda kind, method: PUBLISHED[kind, method][most], lambda kind, method: times[kind, method, most])
     )
     return [
-        fact(
+        measured(
             f"heuristic, one plan of {most} tasks",
             f"x {paper[SINGLE]:.0f} faster",
             f"x {ours[SINGLE]:.0f} faster",
-            min(paper[SINGLE], ours[SINGLE]) >= ORDER_OF_MAGNITUDE,
         ),
         erratum(
             f"heuristic, front of {most} tasks",
-            "at least x 10 faster in the text",
+            f"at least x {ORDER_OF_MAGNITUDE} faster in the text",
             f"x {ours[FRONT]:.1f} faster",
-            1 < paper[FRONT] < ORDER_OF_MAGNITUDE and ours[FRONT] > 1,
+            paper[FRONT] < ORDER_OF_MAGNITUDE,
             remark=f"the paper's own table has x {paper[FRONT]:.1f}",
         ),
     ]
