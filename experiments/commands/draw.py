@@ -67,7 +67,11 @@ def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> in
 def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     from experiments.pictures import node_link_figure, system
 
-    node_link_figure.draw({scenario.name: system.diagram(scenario.problem().system)}, path)
+    try:
+        diagram = system.diagram(scenario.problem().system)
+    except system.SystemSizeError as error:
+        raise ScenarioError(f"{scenario.path}: model: {error}") from None
+    node_link_figure.draw({scenario.name: diagram}, path)
     return DONE
 
 

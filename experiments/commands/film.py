@@ -29,7 +29,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan film out/tidy/cost.mp4 short.webp --speed 6",
     )
     parser = add_command(commands, film, summary, *examples)
-    parser.add_argument("videos", nargs="+", metavar="VIDEO", type=Path, help="one, or several of one height and width")
+    parser.add_argument(
+        "videos", nargs="+", metavar="VIDEO", type=Path, help="a finished one, or several to stand side by side"
+    )
     parser.add_argument("file", metavar="FILE", type=Path, help="the film to write; it ends in .mp4, .gif or .webp")
     parser.add_argument("--speed", type=number, metavar="N", help="N times as quick (default: 1; GIF and WebP: 4)")
     parser.add_argument("--height", type=positive, metavar="PIXELS", help="default: 540; GIF and WebP: 270")

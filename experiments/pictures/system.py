@@ -18,11 +18,15 @@ MOST_NAMES = 3
 """Propositions that are shown of a state."""
 
 
+class SystemSizeError(PrefplanError):
+    """A transition system has more states than a picture can show."""
+
+
 def diagram(system: TransitionSystem) -> Diagram:
     """Return a laid out transition system, without what cannot be reached; the start is node `s0`.
 
     Raises:
-        PrefplanError: it has too many states.
+        SystemSizeError: it has too many states.
     """
     number_of = {system.start: 0}
     order = [system.start]
@@ -33,7 +37,7 @@ def diagram(system: TransitionSystem) -> Diagram:
                 number_of[target] = len(order)
                 order.append(target)
         if len(order) > MOST_STATES:
-            raise PrefplanError(
+            raise SystemSizeError(
                 f"the transition system has {system.size} states, and only one of up to {MOST_STATES} can be drawn "
                 "so that it can be read"
             )
@@ -56,7 +60,7 @@ def svg(system: TransitionSystem, *, prefix: str = "") -> str:
     another the group `s<i>-s<j>`.
 
     Raises:
-        PrefplanError: it has too many states.
+        SystemSizeError: it has too many states.
     """
     return node_link.svg(diagram(system), title=f"Transition system of {system.size} states", prefix=prefix)
 

@@ -70,7 +70,10 @@ def test_json_stays_json_beside_a_picture(tmp_path: Path, capsys: pytest.Capture
         (["front", "example", "--plot", "front.jpeg"], ".png, .svg, .pdf"),
         (["front", "example", "--plot", "nowhere/front.png"], "nowhere/front.png: cannot be written"),
         (["draw", "plans", "case_study_3", "plans.png"], "model.kind"),
-        (["draw", "system", "case_study_1", "system.png"], "400 states"),
+        (
+            ["draw", "system", "case_study_1", "system.png"],
+            "case_study_1.toml: model: the transition system has 400 states",
+        ),
         (["automaton", " & ".join(f"F {name}" for name in "abcdef"), "--plot", "f.png"], "64 states"),
     ],
 )
