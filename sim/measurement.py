@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import cast
 
 import numpy as np
@@ -12,12 +13,13 @@ from joblib import Parallel, delayed
 from prefplan.models.action_costs import ACTION_KINDS, MeasuredCosts, Pair
 from prefplan.models.manipulation import ManipulationModel, ManipulationState
 from prefplan.models.measurements import Measurement
+from prefplan.models.slots import hand_poses, location_of
 from sim.effort import Effort
 from sim.errors import SimulationError
 from sim.grounding import hand_over, slot_of
 from sim.perception import true_poses
 from sim.scene import Scene, initial_state
-from sim.skills import SkillError, grasp, perform, transit
+from sim.skills import SkillError, grasp, perform, release, transit
 from sim.workcell import Workcell
 
 SAMPLES = 4
@@ -35,10 +37,12 @@ class Trial:
     Attributes:
         state: where the hand and the objects are before it.
         action: as in plans, e.g. `transport blue san`.
+        put: the object that the hand has just put down, which is where it rises from; None if it came from elsewhere.
     """
 
     state: ManipulationState
     action: str
+    put: str | None = None
 
 
 @dataclass(frozen=True)
@@ -59,29 +63,39 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
 
     Every object that can be the action's has its turn, and states from the start's to the remotest are sampled evenly.
     """
-    names = [place.name for place in model.locations]
-    hands = names + ([model.start] if model.start not in names else [])
+    hands = hand_poses(
+        (place.name for place in model.locations), (place.capacity for place in model.locations), model.start
+    )
     pairs = [
         (kind, before, after)
-        for kind in ACTION_KINDS
-        for before in hands
-        for after in names
-        if (before != after) == (kind in ("transit", "transport"))
+        for kind, before, after in product(ACTION_KINDS, hands, hands)
+        if (location_of(before) != location_of(after)) == (kind in ("transit", "transport"))
     ]
     # With its number as every action's cost, the transition system tells which of its edges are which.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     system = replace(model, costs=numbered).transition_system()
     order = np.argsort(system.costs, kind="stable")
     bounds = np.searchsorted(system.costs[order], np.arange(len(pairs) + 1))
+    edges = {pair: order[low:high] for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False) if low < high}
     sources = np.repeat(np.arange(system.size), np.diff(system.offsets))
-    return {
-        pair: tuple(
-            Trial(cast(ManipulationState, system.states[int(sources[edge])]), system.action_names[system.actions[edge]])
-            for edge in _sample(order[low:high], system.actions)
-        )
-        for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False)
-        if low < high
-    }
+    kinds = np.array([action.split()[0] for action in system.action_names])
+    left = np.zeros(system.size, dtype=bool)
+    left[system.targets[kinds[system.actions] == "release"]] = True
+
+    def trial(edge: int) -> Trial:
+        state = cast(ManipulationState, system.states[int(sources[edge])])
+        action = system.action_names[system.actions[edge]]
+        working = state.hand_slot is not None or action.startswith("transit")
+        put = _put(state) if working and left[sources[edge]] and state.held is None else None
+        return Trial(state, action, put)
+
+    chosen = {}
+    for pair, all_edges in edges.items():
+        # Plans hardly ever bring the empty hand somewhere only to bring it elsewhere.
+        likely = all_edges[left[sources[all_edges]]] if pair[0] == "transit" else all_edges
+        some = _sample(likely if len(likely) else all_edges, system.actions)
+        chosen[pair] = tuple(trial(edge) for edge in some)
+    return chosen
 
 
 def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement:
@@ -131,26 +145,40 @@ def _measure_batch(scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]]) 
 def simulate(scene: Scene, trial: Trial) -> Effort:
     """Return what an action takes of the arm, once the hand has come to where it begins.
 
-    An object that it holds then was grasped there, so that it lies in the hand as it does in an execution.
+    An object that it holds then was grasped there, so that it lies in the hand as it does in an execution; one that it
+    has just put down was grasped there as well.
 
     Raises:
         SimulationError: the action, or the way to its state, does not work out.
     """
-    hand, held = trial.state.hand, trial.state.held
-    resting = trial.state.place | ({held: hand} if held else {})
-    # Objects fill a location's slots in their order: what is to be grasped takes the one that the others leave.
-    objects = sorted(scene.model.objects, key=lambda thing: thing.name == held)
-    placed = tuple(replace(thing, start=resting[thing.name]) for thing in objects)
-    scene = replace(scene, model=replace(scene.model, objects=placed))
+    state, model = trial.state, scene.model
+    resting, slots = state.place, dict(state.slots)
+    if state.held:
+        resting[state.held] = state.hand
+        if state.hand_slot is not None:
+            slots[state.held] = state.hand_slot
+    objects = tuple(replace(thing, start=resting[thing.name]) for thing in model.objects)
+    begin = ManipulationState(model.start, None, tuple(resting.items()), slots=tuple(slots.items()))
+    scene = replace(scene, model=replace(model, objects=objects, begin=begin))
     cell = Workcell(scene, initial_state(scene))
-    if hand in scene.slots:
-        transit(cell, hand)
-    if held:
-        grasp(cell, held)
+    if state.hand in scene.slots:
+        transit(cell, state.hand)
+    taken = state.held or trial.put
+    if taken:
+        grasp(cell, taken)
+    if trial.put:
+        release(cell, trial.put, state.hand)
     before = cell.meter.total
     perform(cell, trial.action)
     _check_done(cell, trial.action)
     return cell.meter.total - before
+
+
+def _put(state: ManipulationState) -> str | None:
+    """Return the object that lies where the empty hand is."""
+    slots = dict(state.slots)
+    here = (thing for thing, place in state.places if place == state.hand and slots.get(thing) == state.hand_slot)
+    return next(here, None)
 
 
 def _check_done(cell: Workcell, action: str) -> None:

@@ -81,7 +81,13 @@ def reground(
     over = _hand(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
     if over != NOWHERE or hand != model.start or hand in scene.slots:
         hand = over
-    state = ManipulationState(hand, held, tuple((thing, where[thing]) for thing in seen), marks)
+    state = ManipulationState(
+        hand,
+        held,
+        tuple((thing, where[thing]) for thing in seen),
+        marks,
+        slots=tuple((thing, resting[thing].index) for thing in seen if thing in resting),
+    )
     objects = [thing for thing in model.objects if thing.name not in gone]
     objects += [Object(name, where.get(name, model.locations[0].name)) for name in poses if name not in {*known, *gone}]
     locations = [_obstructed(scene, seen, place, resting, names, lost) for place in model.locations]

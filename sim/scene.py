@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from prefplan.models.manipulation import ManipulationModel, Object
+from prefplan.models.slots import slots_at_start
 from sim.errors import SimulationError
 from sim.furniture import add_object, add_station, add_table, table_for, yaw_quat
 from sim.layout import arrange
@@ -132,10 +133,12 @@ def _stored(shape: Shape, index: int) -> np.ndarray:
 def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:
     """Return the slot in which each object starts, as high as what starts below it says.
 
-    Objects at one location fill its slots in file order.
+    Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
     """
-    taken = {name: iter(row) for name, row in slots.items()}
-    found = {thing.name: next(taken[thing.start]) for thing in model.objects}
+    places = [(thing.name, thing.start) for thing in model.objects]
+    room = {name: len(row) for name, row in slots.items()}
+    indices = slots_at_start(places, dict(model.initial_state.slots), room)
+    found = {thing: slots[place][indices[thing]] for thing, place in places}
     shapes = shapes_of(model)
     first = {thing.start: thing.name for thing in reversed(model.objects)}
 

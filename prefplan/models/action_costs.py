@@ -1,4 +1,4 @@
-"""What the actions of a manipulation model cost: one number a kind, or measured between every two locations."""
+"""What the actions of a manipulation model cost: one number a kind, or measured between every two poses of the hand."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prefplan.errors import ModelError, choices
+from prefplan.models.slots import location_of
 from prefplan.quanta import Number, exact, to_quanta
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ QUANTITIES = {"time": "s", "travel": "rad", "energy": "J"}
 """What can be measured of an action, with its unit."""
 
 Pair = tuple[str, str, str]
-"""An action's kind, and the hand's location (or start pose) before and after it."""
+"""An action's kind, and the hand's pose before and after it: a location, one of its slots, or the start pose."""
 
 UNMEASURED = -1
 """Stands for the cost of an action that was not measured."""
@@ -129,8 +130,8 @@ def _nearest(model: ManipulationModel, hand: str, measured: Sequence[str]) -> di
 
 
 def _point(model: ManipulationModel, name: str) -> tuple[float, float] | None:
-    """Return the (x, y) of a location in m, of one on others their middle; None if there is no such location."""
-    place = next((place for place in model.locations if place.name == name), None)
+    """Return the (x, y) of a pose's location in m, of one on others their middle; None if there is no such location."""
+    place = next((place for place in model.locations if place.name == location_of(name)), None)
     if place is None or place.at is not None:
         return None if place is None else place.at
     below = [point for point in (_point(model, support) for support in place.on) if point is not None]

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.action_costs import ACTION_KINDS, UNMEASURED, cost_matrix, unmeasured
+from prefplan.models.action_costs import ACTION_KINDS, UNMEASURED, MeasuredCosts, cost_matrix, unmeasured
+from prefplan.models.numbering import Numbering
+from prefplan.models.slots import free_slot, hand_poses, location_of, pose, slots_at_start
 from prefplan.transition_system import TransitionSystem
 
 if TYPE_CHECKING:
@@ -25,12 +27,18 @@ class ManipulationState:
         held: object in the hand, or None.
         places: (object, location) for every object that rests somewhere, in the model's order.
         marks: (object, mark) for every mark an object carries.
+        slots: (object, slot) for every object at a location with several, in the model's order, as far as slots are
+            told apart: see `prefplan.models.slots`.
+        hand_slot: the slot that the hand is over, if its location has several and they are told apart; None also for
+            the middle between them.
     """
 
     hand: str
     held: str | None
     places: tuple[tuple[str, str], ...]
     marks: frozenset[tuple[str, str]] = frozenset()
+    slots: tuple[tuple[str, int], ...] = ()
+    hand_slot: int | None = None
 
     @property
     def place(self) -> dict[str, str]:
@@ -71,8 +79,8 @@ class _Codes(Sequence[ManipulationState]):
 class _Builder:
     """Codes of states, and the edges between them.
 
-    A state is one mixed-radix integer: the hand's pose, then each object's place (the last one: in the hand),
-    then one bit for each object and mark.
+    A state is one mixed-radix integer: the hand's pose, then each object's slot (the last one: in the hand), then one
+    bit for each object and mark. Where slots are not told apart, a location is one slot with room for several.
     """
 
     def __init__(self, model: ManipulationModel, start: ManipulationState) -> None:
@@ -81,15 +89,30 @@ class _Builder:
         self.marks = model.marks
         self.names = [place.name for place in model.locations]
         self.things = [thing.name for thing in model.objects]
-        self.hands = self.names + ([start.hand] if start.hand not in self.names else [])
-        self.held = len(self.names)
+        apart = isinstance(model.costs, MeasuredCosts)
+        self.rooms = [place.capacity if apart else 1 for place in model.locations]
+        self.hands = hand_poses(self.names, self.rooms, start.hand)
+        self.slots = [(x, i) for x, room in enumerate(self.rooms) for i in range(room)]
+        self.held = len(self.slots)
+        self.nowhere = len(self.names)
+        locations = [*self.names, start.hand]
+        # The location of a slot, of the hand where an object is held, and of each pose of the hand.
+        self.location = np.array([*(x for x, _ in self.slots), self.nowhere])
+        self.over = np.array([locations.index(location_of(hand)) for hand in self.hands])
+        self.hand_slots = {self.pose(slot): i for slot, (x, i) in enumerate(self.slots) if self.rooms[x] > 1}
+        self.above = np.array([self.hands.index(self.pose(slot)) for slot in range(self.held)] + [0])
         radices = [len(self.hands)] + [self.held + 1] * len(self.things) + [2] * (len(self.things) * len(model.marks))
         self.weights = [1]
         for radix in radices[:-1]:
             self.weights.append(self.weights[-1] * radix)
         if self.weights[-1] * radices[-1] >= 2**62:
-            raise ModelError(f"{len(self.things)} objects and {self.held} locations are more than a state can hold")
+            raise ModelError(f"{len(self.things)} objects and {self.held} places are more than a state can hold")
         self.radices = radices
+
+    def pose(self, slot: int) -> str:
+        """Return the hand's pose over a slot."""
+        x, i = self.slots[slot]
+        return pose(self.names[x], i if self.rooms[x] > 1 else None)
 
     def mark_digit(self, thing: int, mark: str) -> int:
         """Return the digit that holds whether an object carries a mark."""
@@ -102,17 +125,21 @@ class _Builder:
     def decode(self, code: int) -> ManipulationState:
         """Return the state a code stands for."""
         digits = [code // w % r for w, r in zip(self.weights, self.radices, strict=True)]
-        places = digits[1 : 1 + len(self.things)]
+        slots = dict(zip(self.things, digits[1 : 1 + len(self.things)], strict=True))
+        resting = {thing: self.slots[slot] for thing, slot in slots.items() if slot != self.held}
+        hand = self.hands[digits[0]]
         return ManipulationState(
-            hand=self.hands[digits[0]],
-            held=next((o for o, p in zip(self.things, places, strict=True) if p == self.held), None),
-            places=tuple((o, self.names[p]) for o, p in zip(self.things, places, strict=True) if p != self.held),
+            hand=location_of(hand),
+            held=next((thing for thing, slot in slots.items() if slot == self.held), None),
+            places=tuple((thing, self.names[x]) for thing, (x, _) in resting.items()),
             marks=frozenset(
                 (thing, mark)
                 for o, thing in enumerate(self.things)
                 for mark in self.marks
                 if digits[self.mark_digit(o, mark)]
             ),
+            slots=tuple((thing, i) for thing, (x, i) in resting.items() if self.rooms[x] > 1),
+            hand_slot=self.hand_slots.get(hand),
         )
 
     def start_code(self) -> int:
@@ -124,25 +151,39 @@ class _Builder:
         where = self.start.place | ({self.start.held: None} if self.start.held else {})
         for thing in where.keys() - set(self.things):
             raise ModelError(f"start: unknown object {thing!r} {choices(thing, self.things)}")
-        code = self.hands.index(self.start.hand)
-        for o, thing in enumerate(self.things):
+        for thing in self.things:
             if thing not in where:
                 raise ModelError(f"start: {thing!r} is neither at a location nor in the hand")
             place = where[thing]
             if place is not None and place not in self.names:
                 raise ModelError(f"start: {thing!r} at unknown location {place!r} {choices(place, self.names)}")
-            code += self.weights[1 + o] * (self.held if place is None else self.names.index(place))
+        resting = [(thing, str(where[thing])) for thing in self.things if where[thing] is not None]
+        slots = self.start_slots(resting)
+        hand = pose(self.start.hand, self.start.hand_slot)
+        code = self.hands.index(hand if hand in self.hands else self.start.hand)
+        for o, thing in enumerate(self.things):
+            code += self.weights[1 + o] * slots.get(thing, self.held)
         for thing, mark in self.start.marks:
             if thing not in self.things or mark not in self.marks:
                 raise ModelError(f"start: {thing!r} cannot be marked {mark!r}")
             code += self.weights[self.mark_digit(self.things.index(thing), mark)]
         return code
 
+    def start_slots(self, resting: list[tuple[str, str]]) -> dict[str, int]:
+        """Return the slot of every object that rests at first."""
+        if sum(self.rooms) == len(self.names):
+            return {thing: self.names.index(place) for thing, place in resting}
+        found = slots_at_start(resting, dict(self.start.slots), dict(zip(self.names, self.rooms, strict=True)))
+        return {thing: self.slots.index((self.names.index(place), found[thing])) for thing, place in resting}
+
     def successors(self, codes: np.ndarray) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
         """Return (kind, action, mask, target codes of the masked) for every action, in the model's order."""
-        hand = self.digit(codes, 0)
-        place = [self.digit(codes, 1 + o) for o in range(len(self.things))]
-        count = [sum((p == x).astype(np.int8) for p in place) for x in range(self.held)]
+        at = self.digit(codes, 0)
+        hand = self.over[at]
+        slot = [self.digit(codes, 1 + o) for o in range(len(self.things))]
+        place = [self.location[s] for s in slot]
+        count = [sum((p == x).astype(np.int8) for p in place) for x in range(self.nowhere)]
+        free = [self.free_slots(x, slot, len(codes)) for x in range(self.nowhere)]
         room = [count[x] < where.capacity for x, where in enumerate(self.model.locations)]
         for x, where in enumerate(self.model.locations):
             room[x] = room[x] & (not where.closed)
@@ -156,41 +197,48 @@ class _Builder:
                 clear[self.names.index(support)] &= count[x] == 0
             for other in where.clear_of if where.closed else ():
                 clear[x] &= count[self.names.index(other)] == 0
-        empty = np.logical_and.reduce([p != self.held for p in place]) if place else np.ones(len(codes), dtype=bool)
+        empty = np.logical_and.reduce([p != self.nowhere for p in place]) if place else np.ones(len(codes), dtype=bool)
         found = []
         for x, name in enumerate(self.names):
             mask = empty & (hand != x)
-            found.append(("transit", f"transit {name}", mask, codes[mask] + (x - hand[mask])))
+            found.append(("transit", f"transit {name}", mask, codes[mask] + (x - at[mask])))
         for o, movable in enumerate(self.model.objects):
-            mask = empty & (place[o] == hand) & (hand < self.held)
+            mask = empty & (place[o] == hand) & (hand < self.nowhere)
             mask &= _pick(clear, hand) & (not movable.fixed)
-            found.append(
-                (
-                    "grasp",
-                    f"grasp {movable.name}",
-                    mask,
-                    codes[mask] + self.weights[1 + o] * (self.held - place[o][mask]),
-                )
-            )
+            raised = self.weights[1 + o] * (self.held - slot[o][mask])
+            target = codes[mask] + raised + self.above[slot[o][mask]] - at[mask]
+            found.append(("grasp", f"grasp {movable.name}", mask, target))
         for o, thing in enumerate(self.things):
             for x, name in enumerate(self.names):
-                mask = (place[o] == self.held) & (hand != x) & room[x]
-                found.append(("transport", f"transport {thing} {name}", mask, codes[mask] + (x - hand[mask])))
+                mask = (place[o] == self.nowhere) & (hand != x) & room[x]
+                target = codes[mask] + self.above[free[x][mask]] - at[mask]
+                found.append(("transport", f"transport {thing} {name}", mask, target))
         for o, thing in enumerate(self.things):
             for x, spot in enumerate(self.model.locations):
-                mask = (place[o] == self.held) & (hand == x) & room[x]
-                target = codes[mask] + self.weights[1 + o] * (x - self.held)
+                mask = (place[o] == self.nowhere) & (hand == x) & room[x]
+                lowered = self.weights[1 + o] * (free[x][mask] - self.held)
+                target = codes[mask] + lowered + self.above[free[x][mask]] - at[mask]
                 if spot.marks:
                     d = self.mark_digit(o, spot.marks)
                     target = target + self.weights[d] * (1 - self.digit(codes[mask], d))
                 found.append(("release", f"release {thing} {spot.name}", mask, target))
         return found
 
+    def free_slots(self, x: int, slot: list[np.ndarray], number: int) -> np.ndarray:
+        """Return the slot of a location into which an object would be put in each of a number of states."""
+        first = self.slots.index((x, 0))
+        if self.rooms[x] == 1:
+            return np.full(number, first)
+        taken = np.zeros((self.rooms[x], number), dtype=bool)
+        for s in slot:
+            taken |= s == first + np.arange(self.rooms[x])[:, None]
+        return first + free_slot(taken)
+
     def build(self) -> TransitionSystem:
         """Generate the reachable states layer by layer and gather their edges, sorted by source."""
         matrix, decimals = cost_matrix(self.model, self.hands)
         layer = np.array([self.start_code()], dtype=np.int64)
-        codes = _Numbering(self.weights[-1] * self.radices[-1])
+        codes = Numbering(self.weights[-1] * self.radices[-1])
         codes.add(layer)
         sources, targets, actions, costs = [], [], [], []
         action_names: list[str] = []
@@ -236,10 +284,10 @@ class _Builder:
     def labels(self, codes: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
         """Return each state's label as an index, and the distinct labels: all but the hand's pose matters."""
         keys, labels = np.unique(codes // self.radices[0], return_inverse=True)
-        sets = []
-        for key in keys:
-            sets.append(self.decode(int(key) * self.radices[0]).label)
-        return labels.astype(np.int32), tuple(sets)
+        # Objects in other slots of the same locations give the same label.
+        numbers: dict[frozenset[str], int] = {}
+        merged = [numbers.setdefault(self.decode(int(key) * self.radices[0]).label, len(numbers)) for key in keys]
+        return np.array(merged, dtype=np.int32)[labels], tuple(numbers)
 
 
 def reachable(model: ManipulationModel, start: ManipulationState) -> TransitionSystem:
@@ -249,41 +297,3 @@ def reachable(model: ManipulationModel, start: ManipulationState) -> TransitionS
 
 def _pick(rows: list[np.ndarray], index: np.ndarray) -> np.ndarray:
     return np.array(rows)[np.minimum(index, len(rows) - 1), np.arange(len(index))]
-
-
-DENSE = 2**28
-"""Codes up to here are looked up in an array of all possible ones."""
-
-
-class _Numbering:
-    """Codes in the order in which they were added, and the way back."""
-
-    def __init__(self, bound: int) -> None:
-        self._layers: list[np.ndarray] = []
-        self._count = 0
-        self._index = np.full(bound, -1, dtype=np.int32) if bound <= DENSE else None
-        self._sorted = np.empty(0, dtype=np.int64)
-
-    @property
-    def all(self) -> np.ndarray:
-        """All codes, by number."""
-        return np.concatenate(self._layers)
-
-    def add(self, codes: np.ndarray) -> np.ndarray:
-        """Number codes that are new, smallest first, and return them."""
-        if self._index is not None:
-            new = np.unique(codes[self._index[codes] < 0])
-            self._index[new] = np.arange(self._count, self._count + len(new), dtype=np.int32)
-        else:
-            new = np.setdiff1d(codes, self._sorted)
-            self._sorted = np.union1d(self._sorted, new)
-        self._layers.append(new)
-        self._count += len(new)
-        return new
-
-    def number(self, codes: np.ndarray) -> np.ndarray:
-        """Return the numbers of codes."""
-        if self._index is not None:
-            return self._index[codes]
-        rank = np.argsort(self.all)
-        return rank[np.searchsorted(self.all, codes, sorter=rank)]
