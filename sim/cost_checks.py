@@ -6,39 +6,81 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal
 
-from prefplan.models.action_costs import ACTION_KINDS, MeasuredCosts
+import numpy as np
+
+from prefplan.models.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation import ManipulationModel
+from prefplan.models.slots import free_slot, location_of, pose, slots_at_start
 from prefplan.quanta import exact
 from prefplan.trace import Label
 from sim.log import Log
 from sim.recorded_world import RecordedWorld
 from sim.verdict import Check
 
+SURPRISES = ("retry", "replan")
+"""Events after which a run goes on from what the arm sees."""
+
 
 def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
     """Check that each action cost what the scenario says.
 
-    Measured costs depend on where the hand goes from and to. From or to a place that the scenario does not have, such
-    as where an object fell, an action may cost what any other of its kind does.
+    Measured costs depend on where the hand goes from and to. Until a surprise this follows from the actions, to the
+    slot; after one, where the arm saw what lay in which slot, an action may cost what it does between any slots of its
+    locations. From or to a place that the scenario does not have, such as where an object fell, it may cost what any
+    other of its kind does.
 
     Args:
         log: the log.
         world: its world.
         trace: the propositions at the start and after every action.
     """
-    name, hand = "action costs", world.model.start
+    name, hand, track = "action costs", world.model.start, _Track(world.model)
     table = {(kind, before, after): exact(cost) for kind, before, after, cost in log.about.measured}
+    surprised = min((event.time for event in log.about.events if event.kind in SURPRISES), default=math.inf)
     for k, action in enumerate(log.about.actions, 1):
         kind, *arguments = action.action.split()
         if kind not in ACTION_KINDS or not arguments:
             return Check(name, False, f"action {k} `{action.action}` is none that an arm can do")
         goal = arguments[-1] if kind in ("transit", "transport") else hand
+        pair = track.follow(kind, *arguments)
         right = _costs(world, table, kind, hand, goal)
+        if pair in table and action.start < surprised:
+            right = {table[pair]}
         if exact(action.cost) not in right:
             said = f"{right.pop()}" if len(right) == 1 else "what its kind costs"
             return Check(name, False, f"action {k} `{action.action}` costs {said}, not {action.cost}")
         dropped = kind == "transport" and f"holding_{arguments[0]}" not in trace[k]
         hand = "" if dropped else goal
     return Check(name, True, "as in the scenario")
+
+
+class _Track:
+    """Where the hand and the objects are, to the slot, as long as every action does what it should."""
+
+    def __init__(self, model: ManipulationModel) -> None:
+        places = [(thing.name, thing.start) for thing in model.objects]
+        self._room = {place.name: place.capacity for place in model.locations}
+        slots = slots_at_start(places, {}, self._room)
+        self._slots = {thing: (place, slots[thing]) for thing, place in places}
+        self._hand = model.start
+
+    def follow(self, kind: str, *arguments: str) -> Pair:
+        """Take an action and return it with the hand's poses before and after it."""
+        before, goal = self._hand, (arguments[-1], 0)
+        if kind == "grasp":
+            goal = self._slots.pop(arguments[0], goal)
+        elif kind != "transit":
+            goal = self._free(arguments[-1])
+        if kind == "release":
+            self._slots[arguments[0]] = goal
+        place, slot = goal
+        several = self._room.get(place, 1) > 1 and kind != "transit"
+        self._hand = pose(place, slot if several else None)
+        return kind, before, self._hand
+
+    def _free(self, place: str) -> tuple[str, int]:
+        taken = [[(place, i) in self._slots.values()] for i in range(self._room.get(place, 1))]
+        return place, int(free_slot(np.array(taken))[0])
 
 
 def check_number(name: str, claim: int | float | None, derived: int | float) -> Check:
@@ -57,6 +99,7 @@ def _costs(
     costs = world.model.costs
     if not isinstance(costs, MeasuredCosts):
         return {exact(costs[kind])}
-    if (kind, hand, goal) in table:
-        return {table[kind, hand, goal]}
-    return {cost for (other, _, _), cost in table.items() if other == kind}
+    between = {
+        cost for (other, *ends), cost in table.items() if other == kind and [*map(location_of, ends)] == [hand, goal]
+    }
+    return between or {cost for (other, _, _), cost in table.items() if other == kind}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -17,6 +19,7 @@ from prefplan.models.slots import hand_poses, location_of
 from sim.effort import Effort
 from sim.errors import SimulationError
 from sim.grounding import hand_over, slot_of
+from sim.panda import MJCF
 from sim.perception import true_poses
 from sim.scene import Scene, initial_state
 from sim.skills import SkillError, grasp, perform, release, transit
@@ -28,6 +31,35 @@ SAMPLES = 4
 
 BATCH = 8
 """Actions that a process measures before it tells of them: a few seconds' work."""
+
+
+MOTION = (
+    "arm_room",
+    "clearance",
+    "effort",
+    "foresight",
+    "furniture",
+    "grounding",
+    "layout",
+    "measurement",
+    "menagerie",
+    "meshes",
+    "motion",
+    "panda",
+    "perception",
+    "places",
+    "rectangle",
+    "robots",
+    "scene",
+    "shapes",
+    "skills",
+    "solids",
+    "tabletop",
+    "travel",
+    "watch",
+    "workcell",
+)
+"""Modules of `sim` that decide what an action takes."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +88,14 @@ class Failure:
 
     pair: Pair
     reason: str
+
+
+def sources() -> str:
+    """Return a digest of the program's parts that decide what an action takes: what was measured with others is old."""
+    digest = hashlib.sha256()
+    for path in (*(Path(__file__).with_name(f"{name}.py") for name in MOTION), MJCF):
+        digest.update(path.read_text(encoding="utf-8").encode())
+    return digest.hexdigest()
 
 
 def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:

@@ -19,11 +19,11 @@ from experiments.start import loading
 from experiments.status import DONE, FAILED, INTERRUPTED
 from prefplan.errors import ModelError
 from prefplan.models.action_costs import ACTION_KINDS, QUANTITIES
-from prefplan.models.manipulation import ManipulationModel
-from prefplan.models.measurements import Measurement, measurements_file, read_measurements, to_json
+from prefplan.models.measurements import Measurement, Measurements, measurements_file, read_measurements, to_json
 
 if TYPE_CHECKING:
     from sim.measurement import Failure
+    from sim.scene import Scene
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -46,10 +46,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def measure(options: argparse.Namespace) -> int:
-    """Carry out `prefplan measure`; what an earlier run with the same locations and objects measured is kept."""
+    """Carry out `prefplan measure`; what an earlier run measured of the same, moved in the same way, is kept."""
     with loading():
         from experiments.carry_out import scene_of
-        from sim.measurement import measure_all, trials
+        from sim.measurement import measure_all, sources, trials
 
     scenario = scenarios.find(options.scenario, measured=False)
     done: list[Measurement] = []
@@ -60,7 +60,8 @@ def measure(options: argparse.Namespace) -> int:
         file = options.out or measurements_file(scenario.path)
         make_folder(file.parent)
         wanted = trials(scene.model)
-        done += _measured_before(file, scene.model)
+        digest = sources()
+        done += _measured_before(file, scene, digest)
         for one in done:
             wanted.pop(one.pair, None)
         before, total = len(done), len(done) + len(wanted)
@@ -74,8 +75,9 @@ def measure(options: argparse.Namespace) -> int:
                 bars("measuring", len(done) + len(failures), total, " ".join(result.pair))
         except KeyboardInterrupt:
             interrupted = True
-        contents = to_json(scene.model, done)
-        write_json(file, contents)
+        finally:
+            contents = to_json(scene.model, Measurements(tuple(done), scene.robot, digest))
+            write_json(file, contents)
     if options.json:
         output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
     else:
@@ -89,12 +91,13 @@ def measure(options: argparse.Namespace) -> int:
     return FAILED if failures else DONE
 
 
-def _measured_before(file: Path, model: ManipulationModel) -> tuple[Measurement, ...]:
-    """Return what a file holds of a model; nothing if it is damaged or of another geometry: it is measured anew."""
+def _measured_before(file: Path, scene: Scene, sources: str) -> tuple[Measurement, ...]:
+    """Return what a file holds of a scene; nothing if it is damaged, or of what is or moves otherwise."""
     try:
-        return read_measurements(file, model)
+        found = read_measurements(file, scene.model)
     except ModelError:
         return ()
+    return found.actions if (found.robot, found.sources) == (scene.robot, sources) else ()
 
 
 def _json(

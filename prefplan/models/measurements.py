@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import Any
 from prefplan.errors import ModelError
 from prefplan.models.action_costs import ACTION_KINDS, QUANTITIES, MeasuredCosts, Pair
 from prefplan.models.manipulation import ManipulationModel
+from prefplan.models.slots import hand_poses
 from prefplan.quanta import Number
 
 COSMETIC = frozenset({"rgba"})
@@ -22,13 +23,16 @@ COSMETIC = frozenset({"rgba"})
 DECIMALS = 3
 """Of what was measured, as it is written down."""
 
+FORMAT = 2
+"""Of the file: since 2 an action goes from and to slots, where a location has several."""
+
 
 @dataclass(frozen=True)
 class Measurement:
     """What one action took between two poses of the hand, on average.
 
     Attributes:
-        pair: its kind, and the hand's location (or start pose) before and after it.
+        pair: its kind, and the hand's pose before and after it.
         quantities: each of `QUANTITIES`, in its unit.
         samples: how many simulations that is the average of.
     """
@@ -38,14 +42,30 @@ class Measurement:
     samples: int
 
 
+@dataclass(frozen=True)
+class Measurements:
+    """What a file of measurements holds.
+
+    Attributes:
+        actions: what each action took.
+        robot: name of the robot that was simulated.
+        sources: a digest of what moved it; no plan depends on it, but it tells what was measured with other skills.
+    """
+
+    actions: tuple[Measurement, ...]
+    robot: str
+    sources: str
+
+
 def measurements_file(scenario: Path) -> Path:
     """Return where a scenario's measurements are looked for: beside it."""
     return scenario.with_name(f"{scenario.stem}.measured.json")
 
 
-def geometry(model: ManipulationModel) -> str:
-    """Return a digest of all that measurements depend on: the locations, the objects and the start."""
+def geometry(model: ManipulationModel, robot: str) -> str:
+    """Return a digest of all that measurements are of: the locations, the objects, the start and the robot's name."""
     parts = {
+        "robot": robot,
         "start": model.start,
         "locations": [_plain(place) for place in model.locations],
         "objects": [_plain(thing) for thing in model.objects],
@@ -53,15 +73,19 @@ def geometry(model: ManipulationModel) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
-def to_json(model: ManipulationModel, measurements: Sequence[Measurement]) -> dict[str, Any]:
+def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, Any]:
     """Return measurements of a model as the contents of their file, in a fixed order."""
-    rank = {name: i for i, name in enumerate([place.name for place in model.locations])}
+    places = model.locations
+    hands = hand_poses((place.name for place in places), (place.capacity for place in places), model.start)
     ordered = sorted(
-        measurements,
-        key=lambda done: (ACTION_KINDS.index(done.pair[0]), *(rank.get(hand, len(rank)) for hand in done.pair[1:])),
+        measurements.actions,
+        key=lambda done: (ACTION_KINDS.index(done.pair[0]), *(hands.index(hand) for hand in done.pair[1:])),
     )
     return {
-        "geometry": geometry(model),
+        "format": FORMAT,
+        "robot": measurements.robot,
+        "geometry": geometry(model, measurements.robot),
+        "sources": measurements.sources,
         "actions": [
             dict(zip(("action", "from", "to"), done.pair, strict=True))
             | {name: round(float(done.quantities[name]), DECIMALS) for name in QUANTITIES}
@@ -71,12 +95,12 @@ def to_json(model: ManipulationModel, measurements: Sequence[Measurement]) -> di
     }
 
 
-def read_measurements(path: Path, model: ManipulationModel) -> tuple[Measurement, ...]:
+def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
     """Read the measurements of a model.
 
     Raises:
-        ModelError: there is no such file, it cannot be read, or it was measured on another geometry; the message
-            says how it is made.
+        ModelError: there is no such file, it cannot be read, is of another format, or was measured on another
+            geometry; the message says how it is made.
     """
     remedy = f"`prefplan measure` with this scenario makes {path.name}"
     try:
@@ -86,12 +110,19 @@ def read_measurements(path: Path, model: ManipulationModel) -> tuple[Measurement
     except (OSError, ValueError):
         raise ModelError(f"the file of measurements cannot be read; {remedy} (delete it first)") from None
     try:
-        digest, done = data["geometry"], tuple(_measurement(entry) for entry in data["actions"])
-    except (KeyError, TypeError, ValueError):
+        # The first format did not say which it was.
+        found = data.get("format", 1) if "actions" in data else None
+        if found in range(1, FORMAT):
+            raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} anew")
+        if found != FORMAT:
+            raise ValueError(found)
+        digest, robot, sources = data["geometry"], str(data["robot"]), str(data["sources"])
+        actions = tuple(_measurement(entry) for entry in data["actions"])
+    except (AttributeError, KeyError, TypeError, ValueError):
         raise ModelError(f"the file of measurements is damaged; {remedy} (delete it first)") from None
-    if digest != geometry(model):
+    if digest != geometry(model, robot):
         raise ModelError(f"the measurements were made with other locations or objects; {remedy}")
-    return done
+    return Measurements(actions, robot, sources)
 
 
 def with_measured_costs(model: ManipulationModel, scenario: Path) -> ManipulationModel:
@@ -111,7 +142,7 @@ def with_measured_costs(model: ManipulationModel, scenario: Path) -> Manipulatio
     except ModelError as error:
         raise ModelError(f"costs.measured: {error}") from None
     quantity = model.costs.quantity
-    costs = MeasuredCosts(quantity, {one.pair: one.quantities[quantity] for one in done})
+    costs = MeasuredCosts(quantity, {one.pair: one.quantities[quantity] for one in done.actions})
     return dataclasses.replace(model, costs=costs)
 
 

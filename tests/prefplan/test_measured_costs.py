@@ -16,7 +16,14 @@ import pytest
 from prefplan import ManipulationModel, ManipulationState, ModelError, Problem, ScenarioError, Task, load, pareto_front
 from prefplan.models.action_costs import ACTION_KINDS, MeasuredCosts, Pair
 from prefplan.models.manipulation import Location, Object
-from prefplan.models.measurements import Measurement, geometry, measurements_file, read_measurements, to_json
+from prefplan.models.measurements import (
+    Measurement,
+    Measurements,
+    geometry,
+    measurements_file,
+    read_measurements,
+    to_json,
+)
 from prefplan.preference import Order
 
 UNIT = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
@@ -80,8 +87,9 @@ def scenario(tmp_path: Path) -> Path:
 
 def write(scenario: Path, entries: dict[Pair, Decimal]) -> dict[str, Any]:
     """Write measurements beside a scenario, its energy as given, and return the file's contents."""
-    done = [Measurement(pair, {"time": 1, "travel": 2, "energy": cost}, 3) for pair, cost in entries.items()]
-    contents = to_json(cast(ManipulationModel, load(scenario, measured=False).model), done)
+    done = tuple(Measurement(pair, {"time": 1, "travel": 2, "energy": cost}, 3) for pair, cost in entries.items())
+    what = cast(ManipulationModel, load(scenario, measured=False).model)
+    contents = to_json(what, Measurements(done, "default", "skills"))
     measurements_file(scenario).write_text(json.dumps(contents))
     return contents
 
@@ -198,8 +206,11 @@ def test_what_is_written_is_read(scenario: Path) -> None:
     write(scenario, entries)
     what = cast(ManipulationModel, load(scenario, measured=False).model)
     done = read_measurements(measurements_file(scenario), what)
-    assert {one.pair: one.quantities["energy"] for one in done} == entries
-    assert [one.pair[0] for one in done] == sorted((one.pair[0] for one in done), key=ACTION_KINDS.index)
+    assert {one.pair: one.quantities["energy"] for one in done.actions} == entries
+    assert [one.pair[0] for one in done.actions] == sorted(
+        (one.pair[0] for one in done.actions), key=ACTION_KINDS.index
+    )
+    assert (done.robot, done.sources) == ("default", "skills")
 
 
 def refusal(scenario: Path) -> str:
@@ -235,10 +246,34 @@ def test_colours_tasks_and_numbers_in_place_of_measurements_change_nothing(scena
     scenario.write_text(SCENARIO.replace("[0.5, 0.5, 0.5, 1]", "[0.1, 0.5, 0.5, 1]").replace("cup_tray", "cup_tub"))
     assert load(scenario).problem().system.size > 1
     what = cast(ManipulationModel, load(scenario).model)
-    assert geometry(what) == geometry(replace(what, costs=UNIT))
+    assert geometry(what, "default") == geometry(replace(what, costs=UNIT), "default")
+    assert geometry(what, "default") != geometry(what, "menagerie")
 
 
-@pytest.mark.parametrize("damage", ["", "[]", "{}", '{"geometry": 1, "actions": [{"action": "transit"}]}'])
+def test_an_older_file_is_refused_with_what_to_do(scenario: Path) -> None:
+    contents = write(scenario, table(*PLACES))
+    del contents["format"]
+    measurements_file(scenario).write_text(json.dumps(contents))
+    assert refusal(scenario) == (
+        f"{scenario}: model.costs.measured: the measurements were made by an older version of prefplan; "
+        "`prefplan measure` with this scenario makes cup.measured.json anew"
+    )
+
+
+@pytest.mark.parametrize("value", [3, "2", None, [1]])
+def test_a_format_that_nobody_knows_is_damage(scenario: Path, value: Any) -> None:
+    contents = write(scenario, table(*PLACES))
+    measurements_file(scenario).write_text(json.dumps(contents | {"format": value}))
+    assert "is damaged" in refusal(scenario)
+
+
+def test_measurements_with_another_robot_than_they_say_are_refused(scenario: Path) -> None:
+    contents = write(scenario, table(*PLACES))
+    measurements_file(scenario).write_text(json.dumps(contents | {"robot": "menagerie"}))
+    assert "were made with other locations or objects" in refusal(scenario)
+
+
+@pytest.mark.parametrize("damage", ["", "[]", "{}", '{"format": 2, "geometry": 1, "actions": [{"action": "transit"}]}'])
 def test_a_damaged_file_is_refused(scenario: Path, damage: str) -> None:
     measurements_file(scenario).write_text(damage)
     assert "model.costs.measured: the file of measurements" in refusal(scenario)
