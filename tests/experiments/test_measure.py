@@ -82,13 +82,13 @@ def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, progra
     assert f"J, predicted {plan.cost:g} J" in out
 
 
-def stand_in(limit: int | None = None) -> Callable[..., Iterator[Any]]:
-    """Return a way to measure that takes no time, and is interrupted after some actions."""
+def stand_in(limit: int | None = None, end: type[BaseException] = KeyboardInterrupt) -> Callable[..., Iterator[Any]]:
+    """Return a way to measure that takes no time, and ends early after some actions."""
 
     def measure_all(scene: Any, wanted: Any, *, jobs: int) -> Iterator[Any]:
         for count, pair in enumerate(wanted):
             if count == limit:
-                raise KeyboardInterrupt
+                raise end
             yield measurement.Measurement(pair, {"time": 1.0, "travel": 2.0, "energy": 3.0}, 1)
 
     return measure_all
@@ -106,6 +106,31 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_run_does_the_rest(
     status, out, err = program("measure", "cup.toml")
     assert (status, err) == (0, "") and "10 actions are in" in out and "3 of them before" in out
     assert program("front", "cup.toml")[0] == 0
+
+
+def test_a_crash_keeps_what_is_done(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measurement, "measure_all", stand_in(3, RuntimeError))
+    with pytest.raises(RuntimeError):
+        program("measure", "cup.toml")
+    assert len(json.loads(measurements_file(scenario).read_text())["actions"]) == 3
+    monkeypatch.setattr(measurement, "measure_all", stand_in())
+    status, out, _ = program("measure", "cup.toml")
+    assert status == 0 and "3 of them before" in out
+
+
+@pytest.mark.parametrize("remark", ["sources", "format"])
+def test_what_was_measured_otherwise_is_measured_anew(
+    scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch, remark: str
+) -> None:
+    monkeypatch.setattr(measurement, "measure_all", stand_in())
+    program("measure", "cup.toml")
+    contents = json.loads(measurements_file(scenario).read_text())
+    measurements_file(scenario).write_text(json.dumps(contents | {remark: 1}))
+    # Skills that changed are no reason not to plan.
+    assert program("front", "cup.toml")[0] == (2 if remark == "format" else 0)
+    status, out, _ = program("measure", "cup.toml")
+    assert status == 0 and "before" not in out
+    assert json.loads(measurements_file(scenario).read_text()) == contents
 
 
 def test_another_geometry_is_measured_anew(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -227,6 +227,16 @@ def test_no_action_can_be_made_cheaper(arch: Log, k: int) -> None:
 def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     log = log_of_plan(scenarios.find("case_study_3_energy"))
     assert certify(log).confirmed
+    # Into the other slot of the bin it would have cost something else.
+    (k,) = [k for k, action in enumerate(log.about.actions) if action.action == "transport blue bin1"]
+    slots = [cost for *pair, cost in log.about.measured if pair[:2] == ["transport", "san"] and "bin1[" in pair[2]]
+    (other,) = set(slots) - {log.about.actions[k].cost}
+    forged = tuple(replace(action, cost=other) if i == k else action for i, action in enumerate(log.about.actions))
+    words = refutations(telling(log, actions=forged))["action costs"]
+    assert words == f"action {k + 1} `transport blue bin1` costs {log.about.actions[k].cost}, not {other}"
+    # After a surprise the arm has seen for itself what lies where.
+    surprise = Event(log.about.actions[k].start, "replan", {})
+    assert "action costs" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))
     actions = log.about.actions
     for k, action in enumerate(actions):
         kind = action.action.split()[0]
