@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.action_costs import ActionCosts, check_costs
+from prefplan.models.action_costs import ActionCosts, MeasuredCosts, check_costs
 from prefplan.models.manipulation_states import ManipulationState, reachable
 from prefplan.transition_system import TransitionSystem, check_names
 
@@ -97,6 +97,12 @@ class ManipulationModel:
     def marks(self) -> tuple[str, ...]:
         """The distinct marks that locations leave, in the order of the file."""
         return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
+
+    @property
+    def rooms(self) -> dict[str, int]:
+        """How many slots of each location are told apart: all where costs are measured, otherwise they are one."""
+        apart = isinstance(self.costs, MeasuredCosts)
+        return {place.name: place.capacity if apart else 1 for place in self.locations}
 
     def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
         """Return every state reachable from the first as a weighted transition system.

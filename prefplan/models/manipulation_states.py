@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.action_costs import ACTION_KINDS, UNMEASURED, MeasuredCosts, cost_matrix, unmeasured
+from prefplan.models.action_costs import ACTION_KINDS, UNMEASURED, cost_matrix, unmeasured
 from prefplan.models.numbering import Numbering
 from prefplan.models.slots import free_slot, hand_poses, location_of, pose, slots_at_start
 from prefplan.transition_system import TransitionSystem
@@ -89,8 +89,7 @@ class _Builder:
         self.marks = model.marks
         self.names = [place.name for place in model.locations]
         self.things = [thing.name for thing in model.objects]
-        apart = isinstance(model.costs, MeasuredCosts)
-        self.rooms = [place.capacity if apart else 1 for place in model.locations]
+        self.rooms = list(model.rooms.values())
         self.hands = hand_poses(self.names, self.rooms, start.hand)
         self.slots = [(x, i) for x, room in enumerate(self.rooms) for i in range(room)]
         self.held = len(self.slots)
@@ -173,7 +172,7 @@ class _Builder:
         """Return the slot of every object that rests at first."""
         if sum(self.rooms) == len(self.names):
             return {thing: self.names.index(place) for thing, place in resting}
-        found = slots_at_start(resting, dict(self.start.slots), dict(zip(self.names, self.rooms, strict=True)))
+        found = slots_at_start(resting, dict(self.start.slots), self.model.rooms)
         return {thing: self.slots.index((self.names.index(place), found[thing])) for thing, place in resting}
 
     def successors(self, codes: np.ndarray) -> list[tuple[str, str, np.ndarray, np.ndarray]]:

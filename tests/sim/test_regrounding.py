@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
+from prefplan.models.action_costs import MeasuredCosts
 from prefplan.models.manipulation import Location, ManipulationState
 from sim.grounding import NOWHERE
 from sim.perception import true_poses
@@ -55,6 +58,17 @@ def test_what_lies_off_every_location_gets_one_to_be_taken_from(see: See) -> Non
     system = found.scene.model.transition_system()
     assert system.states[system.start] == found.state
     assert "transport blue spot1" not in {system.action_names[action] for action in system.actions}
+
+
+def test_where_costs_are_measured_the_slots_are_seen_that_objects_lie_in(scene: Scene) -> None:
+    measured = replace(scene, model=replace(scene.model, costs=MeasuredCosts("energy")))
+    data = initial_state(scene)
+    poses = true_poses(scene, data)
+    second = scene.slots["bin1"][1].position + [0.0, 0.0, 0.0225]
+    poses["pink"] = replace(poses["pink"], position=second)
+    see = partial(reground, data=data, poses=poses, hand="home", held=None, marks=frozenset())
+    assert see(measured, reachable=lambda position: True).state.slots == (("pink", 1),)
+    assert see(scene, reachable=lambda position: True).state.slots == ()
 
 
 def test_what_it_lies_on_cannot_be_taken_before_it_is_gone(see: See) -> None:
