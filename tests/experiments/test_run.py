@@ -346,14 +346,24 @@ def test_a_run_is_filmed(cup: Path, gl: None) -> None:
     assert outcome_json(outcome)["video"] == str(film)
 
 
-def test_case_study_1_meets_the_published_front(capsys: pytest.CaptureFixture[str]) -> None:
-    case_study_1.main()
-    printed = capsys.readouterr().out
-    assert ": the published front." in printed and "NOT" not in printed
+def test_case_study_1_meets_the_published_front(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert case_study_1.main() == 0
+    assert capsys.readouterr().out.count("agrees") == 6
+    assert (tmp_path / "out" / "case_study_1" / "figure_3.svg").exists()
 
 
 def draw_nothing(scene: Any, rollout: Any, captions: Any, path: Path, **options: Any) -> Path:
     """Stand in for the renderer."""
+    path.write_bytes(b"")
+    return path
+
+
+def compose_nothing(films: list[Path], path: Path, **options: Any) -> Path:
+    """Stand in for ffmpeg."""
+    assert [film.name for film in films] == ["cost.mp4", "preference.mp4"]
     path.write_bytes(b"")
     return path
 
@@ -363,11 +373,15 @@ def test_the_demo_carries_both_plans_out(
     cup: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(carry_out, "render_video", draw_nothing)
+    monkeypatch.setattr(case_study_3, "compose", compose_nothing)
     assert case_study_3.main() == 0
     printed = capsys.readouterr().out
     assert "carried out, 14 of 14 actions, cost 34" in printed
     assert "carried out, 17 of 17 actions, cost 41" in printed
-    assert "Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n" in printed
+    assert (
+        "Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n  out/case_study_3/both.mp4\n"
+        in printed
+    )
     assert printed.endswith("Report, to be opened in a browser\n  out/case_study_3/index.html\n")
     page = (cup / "out" / "case_study_3" / "index.html").read_text(encoding="utf-8")
     assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page
