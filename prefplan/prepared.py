@@ -100,13 +100,17 @@ class Prepared:
 
     def deepen(self) -> bool:
         """Build tables for sets of one more task; return False if they are the largest that are worth it."""
-        entries = len(self.graph.classes) * comb(len(self._reverse.sizes), self._size + 1)
-        entries *= int(np.mean(self._reverse.sizes) ** (self._size + 1))
-        if self.options.heuristic is not None or self._size >= DEEPEST or entries > DEEP_ENTRIES:
+        fits = self._entries(self._size + 1) <= DEEP_ENTRIES
+        if self.options.heuristic is not None or self._size >= DEEPEST or not fits:
             return False
         self._size += 1
         self.patterns = self._fit(lambda dtype: patterns(self._reverse, self._size, dtype))
         return True
+
+    def _entries(self, size: int) -> int:
+        """Return how many entries the tables of all sets of some size have."""
+        sets = comb(len(self._reverse.sizes), size)
+        return len(self.graph.classes) * sets * int(np.mean(self._reverse.sizes) ** size)
 
     def bound_growth(self, mu: int) -> None:
         """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in quanta."""
@@ -114,7 +118,9 @@ class Prepared:
         growing = self.options.preference_bound and measure.rates and self._size > 1
         if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
             budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
-            unit = self.product.unit
+            unit, size = self.product.unit, self._size
+            while size > 2 and self._entries(size) * len(budgets) > DEEP_ENTRIES:
+                size -= 1
             self.budgeted = self._fit(
-                lambda dtype: patterns(self._reverse, self._size, dtype, measure=measure, unit=unit, budgets=budgets)
+                lambda dtype: patterns(self._reverse, size, dtype, measure=measure, unit=unit, budgets=budgets)
             )
