@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_scenes import cup_scenario
 
 from experiments import carry_out, scenarios
 from experiments.cli import main
@@ -17,22 +18,7 @@ from prefplan import Front, load, pareto_front
 from prefplan.models.measurements import measurements_file
 from sim import measurement
 
-SCENARIO = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { measured = "energy" }
-[model.locations]
-desk = { at = [0.45, 0.1] }
-tray = { at = [0.45, -0.25], kind = "bin" }
-[model.objects]
-cup = { start = "desk" }
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-[preference]
-kind = "order"
-"""
+SCENARIO = cup_scenario(costs='{ measured = "energy" }')
 
 MEASURED = [name for name in scenarios.names() if measurements_file(scenarios.FOLDER / f"{name}.toml").exists()]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import networkx as nx
 import pytest
+from small_scenes import PLACES_NEARBY, cup_scenario
 
 from experiments.assertions import assert_front, assert_plan
 from prefplan import Expression, Order, PrefplanError, Problem, Task, TransitionSystem
@@ -16,24 +17,7 @@ pytest_plugins = ["pytester"]
 
 ROOT = Path(__file__).parents[2]
 
-CUP = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 3, grasp = 1, transport = 5.5, release = 1 }
-[model.locations]
-desk = { at = [0.45, 0.10] }
-tray = { at = [0.45, -0.10] }
-[model.objects]
-cup = { start = "desk" }
-
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-
-[preference]
-kind = "order"
-"""
+CUP = cup_scenario(costs="{ transit = 3, grasp = 1, transport = 5.5, release = 1 }", places=PLACES_NEARBY)
 
 
 @pytest.fixture

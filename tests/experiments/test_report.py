@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import imageio_ffmpeg
 import mujoco
 import pytest
+from small_scenes import PLACES, cup_scenario
 
 from experiments import carry_out
 from experiments.cli import main
@@ -21,24 +22,7 @@ from sim import execution
 from sim.errors import RenderingError
 from sim.scene import Scene, initial_state
 
-SHELF = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
-[model.locations]
-desk  = { at = [0.45, 0.10] }
-tray  = { at = [0.45, -0.20], kind = "bin" }
-[model.objects]
-cup = { start = "desk" }
-
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-
-[preference]
-kind = "order"
-"""
+CUP = cup_scenario(places=PLACES | {"tray": '{ at = [0.45, -0.20], kind = "bin" }'})
 
 ERRANDS = """# Two errands, and only one of them on the way.
 [model]
@@ -77,7 +61,7 @@ Report = Callable[..., Result]
 def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Report:
     """Return a function that calls `prefplan report` in a folder with two small scenarios."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "shelf.toml").write_text(SHELF)
+    (tmp_path / "shelf.toml").write_text(CUP)
     (tmp_path / "errands.toml").write_text(ERRANDS)
 
     def call(*arguments: str) -> Result:

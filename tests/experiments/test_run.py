@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import imageio_ffmpeg
 import mujoco
 import pytest
+from small_scenes import PLACES, cup_scenario
 
 from experiments import arguments, carry_out, case_study_1, case_study_3
 from experiments.cli import main
@@ -25,25 +26,7 @@ from sim.errors import RenderingError
 from sim.painter import check_rendering
 from sim.scene import Scene, initial_state
 
-CUP = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
-[model.locations]
-desk = { at = [0.45, 0.10] }
-tray = { at = [0.45, -0.25], kind = "bin" }
-shelf = { at = [0.60, 0.10] }
-[model.objects]
-cup = { start = "desk" }
-
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-
-[preference]
-kind = "order"
-"""
+CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
 
 PLAN = ["transit desk", "grasp cup", "transport cup tray", "release cup tray"]
 

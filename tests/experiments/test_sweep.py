@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_scenes import PLACES_NEARBY, cup_scenario
 
 from experiments import sweep_workers
 from experiments.cli import main
@@ -28,24 +29,7 @@ from sim.perturbation import read_perturbation
 ROOT = Path(__file__).parents[2]
 PROGRAM = [sys.executable, "-c", "import sys; from experiments.start import main; sys.exit(main())"]
 
-CUP = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
-[model.locations]
-desk = { at = [0.45, 0.10] }
-tray = { at = [0.45, -0.10] }
-[model.objects]
-cup = { start = "desk" }
-
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-
-[preference]
-kind = "order"
-"""
+CUP = cup_scenario(places=PLACES_NEARBY)
 
 ROLLOUTS = 24
 SWEEP = ["sweep", "cup.toml", "--rollouts", str(ROLLOUTS), "--jobs", "2", "--seed", "7"]

@@ -9,40 +9,13 @@ from typing import cast
 
 import numpy as np
 import pytest
+from small_scenes import RELAXED_CUP
 
 from experiments import scenarios
 from experiments.captions import captions
 from experiments.tally import Tally, tally
 from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, load, pareto_front
 from sim.rollout import Event, Rollout, Step
-
-RELAXED = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 0.5, grasp = 0.1, transport = 0.7, release = 0.2 }
-[model.locations]
-desk = { at = [0.45, 0.1] }
-tub = { at = [0.45, 0.32], marks = "clean" }
-tray = { at = [0.45, -0.25], kind = "bin" }
-[model.objects]
-cup = { start = "desk" }
-
-[[tasks]]
-name = "serve"
-formula = "F (cup_clean & cup_tray)"
-relax = [{ assume = "cup_clean", when = "cup_tray", cost = 4 }]
-
-[[tasks]]
-name = "wash"
-formula = "F cup_clean"
-skip = 5
-
-[preference]
-kind = "weighted-sum"
-over = "violation"
-weights = { serve = 1, wash = 1 }
-"""
 
 
 def steps_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState]) -> tuple[Step, ...]:
@@ -74,7 +47,7 @@ def front(arch: Scenario) -> list[Plan]:
 @pytest.fixture
 def relaxed(tmp_path: Path) -> Scenario:
     path = tmp_path / "relaxed.toml"
-    path.write_text(RELAXED)
+    path.write_text(RELAXED_CUP)
     return load(path)
 
 

@@ -10,28 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from small_scenes import CUP
 
 from experiments.cli import main
 from sim.log import encode, read_log
-
-CUP = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
-[model.locations]
-desk = { at = [0.45, 0.10] }
-tray = { at = [0.45, -0.25], kind = "bin" }
-[model.objects]
-cup = { start = "desk" }
-
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-
-[preference]
-kind = "order"
-"""
 
 
 @pytest.fixture(scope="module")

@@ -17,26 +17,10 @@ from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
+from small_scenes import CUP
 
 from experiments.cli import main
 from experiments.viewer import session
-
-CUP = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
-[model.locations]
-desk = { at = [0.45, 0.10] }
-tray = { at = [0.45, -0.25], kind = "bin" }
-[model.objects]
-cup = { start = "desk" }
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-[preference]
-kind = "order"
-"""
 
 PROGRAM = [sys.executable, "-c", "import sys; from experiments.cli import main; sys.exit(main())"]
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import viser
+from small_scenes import cup_scenario
 
 from experiments.carry_out import begin, scene_of
 from experiments.viewer.control import Control, Stopped
@@ -22,16 +23,7 @@ from prefplan import Plan, load, preferred_plan
 from sim.faults import Fault
 from sim.scene import initial_state
 
-CUP = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
-[model.locations]
-desk = { at = [0.45, 0.10] }
-tray = { at = [0.45, -0.25], kind = "bin" }
-[model.objects]
-cup = { start = "desk" }
+CUP = cup_scenario("""
 [[tasks]]
 name = "lift"
 formula = "F holding_cup"
@@ -41,7 +33,7 @@ formula = "F cup_tray"
 [preference]
 kind = "weighted-sum"
 weights = { lift = 2, tidy = 1 }
-"""
+""")
 
 AT_ONCE = 1e6
 """A speed at which nothing is waited for."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_scenes import RELAXED_CUP
 
 import sim
 from experiments import scenarios
@@ -23,34 +24,6 @@ from sim.faults import read_fault
 from sim.log import ARRAYS, Log
 from sim.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
 from sim.rollout import Event
-
-RELAXED = """
-[model]
-kind = "manipulation"
-start = "home"
-costs = { transit = 0.5, grasp = 0.1, transport = 0.7, release = 0.2 }
-[model.locations]
-desk = { at = [0.45, 0.1] }
-tub = { at = [0.45, 0.32], marks = "clean" }
-tray = { at = [0.45, -0.25], kind = "bin" }
-[model.objects]
-cup = { start = "desk" }
-
-[[tasks]]
-name = "serve"
-formula = "F (cup_clean & cup_tray)"
-relax = [{ assume = "cup_clean", when = "cup_tray", cost = 4 }]
-
-[[tasks]]
-name = "wash"
-formula = "F cup_clean"
-skip = 5
-
-[preference]
-kind = "weighted-sum"
-over = "violation"
-weights = { serve = 1, wash = 1 }
-"""
 
 
 def log_of_plan(scenario: Scenario, *, index: int = 0, seed: int | None = None) -> Log:
@@ -68,7 +41,7 @@ def arch() -> Log:
 @pytest.fixture(scope="module")
 def relaxed() -> Log:
     """A cup put onto the tray as it is: washing is skipped, and the tray takes it for clean."""
-    return log_of_plan(loads(RELAXED, name="relaxed"))
+    return log_of_plan(loads(RELAXED_CUP, name="relaxed"))
 
 
 def claiming(log: Log, **claims: Any) -> Log:
@@ -445,7 +418,7 @@ def test_the_checker_has_no_eyes_in_common_with_the_run(name: str) -> None:
 
 
 def test_an_empty_plan_needs_no_action() -> None:
-    scenario = loads(RELAXED.replace("F (cup_clean & cup_tray)", "F cup_desk").replace("F cup_clean", "F cup_desk"))
+    scenario = loads(RELAXED_CUP.replace("F (cup_clean & cup_tray)", "F cup_desk").replace("F cup_clean", "F cup_desk"))
     scene = scene_of(scenario)
     outcome = carry_out(scenario, scene, cheapest_plan(scenario.problem()))
     certificate: Certificate = certify(evidence(scenario, scene, outcome))
