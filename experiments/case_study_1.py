@@ -8,11 +8,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from experiments.console import Console
-from experiments.files import make_folder
 from experiments.paper.grids import case_study_1
-from experiments.reproduce_paper import DIFFERENT, show
-from experiments.status import DONE
+from experiments.paper.show import do_and_show
 
 OUT = Path("out", "case_study_1")
 """Where the figure goes."""
@@ -20,13 +17,7 @@ OUT = Path("out", "case_study_1")
 
 def main() -> int:
     """Plan, compare, draw, and return the exit status: 1 if the front is not the published one."""
-    make_folder(OUT)
-    study = case_study_1(OUT)
-    console = Console(highlight=False)
-    show(console, study)
-    for line in study.texts:
-        console.print(line, markup=False)
-    return DONE if study.reproduced else DIFFERENT
+    return do_and_show(case_study_1, OUT)
 
 
 if __name__ == "__main__":

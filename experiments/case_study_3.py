@@ -12,14 +12,15 @@ from pathlib import Path
 from experiments import output, scenarios
 from experiments.carry_out import Tell, carry_out, scene_of
 from experiments.console import Console
+from experiments.files import make_folder
 from experiments.outcome import Outcome, show_outcome
 from experiments.paper.arm import ABOUT, TITLE, planned
 from experiments.paper.findings import Study
+from experiments.paper.show import show
 from experiments.progress import Bars
 from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
-from experiments.reproduce_paper import show
-from experiments.start import INTERRUPTED
+from experiments.status import DONE, FAILED, INTERRUPTED
 from prefplan import Plan, Scenario, pareto_front
 from sim.clips import compose
 from sim.scene import Scene
@@ -40,7 +41,7 @@ def main() -> int:
     console.print()
     show(console, Study(TITLE, ABOUT, tuple(planned(front, scenario.problem().system.size))))
     scene = scene_of(scenario)
-    OUT.mkdir(parents=True, exist_ok=True)
+    make_folder(OUT)
     outcomes, recordings = [], {}
     for name, number in {"cost": 0, "preference": len(front) - 1}.items():
         plan = front[number]
@@ -64,7 +65,7 @@ def main() -> int:
         console.print(f"  {compose(videos, OUT / 'both.mp4', headings=headings)}")
     page = write_page(scenario, front, recordings, OUT)
     console.print(f"\nReport, to be opened in a browser\n  {page}")
-    return 0 if all(outcome.rollout.completed for outcome in outcomes) else 4
+    return DONE if all(outcome.rollout.completed for outcome in outcomes) else FAILED
 
 
 def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Tell) -> tuple[Outcome, Recording | None]:

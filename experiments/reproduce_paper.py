@@ -16,16 +16,14 @@ from experiments import benchmark_table1
 from experiments.console import Console
 from experiments.files import make_folder
 from experiments.paper.arm import case_study_3
-from experiments.paper.findings import Study, as_table, remarks
+from experiments.paper.findings import Study
 from experiments.paper.grids import case_study_1, case_study_2, examples
 from experiments.paper.page import write_page
+from experiments.paper.show import DIFFERENT, show
 from experiments.paper.table import table_1
 from experiments.start import tell_if_compiling
 from experiments.status import BAD_INPUT, DONE, INTERRUPTED
 from prefplan.errors import PrefplanError
-
-DIFFERENT = 1
-"""Exit status when something is not as the paper has it."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -89,19 +87,6 @@ def attempt(title: str, work: Callable[[], Study]) -> Study:
         return work()
     except PrefplanError as error:
         return Study(title, "", failure=str(error))
-
-
-def show(console: Console, study: Study) -> None:
-    """Print a study, paper and ours side by side."""
-    if study.failure is None:
-        console.print(as_table(study))
-    else:
-        console.print(f"{study.title}: {study.failure}", markup=False)
-    for line in remarks(study):
-        console.print(f"  {line}", markup=False, style="dim")
-    for picture, _ in study.figures:
-        console.print(f"  {picture}", markup=False)
-    console.print()
 
 
 if __name__ == "__main__":
