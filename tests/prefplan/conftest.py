@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import random
+from pathlib import Path
+
 import pytest
 
 from prefplan import Location, ManipulationModel, Object
@@ -24,3 +27,14 @@ def case_study_3_model() -> ManipulationModel:
         ),
         objects=(Object("blue", "left"), Object("pink", "top"), Object("green", "right")),
     )
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Where a test may write a scenario."""
+    return tmp_path / "case.toml"
+
+
+@pytest.fixture
+def rng() -> random.Random:
+    return random.Random(7)

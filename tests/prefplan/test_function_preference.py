@@ -1,0 +1,56 @@
+"""Preferences that are Python functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from small_problems import build
+
+from prefplan import Function, PreferenceError, pareto_front
+
+
+def spoken(costs: Any, violations: Any) -> float:
+    """Return the largest cost in a way that numba cannot compile."""
+    return sorted({"cost": float(cost)}["cost"] for cost in costs)[-1]
+
+
+@pytest.mark.parametrize(
+    "function", [lambda costs, violations: costs.max(), spoken], ids=["compiled", "stays in Python"]
+)
+@pytest.mark.parametrize("contract", ["componentwise", "general", "convex"])
+def test_a_python_function_is_a_preference(function: Callable[[Any, Any], float], contract: str) -> None:
+    problem = build(Function(function, contract))
+    assert problem.measure.contract == contract
+    assert [(plan.cost, plan.preference) for plan in pareto_front(problem, max_cost=10)] == [(3.25, 3.25)]
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (lambda costs, violations: -costs[0], r"must not be negative, but is -\d+ at \(phi1="),
+        (lambda costs, violations: float("nan"), r"is nan at \(phi1="),
+        (lambda costs, violations: float("inf"), r"is inf at \(phi1="),
+        (lambda costs, violations: costs[7], r"fails at \(phi1=.*\): index 7 is out of bounds"),
+        (lambda costs, violations: None, r"fails at \(phi1=.*\): float\(\) argument must be"),
+        (lambda costs: costs[0], r"fails at \(phi1=.*\): .* takes 1 positional argument but 2 were given"),
+        (3, r"fails at \(phi1=.*\): 'int' object is not callable"),
+    ],
+)
+def test_a_function_that_is_no_preference_is_refused(function: Any, message: str) -> None:
+    with pytest.raises(PreferenceError, match=f"^preference.function: {message}"):
+        build(Function(function))
+
+
+def test_a_function_that_stays_in_python_may_fail_in_the_middle_of_a_search() -> None:
+    """No trial cost is 3.25, so that it is the search that meets it."""
+
+    def fragile(costs: Any, violations: Any) -> float:
+        if max(costs) == 3.25:
+            raise ValueError("sensor offline")
+        return spoken(costs, violations)
+
+    problem = build(Function(fragile, "componentwise"))
+    with pytest.raises(PreferenceError, match="sensor offline"):
+        pareto_front(problem)

@@ -1,0 +1,101 @@
+"""Manipulation models that make no sense: each is refused by a sentence that names the place."""
+
+from __future__ import annotations
+
+import pytest
+from small_tables import COSTS, model, spot
+
+from prefplan import Location, ManipulationModel, ManipulationState, ModelError, Object
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        (ManipulationState("home", None, ()), "start: 'cup' is neither at a location nor in the hand"),
+        (ManipulationState("home", None, (("cup", "d"),)), "start: 'cup' at unknown location 'd' (valid: a, b, c)"),
+        (ManipulationState("home", "cut", (("cup", "a"),)), "start: unknown object 'cut' (did you mean 'cup'?)"),
+        (ManipulationState("home", "cup", (), frozenset({("cup", "hot")})), "start: 'cup' cannot be marked 'hot'"),
+    ],
+)
+def test_a_start_that_does_not_fit_the_model_is_refused(state: ManipulationState, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        model(Object("cup", "a")).transition_system(start=state)
+    assert str(caught.value) == message
+
+
+A, B = spot("a"), spot("b")
+
+
+@pytest.mark.parametrize(
+    ("locations", "objects", "message"),
+    [
+        ([A, A], [], "locations.a: defined twice"),
+        ([A], [Object("o", "a"), Object("o", "a")], "objects.o: defined twice"),
+        ([Location("a")], [], "locations.a: needs exactly one of 'at' (a point on the table) and 'on' (its supports)"),
+        ([A, spot("b", on=("a",))], [], "locations.b: needs exactly one of 'at'"),
+        (
+            [spot("left"), Location("top", on=("lefd",))],
+            [],
+            "locations.top.on: unknown location 'lefd' (did you mean 'left'?)",
+        ),
+        ([A, Location("t", on=("t",))], [], "locations.t.on: unknown location 't' (valid: a)"),
+        ([Location("t", on=("u",)), Location("u", on=("t",))], [], "locations.t.on: it would rest on itself"),
+        ([A, spot("b", clear_of=("c",))], [], "locations.b.clear_of: unknown location 'c' (valid: a, b)"),
+        ([spot("a", capacity=0)], [], "locations.a.capacity: must be at least 1, not 0"),
+        ([A, B], [Object("o", "c")], "objects.o.start: unknown location 'c' (valid: a, b)"),
+        (
+            [A, B],
+            [Object("o", "a"), Object("p", "a")],
+            "objects.p.start: o and p both start at 'a', which has room for 1",
+        ),
+        (
+            [A, Location("t", on=("a",))],
+            [Object("o", "t")],
+            "objects.o.start: 't' rests on 'a', where no object starts",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused(locations: list[Location], objects: list[Object], message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        model(*objects, locations=locations)
+    assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("locations", "objects", "name"),
+    [
+        ([A, spot("b", marks="a")], [Object("o", "b")], "o_a"),
+        ([spot("b_c"), spot("c")], [Object("a", "c"), Object("a_b", "b_c")], "a_b_c"),
+        ([spot("x"), spot("holding_x")], [Object("holding", "holding_x"), Object("x", "x")], "holding_x"),
+        ([spot("a", marks="c"), spot("b_c")], [Object("o", "a"), Object("o_b", "b_c")], "o_b_c"),
+    ],
+)
+def test_two_names_that_give_the_same_proposition_clash(
+    locations: list[Location], objects: list[Object], name: str
+) -> None:
+    with pytest.raises(ModelError, match=f"proposition '{name}' would mean both"):
+        model(*objects, locations=locations)
+
+
+@pytest.mark.parametrize(
+    ("costs", "message"),
+    [
+        ({**COSTS, "grasp": -1}, "costs.grasp: negative cost -1"),
+        ({"transit": 1, "grasp": 1, "release": 1}, "costs: no cost for 'transport'"),
+        ({**COSTS, "graps": 1}, "costs: unknown action 'graps' (did you mean 'grasp'?)"),
+    ],
+)
+def test_every_kind_of_action_needs_a_cost(costs: dict[str, int], message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        ManipulationModel("home", costs, (A,), ())
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("name", ["two words", "1st", "true", "F", ""])
+def test_names_must_be_fit_for_formulas(name: str) -> None:
+    with pytest.raises(ModelError, match=f"'{name}' is "):
+        model(locations=[spot(name)])
+    with pytest.raises(ModelError, match=f"'{name}' is "):
+        model(Object(name, "a"))
+    with pytest.raises(ModelError, match=f"'{name}' is "):
+        model(locations=[spot("a", marks=name)])

@@ -1,0 +1,107 @@
+"""Scenario files with unknown, missing or mistyped keys: the message names the key and what would be valid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scenario_texts import GRAPH, GRID, TABLE, error_of, with_change
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "message"),
+    [
+        (GRID, "cost = 1", "cots = 1", "model.cots: unknown key (did you mean 'cost'?)"),
+        (GRID, "[model.regions]", "[model.region]", "model.region: unknown key (did you mean 'regions'?)"),
+        (GRID, 'name = "eat"', 'nmae = "eat"', "tasks[0].nmae: unknown key (did you mean 'name'?)"),
+        (GRID, "[preference]", "[preferences]", "preferences: unknown key (did you mean 'preference'?)"),
+        (GRID, "[model]", 'title = "x"\n[model]', "title: unknown key (valid: model, tasks, preference)"),
+        (GRAPH, "cost = 1", "cots = 1", "model.transitions[0].cots: unknown key (did you mean 'cost'?)"),
+        (GRAPH, 'to = "s2"', 'too = "s2"', "model.transitions[1].too: unknown key (did you mean 'to'?)"),
+        (TABLE, 'marks = "clean"', 'mark = "x"', "model.locations.san.mark: unknown key (did you mean 'marks'?)"),
+        (TABLE, "fixed = false", "fixd = 1", "model.objects.pink.fixd: unknown key (did you mean 'fixed'?)"),
+        (TABLE, "by = 20", "until = 20", "preference.deadlines.phi1.until: unknown key (valid: by, weight)"),
+        (TABLE, "release = 1", "releese = 1", "model.costs: unknown action 'releese' (did you mean 'release'?)"),
+    ],
+)
+def test_an_unknown_key_is_named_with_the_nearest_known(
+    file: Path, text: str, old: str, new: str, message: str
+) -> None:
+    assert error_of(file, with_change(text, old, new)) == message
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "message"),
+    [
+        (GRID, 'kind = "grid"', 'kind = "gird"', "model.kind: unknown kind 'gird' (did you mean 'grid'?)"),
+        (GRID, 'kind = "grid"', 'kind = "3d"', "model.kind: unknown kind '3d' (valid: graph, grid, manipulation)"),
+        (GRID, 'kind = "grid"\n', "", "model.kind: missing (valid: graph, grid, manipulation)"),
+        (GRID, 'kind = "order"', 'kind = "ordr"', "preference.kind: unknown kind 'ordr' (did you mean 'order'?)"),
+    ],
+)
+def test_an_unknown_kind_is_named_with_the_valid_ones(file: Path, text: str, old: str, new: str, message: str) -> None:
+    assert error_of(file, with_change(text, old, new)) == message
+
+
+TASKS = GRID[GRID.index("[[tasks]]") : GRID.index("[preference]")]
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "key"),
+    [
+        (GRID, "size = [4, 3]\n", "model.size"),
+        (GRID, "start = [0, 0]\n", "model.start"),
+        (GRID, 'name = "bake"\n', "tasks[1].name"),
+        (GRID, 'formula = "F cheese"\n', "tasks[0].formula"),
+        (GRID, TASKS, "tasks"),
+        (GRID, GRID[GRID.index("[preference]") :], "preference"),
+        (GRID, GRID[: GRID.index("[[tasks]]")], "model"),
+        (GRAPH, 'start = "s0"\n', "model.start"),
+        (GRAPH, 'from = "s1", ', "model.transitions[1].from"),
+        (GRAPH, "weights = { phi1 = 0.1 }\n", "preference.weights"),
+        (TABLE, 'start = "left", ', "model.objects.blue.start"),
+        (TABLE, "by = 20, ", "preference.deadlines.phi1.by"),
+    ],
+)
+def test_a_missing_key_is_named(file: Path, text: str, old: str, key: str) -> None:
+    assert error_of(file, with_change(text, old, "")) == f"{key}: missing"
+
+
+def test_a_missing_kind_of_preference_comes_with_the_valid_ones(file: Path) -> None:
+    message = error_of(file, with_change(GRID, 'kind = "order"\n', ""))
+    assert message.startswith("preference.kind: missing (valid: order, weighted-sum, ")
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "message"),
+    [
+        (GRID, "cost = 1", 'cost = "one"', "model.cost: must be a number, not 'one'"),
+        (GRID, "cost = 1", "cost = true", "model.cost: must be a number, not True"),
+        (GRID, "size = [4, 3]", "size = 4", "model.size: should be a valid list"),
+        (GRID, "start = [0, 0]", "start = [0]", "model.start: too few entries, at least 2 are needed"),
+        (GRID, "start = [0, 0]", "start = [0.5, 0]", "model.start[0]: should be a valid integer"),
+        (GRID, "[2, 0, 3, 1]", '"all"', "model.regions.cheese: should be a valid list"),
+        (GRID, "[2, 0, 3, 1]", "[[2, 0, 3, 1], 5]", "model.regions.cheese[1]: should be a valid list"),
+        (GRID, 'name = "bake"', "name = 3", "tasks[1].name: should be a valid string"),
+        (GRID, 'formula = "F cheese"', "formula = 3", "tasks[0].formula: should be a valid string"),
+        (GRID, '["bake", "eat"]', '"bake"', "preference.order: should be a valid list"),
+        (GRID, TASKS, '[tasks]\neat = "F cheese"\n', "tasks: should be a valid list"),
+        (GRAPH, 'to = "s1"', "to = 1", "model.transitions[0].to: should be a valid string"),
+        (GRAPH, 's2 = ["plant"]', 's2 = "plant"', "model.labels.s2: should be a valid list"),
+        (GRAPH, 'propositions = ["rock"]', 'propositions = "rock"', "model.propositions: should be a valid list"),
+        (GRAPH, "phi1 = 0.1", 'phi1 = "1"', "preference.weights.phi1: must be a number, not '1'"),
+        (TABLE, "release = 1", 'release = "x"', "model.costs.release: must be a number, not 'x'"),
+        (TABLE, 'on = ["left", "right"]', 'on = "left"', "model.locations.top.on: should be a valid list"),
+        (TABLE, "capacity = 2", "capacity = 1.5", "model.locations.bin.capacity: should be a valid integer"),
+        (TABLE, "fixed = false", "fixed = 0", "model.objects.pink.fixed: should be a valid boolean"),
+        (TABLE, "[0.1, 0.3, 0.9, 1]", '"blue"', "model.objects.blue.rgba: should be a valid list"),
+        (TABLE, "[0.50, 0.03]", "[0.50]", "model.locations.left.at: too few entries, at least 2 are needed"),
+        (TABLE, "[0.50, 0.03]", '[0.50, "0"]', "model.locations.left.at[1]: must be a number, not '0'"),
+    ],
+)
+def test_a_wrong_type_is_named_with_the_right_one(file: Path, text: str, old: str, new: str, message: str) -> None:
+    assert error_of(file, with_change(text, old, new)) == message
+
+
+def test_an_empty_file_misses_its_first_key(file: Path) -> None:
+    assert error_of(file, "") == "model: missing"
