@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from command_line import DETOUR, Run
 
 from experiments.cli import main
 
@@ -36,6 +37,14 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
         return Result(status, captured.out, captured.err)
 
     return call
+
+
+@pytest.fixture
+def detour(run: Run, tmp_path: Path) -> Path:
+    """A scenario in the current folder: bread on the way, or money first at a higher cost."""
+    file = tmp_path / "detour.toml"
+    file.write_text(DETOUR)
+    return file
 
 
 @pytest.fixture(scope="session")
