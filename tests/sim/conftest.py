@@ -1,8 +1,13 @@
 from __future__ import annotations
 
 import pytest
+from forged_logs import log_of_plan
+from small_scenes import RELAXED_CUP
 
+from experiments import scenarios
 from prefplan.models.manipulation import Location, ManipulationModel, Object
+from prefplan.scenario import loads
+from sim.log import Log
 from sim.scene import Scene, build_scene
 
 
@@ -32,3 +37,15 @@ def arch_model() -> ManipulationModel:
 @pytest.fixture(scope="session")
 def scene(arch_model: ManipulationModel) -> Scene:
     return build_scene(arch_model)
+
+
+@pytest.fixture(scope="session")
+def arch_log() -> Log:
+    """The cheapest plan of Case Study 3: 14 actions, cost 34, mu 17."""
+    return log_of_plan(scenarios.find("case_study_3"), seed=4)
+
+
+@pytest.fixture(scope="session")
+def relaxed_log() -> Log:
+    """A cup put onto the tray as it is: washing is skipped, and the tray takes it for clean."""
+    return log_of_plan(loads(RELAXED_CUP, name="relaxed"))
