@@ -1,10 +1,11 @@
-"""The tutorial, done page by page as a reader does it: what is printed is what the pages show."""
+"""Tutorial and guide, done page by page as a reader does it: what is printed is what the pages show."""
 
 from __future__ import annotations
 
 import contextlib
 import doctest
 import io
+import json
 import os
 import re
 import socket
@@ -16,22 +17,29 @@ import pytest
 from documents import ROOT, Block, blocks, save, shell
 
 PAGES = [
-    ROOT / "docs" / "tutorial" / f"{name}.md"
+    ROOT / "docs" / f"{name}.md"
     for name in (
-        "first_grid",
-        "own_preference",
-        "partial_satisfaction",
-        "own_scene",
-        "regression_tests",
-        "cluster",
+        "tutorial/first_grid",
+        "tutorial/own_preference",
+        "tutorial/partial_satisfaction",
+        "tutorial/own_scene",
+        "tutorial/regression_tests",
+        "tutorial/cluster",
+        "guide/scenarios",
+        "guide/executions",
+        "guide/report",
+        "guide/json",
     )
 ]
 """In the order in which they are read."""
 
-SLOW = ("own_scene", "regression_tests", "cluster")
-"""Pages on which something is simulated."""
+FAST = ("first_grid", "own_preference", "partial_satisfaction")
+"""Pages on which nothing is simulated."""
 
 AS_ON_A_TERMINAL = {"FORCE_COLOR": "1", "TERM": "dumb", "PY_COLORS": "0"}
+
+OUTPUT = ("text", "json")
+"""Languages of blocks that show what is printed."""
 
 SLURM = {"sbatch": 'exec sh "$1"', "srun": 'exec "$@"'}
 """What stands in for Slurm: the job runs here and now."""
@@ -41,11 +49,12 @@ PORT = "8786"
 
 
 def test_all_pages_are_done() -> None:
-    assert sorted(PAGES) == sorted((ROOT / "docs" / "tutorial").glob("*.md"))
+    folders = (ROOT / "docs" / "tutorial", ROOT / "docs" / "guide")
+    assert sorted(PAGES) == sorted(page for folder in folders for page in folder.glob("*.md"))
 
 
 @pytest.mark.parametrize(
-    "page", [pytest.param(page, id=page.stem, marks=[pytest.mark.slow] * (page.stem in SLOW)) for page in PAGES]
+    "page", [pytest.param(page, id=page.stem, marks=[pytest.mark.slow] * (page.stem not in FAST)) for page in PAGES]
 )
 def test_what_is_printed_is_what_is_shown(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -56,9 +65,13 @@ def test_what_is_printed_is_what_is_shown(page: Path, tmp_path: Path, monkeypatc
     compare = doctest.OutputChecker().check_output
     shown = 0
     for block, printed in done_in_order(blocks(page), tmp_path):
-        if block is not None:
+        if block is None:
+            continue
+        if block.language == "json":
+            assert_alike(json.loads(block.text), json.loads(printed))
+        else:
             assert compare(block.text, printed, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE), printed
-            shown += 1
+        shown += 1
     assert shown, "the page shows no output"
 
 
@@ -81,9 +94,22 @@ def done_in_order(page: list[Block], folder: Path) -> Iterator[tuple[Block | Non
                 with contextlib.redirect_stdout(io.StringIO()) as out:
                     exec(compile(block.text, "page", "exec"), names)
                 printed = out.getvalue()
-            yield (following if following.language == "text" else None), printed.replace(port, PORT)
+            yield (following if following.language in OUTPUT else None), printed.replace(port, PORT)
         else:
-            assert block.language == "text", f"nothing is done with {block.language}, and it is no file:\n{block.text}"
+            assert block.language in OUTPUT, f"nothing is done with {block.language}, and it is no file:\n{block.text}"
+
+
+def assert_alike(shown: Any, real: Any) -> None:
+    """Assert that two JSON values have the same keys in the same order; of lists, as much as is shown."""
+    if isinstance(shown, dict):
+        assert list(shown) == list(real)
+        for key in shown:
+            assert_alike(shown[key], real[key])
+    elif isinstance(shown, list):
+        for one, other in zip(shown, real, strict=False):
+            assert_alike(one, other)
+    else:
+        assert isinstance(real, (int, float) if isinstance(shown, (int, float)) else type(shown))
 
 
 def _install_slurm(programs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
