@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fast_simplification
+import numpy as np
 import trimesh
 
 from sim.solids import Solid, smoothed
@@ -31,12 +32,23 @@ FINISHES = {
     "link3": ("shell", "trim"),
     "link4": ("shell", "trim"),
     "link5": ("shell", "trim"),
-    "link6": ("shell", "trim", "shell", "shell", "shell"),
+    "link6": ("shell", "trim", "shell"),
     "link7": ("metal", "trim"),
     "hand": ("shell", "metal"),
     "finger": ("metal", "rubber"),
 }
 """Finish of each link's connected parts, largest first. The rest are `trim`; other links' largest is `shell`."""
+
+
+LAPPING = ("link1", "link3", "link5")
+"""Links whose lower rim, as drawn, ends 1 mm short of the link before: a slit narrower than a pixel, of which a
+picture would show dots."""
+
+LAP = 1.2e-3
+"""By how much their rim is drawn further down, m."""
+
+RIM = 1e-4
+"""What is no higher than this above a link's lowest point is its rim, m."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +76,10 @@ def surfaces(folder: Path) -> tuple[Surface, ...]:
 
 
 def _surfaces(path: Path) -> list[Surface]:
-    parts = trimesh.load_mesh(path).split(only_watertight=False)
+    mesh = trimesh.load_mesh(path)
+    if path.stem in LAPPING:
+        mesh.vertices = _lapped(mesh.vertices)
+    parts = mesh.split(only_watertight=False)
     parts = sorted((p for p in parts if p.area > SMALLEST_PART), key=lambda part: -part.area)
     finishes = FINISHES.get(path.stem, ("shell",))
     share = FACES_KEPT.get(path.stem, 0.08)
@@ -73,6 +88,12 @@ def _surfaces(path: Path) -> list[Surface]:
         finish = finishes[i] if i < len(finishes) else "trim"
         by_finish.setdefault(finish, []).append(_thinned(part, share))
     return [Surface(path.stem, finish, smoothed(_joined(members))) for finish, members in by_finish.items()]
+
+
+def _lapped(vertices: np.ndarray) -> np.ndarray:
+    """Return a link's (V, 3) vertices, the lower rim brought into the link before."""
+    below = np.where(vertices[:, 2] < vertices[:, 2].min() + RIM, LAP, 0.0)
+    return vertices - below[:, None] * [0.0, 0.0, 1.0]
 
 
 def _thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
