@@ -39,7 +39,7 @@ MAX_BYTES = 8e9
 UNIT_OF_PEAK = 1 if sys.platform == "darwin" else 1024
 """Bytes that the system counts peak memory in."""
 
-LOOKS = 0.2
+POLL_PERIOD = 0.2
 """Seconds between two looks at a process that runs."""
 
 
@@ -114,7 +114,7 @@ def carry_out(run: Run, tick: Callable[[], None]) -> Outcome:
     process.start()
     sender.close()
     try:
-        while not receiver.poll(LOOKS):
+        while not receiver.poll(POLL_PERIOD):
             tick()
         outcome: Outcome = receiver.recv()
     except EOFError:

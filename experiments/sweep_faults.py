@@ -7,7 +7,7 @@ import numpy as np
 from prefplan.models.manipulation import ManipulationModel
 from sim.faults import SPELLINGS, Fault
 
-MOST = 3
+MOST_FAULTS = 3
 """Faults in one rollout."""
 
 MISSES = 2
@@ -32,7 +32,7 @@ def random_faults(model: ManipulationModel, actions: int, *, seed: int) -> tuple
     things = [thing.name for thing in model.objects if not thing.fixed]
     places = [place.name for place in model.locations]
     faults = []
-    for _ in range(rng.integers(1, MOST, endpoint=True)):
+    for _ in range(rng.integers(1, MOST_FAULTS, endpoint=True)):
         kind, action = str(rng.choice(list(SPELLINGS))), int(rng.integers(1, actions, endpoint=True))
         target, amount = "", 0.0
         if kind in ("move", "knock"):

@@ -16,7 +16,7 @@ import numpy as np
 from experiments.carry_out import carry_out
 from experiments.evidence import evidence
 from experiments.outcome import Outcome
-from experiments.sweep_faults import MOST, random_faults
+from experiments.sweep_faults import MOST_FAULTS, random_faults
 from prefplan.front import Plan
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.quanta import Number
@@ -163,7 +163,7 @@ def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
     return scenario, scenario.model
 
 
-@lru_cache(maxsize=MOST + 1)
+@lru_cache(maxsize=MOST_FAULTS + 1)
 def _scene(packed: bytes, spares: int) -> Scene:
     """Return the scene with room for so many foreign objects, compiled once a process."""
     return build_scene(_unpacked(packed)[1], spares=spares)

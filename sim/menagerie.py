@@ -26,7 +26,7 @@ GIT_SETTINGS = {"GIT_TERMINAL_PROMPT": "0", "GIT_HTTP_LOW_SPEED_LIMIT": "1000", 
 
 FINGERS = ("left_finger", "right_finger")
 
-REFUGE = "the robot `default` needs no download"
+ALTERNATIVE = "the robot `default` needs no download"
 
 
 def menagerie_spec() -> mujoco.MjSpec:
@@ -69,17 +69,19 @@ def fetch() -> Path:
                 _check_reachable()
             module = importlib.import_module("robot_descriptions.panda_mj_description")
         except ModuleNotFoundError:
-            raise RobotError(f'the robot `menagerie` needs: pip install "prefplan[menagerie]"; {REFUGE}') from None
+            raise RobotError(f'the robot `menagerie` needs: pip install "prefplan[menagerie]"; {ALTERNATIVE}') from None
         except FileNotFoundError:
-            raise RobotError(f"the robot `menagerie` is fetched with git, which is not installed; {REFUGE}") from None
+            raise RobotError(
+                f"the robot `menagerie` is fetched with git, which is not installed; {ALTERNATIVE}"
+            ) from None
         except Exception as error:
             # GitPython's errors share no useful root, and it must not be imported where git is missing.
             raise RobotError(
-                f"the robot `menagerie` is not cached and cannot be fetched: {_summary(error)}; {REFUGE}"
+                f"the robot `menagerie` is not cached and cannot be fetched: {_summary(error)}; {ALTERNATIVE}"
             ) from None
     path = Path(module.MJCF_PATH)
     if not path.is_file():
-        raise RobotError(f"the robot `menagerie` is not where it should be, {path}; {REFUGE}")
+        raise RobotError(f"the robot `menagerie` is not where it should be, {path}; {ALTERNATIVE}")
     return path
 
 
@@ -134,11 +136,11 @@ def _check(spec: mujoco.MjSpec, path: Path) -> None:
     for kind, (find, names) in wanted.items():
         for name in names:
             if find(name) is None:
-                raise RobotError(f"{path}: the robot `menagerie` has no {kind} {name!r}; {REFUGE}")
+                raise RobotError(f"{path}: the robot `menagerie` has no {kind} {name!r}; {ALTERNATIVE}")
     driven = {actuator.target for actuator in spec.actuators}
     for name in (*ARM_JOINTS, "split"):
         if name not in driven:
-            raise RobotError(f"{path}: the robot `menagerie` has no actuator of {name!r}; {REFUGE}")
+            raise RobotError(f"{path}: the robot `menagerie` has no actuator of {name!r}; {ALTERNATIVE}")
 
 
 def _name_actuators(spec: mujoco.MjSpec) -> None:

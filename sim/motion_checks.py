@@ -10,17 +10,17 @@ from sim.recorded_world import PRESS, RecordedWorld
 from sim.rollout import FRAME_RATE
 from sim.verdict import Check
 
-FASTEST = 3.0
+OBJECT_SPEED_LIMIT = 3.0
 """No object moves faster, m/s: the hand does not, and nothing falls from higher than the arm lifts it."""
 
 ROUNDING = 1e-6
 """Slack for comparisons of recorded numbers."""
 
-FLIGHT = 2.0
+TIME_TO_REST = 2.0
 """What a fault throws about comes to rest within this time, s."""
 
-ASSIGNED = 0.1
-"""An object that a recorded fault moves may leap within this time of it, s."""
+LEAP_WINDOW = 0.1
+"""A leap this near to a recorded fault that moves the object is that fault's doing, s."""
 
 
 def check_recording(log: Log) -> Check:
@@ -82,13 +82,13 @@ def check_leaps(log: Log, world: RecordedWorld) -> Check:
     for thing in (thing.name for thing in world.model.objects):
         steps = np.linalg.norm(np.diff(world.path(thing), axis=0), axis=1)
         excused = [event.time for event in log.about.events if event.kind == "fault" and _names(event.detail, thing)]
-        for frame in np.flatnonzero(steps > FASTEST * np.diff(log.times)):
+        for frame in np.flatnonzero(steps > OBJECT_SPEED_LIMIT * np.diff(log.times)):
             time = float(log.times[frame + 1])
-            if not any(abs(time - moved) <= ASSIGNED for moved in excused):
+            if not any(abs(time - moved) <= LEAP_WINDOW for moved in excused):
                 words = f"{thing} leaps {steps[frame]:.3f} m at {time:.2f} s, and no recorded fault explains it"
                 return Check(name, False, words)
         fastest = max(fastest, float(steps.max(initial=0.0)) * FRAME_RATE)
-    return Check(name, True, "none leaps" if fastest > FASTEST else f"none leaps; {fastest:.2f} m/s at most")
+    return Check(name, True, "none leaps" if fastest > OBJECT_SPEED_LIMIT else f"none leaps; {fastest:.2f} m/s at most")
 
 
 def _names(detail: dict[str, object], thing: str) -> bool:
@@ -122,10 +122,10 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
 
 
 def _thrown(log: Log, time: float) -> set[str]:
-    """Return the objects that faults have moved, knocked over or let slip within `FLIGHT` before a time."""
+    """Return the objects that faults have moved, knocked over or let slip within `TIME_TO_REST` before a time."""
     thrown = set()
     for event in log.about.events:
-        if event.kind == "fault" and 0 <= time - event.time <= FLIGHT:
+        if event.kind == "fault" and 0 <= time - event.time <= TIME_TO_REST:
             kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
             thing = _handled(log, event.time)[1] if kind == "slip" else target
             if thing and kind in ("move", "knock", "slip"):

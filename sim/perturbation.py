@@ -17,7 +17,7 @@ from sim.scene import Scene
 UNITS = {"position": 0.001, "angle": math.pi / 180, "friction": 1.0, "mass": 1.0, "noise": 0.001}
 """What one of each stands for when it is written down: millimetres, degrees, shares, shares, millimetres."""
 
-MATTER = 1
+MATTER_STREAM = 1
 """Number of the random stream for friction and mass: the same seed gives the same start poses with and without."""
 
 
@@ -95,7 +95,7 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
     """
     if not (perturbation.friction or perturbation.mass):
         return scene
-    rng = np.random.default_rng([seed, MATTER])
+    rng = np.random.default_rng([seed, MATTER_STREAM])
     model = copy.copy(scene.mujoco)
     for thing in scene.model.objects:
         friction, mass = rng.uniform(-1, 1, 2) * [perturbation.friction, perturbation.mass]

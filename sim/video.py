@@ -28,7 +28,7 @@ from sim.scene import Scene
 LAST_FRAME = 1.5
 """How long the last state stays on the screen, s."""
 
-GLOW_TIME = 0.15
+LAMP_TIME_CONSTANT = 0.15
 """Time constant with which a lamp comes on and goes off, s."""
 
 FEWEST_FRAMES = 60
@@ -189,7 +189,7 @@ def _frames(scene: Scene, rollout: Rollout, fps: int) -> tuple[np.ndarray, np.nd
 
 def _eased(on: np.ndarray, fps: int) -> np.ndarray:
     """Return how brightly a lamp glows that is switched on and off, (F,) in 0 .. 1."""
-    level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * GLOW_TIME))
+    level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * LAMP_TIME_CONSTANT))
     for i in range(1, len(on)):
         level[i] = level[i - 1] + share * (on[i] - level[i - 1])
     return np.where(level < 0.01, 0.0, level)

@@ -1,4 +1,4 @@
-"""Small problems for the judges."""
+"""Small problems for the judges, and for the planner beside them."""
 
 from __future__ import annotations
 
@@ -21,3 +21,35 @@ def graph(
         tasks=tasks(*formulas),
         preference=preference,
     )
+
+
+TRAPS = {
+    "product": (
+        graph(
+            [("s0", 1, "s1"), ("s0", 2, "s2"), ("s1", 9, "s3"), ("s2", 1, "s3"), ("s3", 5, "s4")],
+            {"s1": "a", "s2": "a", "s4": "b"},
+            ["F a", "F b"],
+            {"kind": "expression", "expression": "phi1 * phi2"},
+        ),
+        [(8, 16), (15, 15)],
+    ),
+    "capped sum": (
+        graph(
+            [("s", 1, "A"), ("A", 19, "P"), ("s", 10, "P"), ("P", 10, "B")],
+            {"A": "a", "P": "a", "B": "b"},
+            ["F a", "F b"],
+            {"kind": "expression", "expression": "phi1 + min(phi2, 20)"},
+        ),
+        [(20, 30), (30, 21)],
+    ),
+    "maximum plus sum": (
+        graph(
+            [("s", 2, "x"), ("x", 8, "y"), ("y", 1, "P"), ("s", 2, "z"), ("z", 8, "w"), ("w", 1, "P"), ("P", 29, "Q")],
+            {"x": "b", "y": "a", "z": "a", "w": "b", "Q": "c"},
+            ["F a", "F b", "F c"],
+            {"kind": "expression", "expression": "max(3 * phi1, phi3) + 2 * phi2"},
+        ),
+        [(40, 44)],
+    ),
+}
+"""Problems in which pruning labels by cost and mu at a product state loses a point, with their fronts."""

@@ -9,6 +9,15 @@ from prefplan import Location, ManipulationModel, Object, TransitionSystem
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
 
 
+TOWER = ManipulationModel(
+    start="home",
+    costs=COSTS,
+    locations=(Location("a", at=(0.5, 0.0)), Location("b", on=("a",)), Location("c", on=("b",))),
+    objects=(Object("one", "a"), Object("two", "b"), Object("three", "c")),
+)
+"""Three cubes, one upon another."""
+
+
 def model(
     *objects: Object, locations: list[Location] | None = None, start: str = "home", propositions: tuple[str, ...] = ()
 ) -> ManipulationModel:

@@ -22,8 +22,6 @@ from experiments.cli import main
 from experiments.outcome import outcome_json
 from prefplan import load, pareto_front
 from sim import execution, robots
-from sim.errors import RenderingError
-from sim.painter import check_rendering
 from sim.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
@@ -296,14 +294,6 @@ def test_without_opengl_all_but_the_video_is_there(cup: Path) -> None:
     assert printed["completed"] is True and printed["video"] is None
     assert done.stderr.startswith("prefplan: no video: no OpenGL here") and done.stderr.count("\n") == 1
     assert not (cup / "out" / "cup" / "cost.mp4").exists()
-
-
-@pytest.fixture
-def gl() -> None:
-    try:
-        check_rendering()
-    except RenderingError as error:
-        pytest.skip(str(error))
 
 
 @pytest.mark.slow

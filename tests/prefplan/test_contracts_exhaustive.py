@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import judge
 import pytest
 from judge.verdict import WAYS, misjudged, verdict
+from judged_problems import TRAPS, graph
+from paper_maps import TOWN
 
 from prefplan import Options, Planner
 from prefplan.scenario import from_dict
@@ -56,59 +56,6 @@ def test_relaxations_and_skips_are_used_by_the_problems_drawn() -> None:
     assert sum(len(front) > 1 for front in fronts) >= 10
 
 
-def trap(
-    edges: Sequence[tuple[str, int, str]], labels: dict[str, str], tasks: Sequence[str], expression: str
-) -> judge.GraphProblem:
-    """Lay out a problem; an action has the name of its target, the first edge leaves the start."""
-    return judge.GraphProblem(
-        edges[0][0],
-        tuple(judge.Edge(source, target, cost, target) for source, cost, target in edges),
-        {state: frozenset({label}) for state, label in labels.items()},
-        tuple(judge.JudgedTask(f"phi{k + 1}", judge.parse(formula)) for k, formula in enumerate(tasks)),
-        {"kind": "expression", "expression": expression},
-    )
-
-
-#: Problems in which pruning labels by cost and mu at a product state loses a point, with their fronts.
-TRAPS = {
-    "product": (
-        trap(
-            [("s0", 1, "s1"), ("s0", 2, "s2"), ("s1", 9, "s3"), ("s2", 1, "s3"), ("s3", 5, "s4")],
-            {"s1": "a", "s2": "a", "s4": "b"},
-            ["F a", "F b"],
-            "phi1 * phi2",
-        ),
-        [(8, 16), (15, 15)],
-    ),
-    "capped sum": (
-        trap(
-            [("s", 1, "A"), ("A", 19, "P"), ("s", 10, "P"), ("P", 10, "B")],
-            {"A": "a", "P": "a", "B": "b"},
-            ["F a", "F b"],
-            "phi1 + min(phi2, 20)",
-        ),
-        [(20, 30), (30, 21)],
-    ),
-    "maximum plus sum": (
-        trap(
-            [
-                ("s", 2, "x"),
-                ("x", 8, "y"),
-                ("y", 1, "P"),
-                ("s", 2, "z"),
-                ("z", 8, "w"),
-                ("w", 1, "P"),
-                ("P", 29, "Q"),
-            ],
-            {"x": "b", "y": "a", "z": "a", "w": "b", "Q": "c"},
-            ["F a", "F b", "F c"],
-            "max(3 * phi1, phi3) + 2 * phi2",
-        ),
-        [(40, 44)],
-    ),
-}
-
-
 @pytest.mark.parametrize("name", TRAPS)
 @pytest.mark.parametrize("options", WAYS, ids=repr)
 def test_points_that_pruning_by_cost_and_mu_would_lose_are_found(name: str, options: Options) -> None:
@@ -124,11 +71,11 @@ def test_points_that_pruning_by_cost_and_mu_would_lose_are_found(name: str, opti
 def test_a_spread_keeps_a_point_that_pruning_by_cost_vectors_would_lose() -> None:
     """At y the vector (1, 3) dominates (2, 3), yet the later phi1 is the better one."""
     problem, points = (
-        trap(
+        graph(
             [("s", 1, "x"), ("x", 2, "y"), ("s", 2, "z"), ("z", 1, "y")],
             {"x": "a", "z": "a", "y": "b"},
             ["F a", "F b"],
-            "max(phi1, phi2) - min(phi1, phi2)",
+            {"kind": "expression", "expression": "max(phi1, phi2) - min(phi1, phi2)"},
         ),
         [(3, 1)],
     )
@@ -153,16 +100,7 @@ def test_the_front_of_case_study_2(skip: int, points: list[tuple[int, int]]) -> 
     problem = judge.grid_problem(
         (20, 20),
         (0, 0),
-        {
-            "p1": (2, 0, 4, 2),
-            "p2": (7, 2, 9, 4),
-            "tacos": (12, 1, 18, 5),
-            "cheese": (17, 7, 19, 9),
-            "p3": (17, 11, 19, 15),
-            "p4": (16, 17, 18, 19),
-            "grocer": (10, 10, 14, 19),
-            "pizza": (0, 15, 6, 18),
-        },
+        TOWN,
         [
             relaxed("!pizza U cheese", "phi1", "cheese", "grocer", 15),
             relaxed("F(grocer & F(p2))", "phi2"),

@@ -24,47 +24,21 @@ from judge import (
 )
 from judge.preferences import named
 from judge.semantics import holds_now
-from judged_problems import graph, tasks
-
-PRODUCT = [("s0", 1, "s1"), ("s0", 2, "s2"), ("s1", 9, "s3"), ("s2", 1, "s3"), ("s3", 5, "s4")]
-
-CAPPED = [("s", 1, "A"), ("A", 19, "P"), ("s", 10, "P"), ("P", 10, "B")]
-
-ROUTES = [("s", 2, "x"), ("x", 8, "y"), ("y", 1, "P"), ("s", 2, "z"), ("z", 8, "w"), ("w", 1, "P"), ("P", 29, "Q")]
+from judged_problems import TRAPS, graph, tasks
+from paper_maps import MEADOW
 
 
-@pytest.mark.parametrize(
-    ("edges", "marked", "formulas", "expression", "front"),
-    [
-        (PRODUCT, {"s1": "a", "s2": "a", "s4": "b"}, ["F a", "F b"], "phi1 * phi2", [(8, 16), (15, 15)]),
-        (CAPPED, {"A": "a", "P": "a", "B": "b"}, ["F a", "F b"], "phi1 + min(phi2, 20)", [(20, 30), (30, 21)]),
-        (
-            ROUTES,
-            {"x": "b", "y": "a", "z": "a", "w": "b", "Q": "c"},
-            ["F a", "F b", "F c"],
-            "max(3 * phi1, phi3) + 2 * phi2",
-            [(40, 44)],
-        ),
-    ],
-    ids=["product", "capped", "max-plus-sum"],
-)
-def test_points_that_pruning_by_cost_and_mu_would_lose_are_found(
-    edges: list[tuple[str, int, str]],
-    marked: dict[str, str],
-    formulas: list[str],
-    expression: str,
-    front: list[tuple[int, int]],
-) -> None:
-    problem = graph(edges, marked, formulas, {"kind": "expression", "expression": expression})
+@pytest.mark.parametrize("name", TRAPS)
+def test_points_that_pruning_by_cost_and_mu_would_lose_are_found(name: str) -> None:
+    problem, front = TRAPS[name]
     assert exact_front(problem, max_cost=60) == front
 
 
 @pytest.fixture
 def example() -> GraphProblem:
     """The paper's Examples 1-3."""
-    regions = {"dirt": (2, 0, 2, 0), "plant": (1, 1, 1, 1), "rock": (1, 2, 1, 2), "charge": (2, 2, 2, 2)}
     formulas = tasks("F charge", "F (plant & F rock)", "!plant U dirt")
-    return grid_problem((3, 3), (0, 0), regions, formulas, {"kind": "order"})
+    return grid_problem((3, 3), (0, 0), MEADOW, formulas, {"kind": "order"})
 
 
 def test_the_papers_example_has_its_plan_and_its_front(example: GraphProblem) -> None:

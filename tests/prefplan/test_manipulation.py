@@ -14,8 +14,8 @@ def arch() -> list[Location]:
     return [Location("top", on=("left", "right")), spot("left"), spot("right"), spot("spare")]
 
 
-def test_case_study_3_has_10009_states_and_59407_transitions(case_study_3_model: ManipulationModel) -> None:
-    system = case_study_3_model.transition_system()
+def test_case_study_3_has_10009_states_and_59407_transitions(arch_model: ManipulationModel) -> None:
+    system = arch_model.transition_system()
     assert (system.size, len(system.targets)) == (10009, 59407)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import judge
 import pytest
+from paper_maps import MEADOW, TOWN
 
 from prefplan import (
     Front,
@@ -18,20 +19,8 @@ from prefplan import (
     preferred_plan,
 )
 
-#: Region boxes x0 y0 x1 y1, corners inclusive.
-MEADOW = {"dirt": (2, 0, 2, 0), "plant": (1, 1, 1, 1), "rock": (1, 2, 1, 2), "charge": (2, 2, 2, 2)}
 MEADOW_TASKS = {"phi1": "F charge", "phi2": "F (plant & F rock)", "phi3": "!plant U dirt"}
 
-TOWN = {
-    "p1": (2, 0, 4, 2),
-    "p2": (7, 2, 9, 4),
-    "tacos": (12, 1, 18, 5),
-    "cheese": (17, 7, 19, 9),
-    "p3": (17, 11, 19, 15),
-    "p4": (16, 17, 18, 19),
-    "grocer": (10, 10, 14, 19),
-    "pizza": (0, 15, 6, 18),
-}
 TOWN_TASKS = {
     "phi1": "!pizza U cheese",
     "phi2": "F(grocer & F(p2))",
@@ -87,8 +76,8 @@ def case_study_1() -> Problem:
 
 
 @pytest.fixture(scope="module")
-def arch(case_study_3_model: ManipulationModel) -> TransitionSystem:
-    return case_study_3_model.transition_system()
+def arch(arch_model: ManipulationModel) -> TransitionSystem:
+    return arch_model.transition_system()
 
 
 def test_the_plan_of_example_2_satisfies_all_tasks(example: Problem) -> None:

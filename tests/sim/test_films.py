@@ -17,23 +17,13 @@ from experiments.cli import main
 from sim import painter, quality
 from sim.cameras import SWING, Camera, camera
 from sim.clips import GAP, compose
-from sim.errors import RenderingError
 from sim.overlay import Caption, draw_caption
-from sim.painter import check_rendering
 from sim.panda import TCP
 from sim.quality import DRAFT
 from sim.scene import AZIMUTH, Scene, initial_state
 from sim.video import render_frame
 
 SIZE = (160, 90)
-
-
-@pytest.fixture(scope="module")
-def gl() -> None:
-    try:
-        check_rendering()
-    except RenderingError as error:
-        pytest.skip(str(error))
 
 
 def film(path: Path, shades: list[int]) -> Path:

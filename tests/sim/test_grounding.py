@@ -6,8 +6,9 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from small_tables import TOWER
 
-from prefplan.models.manipulation import Location, ManipulationModel, ManipulationState, Object
+from prefplan.models.manipulation import ManipulationState
 from sim.grounding import NOWHERE, mismatch, slot_of
 from sim.grounding import observe as observe_poses
 from sim.motion import Arm
@@ -80,13 +81,7 @@ def test_nothing_rests_on_top_without_touching_a_support(scene: Scene, arrange: 
 
 
 def test_a_tower_is_recognised_storey_by_storey() -> None:
-    model = ManipulationModel(
-        start="home",
-        costs={"transit": 1, "grasp": 1, "transport": 1, "release": 1},
-        locations=(Location("a", at=(0.5, 0.0)), Location("b", on=("a",)), Location("c", on=("b",))),
-        objects=(Object("one", "a"), Object("two", "b"), Object("three", "c")),
-    )
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(TOWER, meshes=False)
     data = initial_state(scene, seed=1)
     assert places(scene, data) == {"one": "a", "two": "b", "three": "c"}
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from small_tables import TOWER
 
 from prefplan.models.manipulation import Location, ManipulationModel, Object
 from sim.grounding import slot_of
@@ -175,13 +176,7 @@ def test_a_lamp_in_the_way_is_passed_over() -> None:
 
 
 def test_the_hand_stays_above_a_tower_over_its_foot() -> None:
-    model = ManipulationModel(
-        start="home",
-        costs={"transit": 1, "grasp": 1, "transport": 1, "release": 1},
-        locations=(Location("a", at=(0.5, 0.0)), Location("b", on=("a",)), Location("c", on=("b",))),
-        objects=(Object("one", "a"), Object("two", "b"), Object("three", "c")),
-    )
-    cell = run(build_scene(model, meshes=False), "transit a", "transit c", "grasp three", "release three c")
+    cell = run(build_scene(TOWER, meshes=False), "transit a", "transit c", "grasp three", "release three c")
     assert_placed(cell, "three", "c")
     assert_clean(cell)
 

@@ -22,14 +22,6 @@ SIZE = (320, 180)
 PACKAGES = "libegl1 libegl-mesa0 libgl1-mesa-dri"
 
 
-@pytest.fixture(scope="module")
-def gl() -> None:
-    try:
-        check_rendering()
-    except RenderingError as error:
-        pytest.skip(str(error))
-
-
 @pytest.fixture
 def captions() -> tuple[Caption, ...]:
     tasks = (TaskStatus("phi1", "F blue_bin1", "open"), TaskStatus("phi2", "F pink_bin1", "satisfied"))
