@@ -1,11 +1,36 @@
-"""What tests of the command line share: a scenario, and how a mistake is told."""
+"""What tests of the command line share: a call of the program, what comes of it, and a scenario."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
-Run = Callable[..., Any]
+import pytest
+
+from experiments.cli import main
+
+
+class Result(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> dict[str, Any]:
+        found: dict[str, Any] = json.loads(self.out)
+        return found
+
+
+Run = Callable[..., Result]
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> Result:
+    """Call the program in this process; return its exit status and what it wrote."""
+    status = main(arguments)
+    captured = capsys.readouterr()
+    return Result(status, captured.out, captured.err)
+
 
 DETOUR = """
 [model]
@@ -35,7 +60,7 @@ kind = "order"
 """
 
 
-def assert_is_error(result: Any, message: str) -> None:
+def assert_is_error(result: Result, message: str) -> None:
     assert result.status == 2
     assert result.out == ""
     assert message in result.err

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from command_line import Run
 
 from experiments import checkup, scenarios
 from experiments.overview import first_sentence
 from prefplan.planner import Planner
-
-Run = Callable[..., Any]
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from command_line import Run
 
 from experiments import cli, scenarios
 from experiments.completion import SHELLS
-
-Run = Callable[..., Any]
 
 BASH = """
 source ./script

@@ -8,15 +8,13 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from command_line import Run
 
 from experiments import diagnosis, gl_backends, mending
 from experiments.commands import doctor
 from experiments.diagnosis import OK, PROBLEM, WARNING, Finding
-
-Run = Callable[..., Any]
 
 
 def only(found: list[Finding]) -> Finding:

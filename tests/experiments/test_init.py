@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from command_line import Run
 
 from experiments.cli import main
 from experiments.starters import KINDS, starter
-
-Run = Callable[..., Any]
 
 
 @pytest.mark.parametrize("kind", KINDS)

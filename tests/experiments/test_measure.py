@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import Run, call
 from small_scenes import cup_scenario
 
 from experiments import carry_out, scenarios
-from experiments.cli import main
 from experiments.outcome import outcome_json
 from prefplan import Front, load, pareto_front
 from prefplan.models.measurements import measurements_file
@@ -38,15 +38,9 @@ def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def program(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Run the program; return its exit status and what it wrote."""
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        status = main(arguments)
-        captured = capsys.readouterr()
-        return status, captured.out, captured.err
-
-    return run
+def program(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that runs the program."""
+    return functools.partial(call, capsys)
 
 
 def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, program: Any) -> None:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import json
 import re
 import subprocess
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import imageio_ffmpeg
 import mujoco
 import pytest
+from command_line import Run, call
 from small_scenes import PLACES, cup_scenario
 
 from experiments import carry_out
-from experiments.cli import main
 from experiments.report import performance, recordings
 from prefplan.planner import Planner
 from sim import execution
@@ -48,28 +48,14 @@ order = ["pay", "send"]
 """
 
 
-class Result(NamedTuple):
-    status: int
-    out: str
-    err: str
-
-
-Report = Callable[..., Result]
-
-
 @pytest.fixture
-def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Report:
+def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Return a function that calls `prefplan report` in a folder with two small scenarios."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "shelf.toml").write_text(CUP)
     (tmp_path / "errands.toml").write_text(ERRANDS)
 
-    def call(*arguments: str) -> Result:
-        status = main(["report", *arguments])
-        captured = capsys.readouterr()
-        return Result(status, captured.out, captured.err)
-
-    return call
+    return partial(call, capsys, "report")
 
 
 @pytest.fixture
@@ -109,13 +95,13 @@ def data(folder: str | Path) -> Any:
         (["shelf.toml", "--out", "shelf.toml"], "shelf.toml: cannot be made"),
     ],
 )
-def test_bad_input_is_told_in_a_sentence(report: Report, words: list[str], message: str) -> None:
+def test_bad_input_is_told_in_a_sentence(report: Run, words: list[str], message: str) -> None:
     result = report(*words)
     assert (result.status, result.out) == (2, "")
     assert message in result.err and "Traceback" not in result.err
 
 
-def test_a_report_is_a_folder_that_needs_nothing_else(report: Report) -> None:
+def test_a_report_is_a_folder_that_needs_nothing_else(report: Run) -> None:
     result = report("errands.toml")
     assert (result.status, result.out, result.err) == (0, "out/errands/index.html\n", "")
     folder = Path("out", "errands")
@@ -126,7 +112,7 @@ def test_a_report_is_a_folder_that_needs_nothing_else(report: Report) -> None:
     assert sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) < 6_000_000
 
 
-def test_the_page_holds_what_is_known_of_every_plan(report: Report) -> None:
+def test_the_page_holds_what_is_known_of_every_plan(report: Run) -> None:
     report("errands.toml", "--out", "here")
     found = data("here")
     assert [(plan["cost"], plan["preference"]) for plan in found["plans"]] == [(7, 5), (8, 0)]
@@ -145,14 +131,14 @@ def test_the_page_holds_what_is_known_of_every_plan(report: Report) -> None:
     assert page("here").count('id="map-') == 2
 
 
-def test_text_of_a_scenario_stays_text(report: Report, tmp_path: Path) -> None:
+def test_text_of_a_scenario_stays_text(report: Run, tmp_path: Path) -> None:
     (tmp_path / "evil.toml").write_text("# </script><script>alert(1)</script> & more\n" + ERRANDS)
     report("evil.toml")
     assert "<script>alert" not in page("out/evil")
     assert "&lt;/script&gt;" in page("out/evil")
 
 
-def test_where_there_is_no_plan_the_page_says_why(report: Report, tmp_path: Path) -> None:
+def test_where_there_is_no_plan_the_page_says_why(report: Run, tmp_path: Path) -> None:
     (tmp_path / "never.toml").write_text(ERRANDS.replace("F post", "F (post & bank)"))
     result = report("never.toml")
     assert (result.status, result.out) == (3, "out/never/index.html\n")
@@ -161,19 +147,19 @@ def test_where_there_is_no_plan_the_page_says_why(report: Report, tmp_path: Path
     assert 'class="task blamed"' in page("out/never") and data("out/never")["plans"] == []
 
 
-def test_a_cost_bound_is_passed_on(report: Report) -> None:
+def test_a_cost_bound_is_passed_on(report: Run) -> None:
     assert report("errands.toml", "--max-cost", "7").status == 0
     assert [plan["cost"] for plan in data("out/errands")["plans"]] == [7]
 
 
-def test_an_unfinished_front_is_called_so(report: Report) -> None:
+def test_an_unfinished_front_is_called_so(report: Run) -> None:
     result = report("case_study_1", "--max-seconds", "0")
     assert "stopped by the time limit" in result.err
     assert "The search did not come to its end (stopped by the time limit" in page("out/case_study_1")
     assert "nothing costs less" not in page("out/case_study_1")
 
 
-def test_plans_are_carried_out_and_certified(report: Report, filmed: list[Path]) -> None:
+def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) -> None:
     result = report("shelf.toml", "--size", "64x36", "--seed", "4")
     assert (result.status, result.err) == (0, "")
     written = {path.name for path in Path("out", "shelf").iterdir()}
@@ -187,7 +173,7 @@ def test_plans_are_carried_out_and_certified(report: Report, filmed: list[Path])
     assert plan["timeline"]["tracks"]["tidy"]["satisfied"] == 4
 
 
-def test_what_is_there_is_not_done_again(report: Report, filmed: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_there_is_not_done_again(report: Run, filmed: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     report("shelf.toml", "--size", "64x36")
     before = data("out/shelf")
     with monkeypatch.context() as patch:
@@ -208,13 +194,13 @@ def data_of_run(folder: str) -> Any:
     return json.loads(Path(folder, "plan_0.json").read_text())
 
 
-def test_only_the_plans_asked_for_are_carried_out(report: Report) -> None:
+def test_only_the_plans_asked_for_are_carried_out(report: Run) -> None:
     assert report("shelf.toml", "--plans", "0", "--no-video").status == 0
     assert data("out/shelf")["plans"][0]["run"]["video"] is None
     assert not Path("out/shelf/plan_0.mp4").exists()
 
 
-def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Report, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(self: execution.Run, what: str) -> bool:
         raise KeyboardInterrupt
 
@@ -225,7 +211,7 @@ def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Report, monkeypatch:
     assert [path.name for path in Path("out/shelf").glob("plan_*")] == []
 
 
-def test_ctrl_c_while_planning_leaves_a_page(report: Report, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_planning_leaves_a_page(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(self: Planner, *arguments: Any, **options: Any) -> Any:
         raise KeyboardInterrupt
         yield
@@ -236,7 +222,7 @@ def test_ctrl_c_while_planning_leaves_a_page(report: Report, monkeypatch: pytest
     assert "The search did not come to its end (interrupted" in page("out/errands")
 
 
-def test_without_opengl_all_but_the_films_is_there(report: Report, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_opengl_all_but_the_films_is_there(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def none() -> None:
         raise RenderingError("no OpenGL here")
 
@@ -248,7 +234,7 @@ def test_without_opengl_all_but_the_films_is_there(report: Report, monkeypatch: 
     assert "no videos: no OpenGL here" in page("out/shelf")
 
 
-def test_a_run_that_fails_is_shown_as_it_went(report: Report, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_fails_is_shown_as_it_went(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def off_the_table(scene: Scene, **options: Any) -> mujoco.MjData:
         state = initial_state(scene, **options)
         state.joint("cup").qpos[:2] = 3.0, 0.0

@@ -9,16 +9,17 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import imageio_ffmpeg
 import mujoco
 import pytest
+from command_line import Run, call
 from small_scenes import PLACES, cup_scenario
 
 from experiments import arguments, carry_out, case_study_1, case_study_3
-from experiments.cli import main
 from experiments.outcome import outcome_json
 from prefplan import load, pareto_front
 from sim import execution, robots
@@ -27,15 +28,6 @@ from sim.scene import Scene, initial_state
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
 
 PLAN = ["transit desk", "grasp cup", "transport cup tray", "release cup tray"]
-
-
-class Result(NamedTuple):
-    status: int
-    out: str
-    err: str
-
-
-Run = Callable[..., Result]
 
 
 @pytest.fixture
@@ -49,16 +41,7 @@ def cup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     """Return a function that calls `prefplan run` in that folder."""
-
-    def call(*arguments: str) -> Result:
-        try:
-            status = main(["run", *arguments])
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-        captured = capsys.readouterr()
-        return Result(status, captured.out, captured.err)
-
-    return call
+    return partial(call, capsys, "run")
 
 
 @pytest.mark.parametrize(
