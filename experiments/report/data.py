@@ -8,6 +8,7 @@ from typing import Any
 from experiments.output import number, plan_json
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, Told, explain, explain_cheapest, titles
+from experiments.report.formula_words import words_of
 from experiments.report.plan_checks import check_plan
 from experiments.report.recordings import Recording
 from experiments.report.timeline import Timeline, plan_timeline, timeline
@@ -167,6 +168,7 @@ def _task(task: Task, title: str, accepting: int | None, dead: int | None) -> di
         "name": task.name,
         "title": title,
         "formula": " ".join(task.formula.split()),
+        "words": words_of(task.formula),
         "accepting": accepting,
         "dead": dead,
         "offers": offers,

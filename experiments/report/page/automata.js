@@ -19,11 +19,13 @@ class TaskCard {
     const used = this.track.bought.map((bought) => make("li", {}, bought.assume === null
       ? `Skipped, for ${bought.cost}`
       : `${bought.assume} counts as true ${bought.step ? `after action ${bought.step}` : "at the start"}, for ${bought.cost}`));
-    const wide = Number(picture.querySelector("svg").getAttribute("width")) > WIDE;
-    this.element = make("article", { class: wide ? "task wide" : "task", "data-task": task.name },
+    const svg = picture.querySelector("svg"), width = Number(svg.getAttribute("width"));
+    svg.style.setProperty("--natural", `${width}px`);
+    this.box = make("div", { class: "automaton", tabindex: 0, role: "region", "aria-label": `Automaton of ${task.name}` }, picture);
+    this.element = make("article", { class: width > WIDE ? "task wide" : "task", "data-task": task.name },
       make("h4", {}, task.title), this.status,
       make("p", {}, make("code", {}, task.formula)),
-      make("div", { class: "automaton", tabindex: 0, role: "region", "aria-label": `Automaton of ${task.name}` }, picture),
+      this.box,
       offers, used.length ? make("ul", { class: "used" }, ...used) : null);
     this.state = null;
   }
@@ -43,5 +45,14 @@ class TaskCard {
     if (state !== null && this.parts[`q${state}`]) this.parts[`q${state}`].classList.add("here");
     if (this.edge && states[done - 1] !== state) this.edge.classList.add("here");
     this.state = state;
+    this.bringIntoSight(this.parts[`q${state}`]);
+  }
+
+  // Where an automaton is wider than its place, the state it is in is the part to be seen.
+  bringIntoSight(node) {
+    if (!node || this.box.scrollWidth <= this.box.clientWidth) return;
+    const frame = this.box.getBoundingClientRect(), here = node.getBoundingClientRect();
+    if (here.left >= frame.left && here.right <= frame.right) return;
+    this.box.scrollLeft += (here.left + here.right - frame.left - frame.right) / 2;
   }
 }

@@ -1,8 +1,13 @@
 "use strict";
 // One clock that everything on the page follows; films are played by it, and kept in step with one another.
 
-const HALF_FRAME = 1 / 60; // s; a film's picture at the border of two actions is to be the later one's
+const FRAME_RATE = 30; // of the films
 const FILM_DRIFT = 0.12; // s by which a film may be off before it is set right
+
+// A film's picture at the border of two actions is to be the later one's: the first after that time, which is rounded.
+function nextFrame(time) {
+  return (Math.floor(time * FRAME_RATE + 0.02) + 1.5) / FRAME_RATE;
+}
 
 class Clock {
   constructor(listener) {
@@ -46,7 +51,7 @@ class Clock {
   seek(time) {
     this.time = Math.max(0, Math.min(time, this.duration));
     for (const film of this.films) {
-      film.currentTime = this.time + HALF_FRAME;
+      film.currentTime = nextFrame(this.time);
       if (this.playing) this.roll(film);
     }
     this.listener();
@@ -76,8 +81,10 @@ class Clock {
         film.currentTime = this.time;
       }
     }
-    if (this.time >= this.duration) this.pause();
-    else {
+    if (this.time >= this.duration) {
+      this.pause();
+      this.seek(this.duration); // the films are behind by a few pictures, and the last one shows what has been done
+    } else {
       this.listener();
       requestAnimationFrame((next) => this.tick(next));
     }

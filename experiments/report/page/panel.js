@@ -1,6 +1,10 @@
 "use strict";
 // One plan in full: its film or map, why it costs what it costs, its timeline, its tasks and what was checked.
 
+const AUTOMATA = "A circle is a state, the coloured one where the task stands: a double ring means done, a dashed one that it cannot be "
+  + "done any more. An arrow is taken when its label holds: ! not, & and, | or. In formulas F is eventually, U until, X next.";
+const MAP = "A dot with a name: a task is done there. The dot without one: the start.";
+
 class Panel {
   // `other`: the plan it is compared with, or null; `part`: how many actions both begin with alike.
   constructor(data, plan, { other, part, most, side, seek }) {
@@ -19,12 +23,12 @@ class Panel {
         ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
         plan.rank ? make("span", { class: "rank" }, plan.rank) : null),
       make("div", { class: this.film || this.map ? "stage" : "stage bare" },
-        make("div", { class: "watch" }, this.film || (this.map && this.map.element) || null, this.caption, this.filmNote(plan)),
+        make("div", { class: "watch" }, this.film || (this.map && this.map.element) || null, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.filmNote(plan)),
         make("div", { class: "why" }, ...this.why(plan, other), this.costs(data.tasks, plan))),
       make("h4", { class: "part-title" }, "What it does, and what it has spent by then"),
       timeline.element,
       make("h4", { class: "part-title" }, "The tasks and their automata"),
-      make("div", { class: "tasks" }, ...cards.map((card) => card.element)),
+      make("div", { class: "tasks" }, make("p", { class: "small key" }, AUTOMATA), ...cards.map((card) => card.element)),
       this.steps(plan, seek), this.certificate(plan));
   }
 
