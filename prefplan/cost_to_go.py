@@ -1,4 +1,4 @@
-"""Exact cost-to-go for a few tasks at a time, by backward Dijkstra on T x A_K (equation 4 for one task).
+"""Exact cost-to-go for a few tasks at a time on T x A_K (equation 4 for one task).
 
 The preference's growth on the way can be bounded or itself be what is minimised: an edge of cost w taken while S is the
 satisfied set makes mu grow by rate(S) w.
@@ -6,97 +6,56 @@ satisfied set makes mu grow by rate(S) w.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
-from prefplan.heap import heap_pop, heap_push
-from prefplan.kernels import FAR, INFINITE, Integer, ProductView, bare_kernel, kernel
+from prefplan.dijkstra import ReverseView, dijkstra, dijkstra_within_budgets, restricted, reverse_view
+from prefplan.kernels import FAR, INFINITE, ProductView
 from prefplan.product import Product
+from prefplan.stages import Stages, fill_in_order, order_of_states
 
 
-class Backward(NamedTuple):
-    """A product turned round: who leads to a node, and which automaton states lead to one.
+@dataclass(frozen=True)
+class Backward:
+    """A product made ready for looking back from where tasks are satisfied.
 
     Attributes:
-        offsets: (S + 1,) int64, sources: (E,) int32, costs: (E,) int64: edges by target.
-        classes: (S,) int32.
-        first: (N, Q, C + 1) int64: `first[i, q, c] : first[i, q, c + 1]` are the states that reading class c may lead
-            from to q. states: (X,) int32.
-        ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
-        sizes: (N,) int64.
-        shift: the low bits of costs, that count actions and do not make mu grow.
-        near: (S, S) int64, edges as a matrix, FAR for none; empty unless the graph is contracted.
-        active: (N, S) bool, whether a node's label can change an automaton; empty unless the graph is contracted.
+        reverse: who leads to a node, and which automaton states lead to one.
+        stages: the product for automata that never come back to a state, over a contracted graph; None for others.
     """
 
-    offsets: np.ndarray
-    sources: np.ndarray
-    costs: np.ndarray
-    classes: np.ndarray
-    first: np.ndarray
-    states: np.ndarray
-    ends: np.ndarray
-    sizes: np.ndarray
-    shift: int
-    near: np.ndarray
-    active: np.ndarray
+    reverse: ReverseView
+    stages: Stages | None
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """States of each automaton, (N,) int64."""
+        return self.reverse.sizes
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of the graph."""
+        return len(self.reverse.classes)
+
+    @property
+    def shift(self) -> int:
+        """The low bits of costs, that count actions and do not make mu grow."""
+        return self.reverse.shift
 
 
 def backward(product: Product, forward: ProductView) -> Backward:
-    """Return a product's reverse edges and automaton preimages."""
-    nodes = len(forward.classes)
-    source = np.repeat(np.arange(nodes, dtype=np.int32), np.diff(forward.offsets))
-    order = np.argsort(forward.targets, kind="stable")
-    tasks, most, labels = product.delta.shape
-    first = np.zeros((tasks, most, labels + 1), dtype=np.int64)
-    states: list[int] = []
-    for i in range(tasks):
-        size = int(product.sizes[i])
-        into: list[list[list[int]]] = [[[] for _ in range(labels)] for _ in range(most)]
-        for q in range(size):
-            for c in range(labels):
-                bought = slice(product.extra_first[i, q, c], product.extra_first[i, q, c + 1])
-                for after in {int(product.delta[i, q, c]), *product.extra_state[bought].tolist()}:
-                    into[after][c].append(q)
-        for q in range(most):
-            first[i, q, 0] = len(states)
-            for c in range(labels):
-                states += into[q][c]
-                first[i, q, c + 1] = len(states)
-    bits = np.bitwise_or.reduce(forward.active, axis=1)
-    nodes_active = (bits[:, None] >> np.arange(min(nodes, 64), dtype=np.uint64)[None, :]) & np.uint64(1) > 0
-    return Backward(
-        np.searchsorted(forward.targets[order], np.arange(nodes + 1)).astype(np.int64),
-        source[order],
-        forward.costs[order],
-        forward.classes,
-        first,
-        np.array(states, dtype=np.int32),
-        np.stack([product.accepting, product.skipped], axis=1),
-        product.sizes,
-        forward.shift,
-        forward.near,
-        nodes_active if forward.macro else np.zeros((0, 0), dtype=bool),
-    )
-
-
-def restricted(reverse: Backward, tasks: np.ndarray) -> Backward:
-    """Return a contracted product with only those edges that end where a label matters to some tasks."""
-    if not len(reverse.near):
-        return reverse
-    near = reverse.near.copy()
-    matters = reverse.active[tasks].any(axis=0)
-    for via in np.flatnonzero(~matters):
-        np.minimum(near, near[:, via, None] + near[None, via, :], out=near)
-    near[:, ~matters] = FAR
-    target, source = np.nonzero(near.T < FAR)
-    offsets = np.searchsorted(target, np.arange(len(near) + 1)).astype(np.int64)
-    return reverse._replace(offsets=offsets, sources=source.astype(np.int32), costs=near[source, target])
+    """Return a product turned round."""
+    reverse = reverse_view(product, forward)
+    order = order_of_states(product.delta, product.sizes)
+    if not forward.macro or product.relaxed or not len(order):
+        return Backward(reverse, None)
+    stages = Stages(reverse.near, reverse.classes, reverse.active, product.delta, order, reverse.ends, reverse.sizes)
+    return Backward(reverse, stages)
 
 
 def cost_to_go(
-    reverse: Backward,
+    backward: Backward,
     tasks: np.ndarray,
     dtype: type,
     *,
@@ -106,7 +65,7 @@ def cost_to_go(
     """Return the least cost until all of some tasks are satisfied or dropped, for every budget of mu's growth.
 
     Args:
-        reverse: the product.
+        backward: the product.
         tasks: (k,) int64, which tasks.
         dtype: np.int32 or np.int64.
         rates: (2^k,) int64 >= 0, growth of mu for a unit of cost while a set of these tasks is satisfied.
@@ -119,238 +78,37 @@ def cost_to_go(
     Raises:
         OverflowError: if a finite cost does not fit the type.
     """
-    size = len(reverse.classes) * int(np.prod(reverse.sizes[tasks]))
-    edges = restricted(reverse, tasks)
-    ones = np.ones(2 ** len(tasks), dtype=np.int64)
-    table: np.ndarray = np.full((1 if budgets is None else len(budgets), size), INFINITE[dtype], dtype=dtype)
     if budgets is None or rates is None:
-        fits = _dijkstra(edges, tasks, ones, table[0], INFINITE[dtype])
+        return _least(backward, tasks, dtype, np.ones(2 ** len(tasks), dtype=np.int64))[None]
+    table: np.ndarray = np.full((len(budgets), _size(backward, tasks)), INFINITE[dtype], dtype=dtype)
+    edges = restricted(backward.reverse, tasks)
+    if not dijkstra_within_budgets(edges, tasks, rates, budgets, table, INFINITE[dtype]):
+        raise OverflowError
+    return table
+
+
+def growth_to_go(backward: Backward, tasks: np.ndarray, dtype: type, rates: np.ndarray) -> np.ndarray:
+    """Return the least growth of mu until all of some tasks are satisfied or dropped, whatever the cost.
+
+    Arguments, shape and errors are those of `cost_to_go`.
+    """
+    return _least(backward, tasks, dtype, rates, shift=backward.shift)
+
+
+def _least(backward: Backward, tasks: np.ndarray, dtype: type, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
+    """Return least costs, less their lowest bits, those of edges times a factor for what is satisfied."""
+    table: np.ndarray = np.full(_size(backward, tasks), INFINITE[dtype], dtype=dtype)
+    if (stages := backward.stages) is not None:
+        if shift:
+            stages = stages._replace(near=np.where(stages.near < FAR, stages.near >> shift, FAR))
+        fits = fill_in_order(stages, tasks, factors, table, INFINITE[dtype])
     else:
-        fits = _within_budgets(edges, tasks, rates, budgets, table, INFINITE[dtype])
+        edges = restricted(backward.reverse, tasks)
+        fits = dijkstra(edges._replace(costs=edges.costs >> shift), tasks, factors, table, INFINITE[dtype])
     if not fits:
         raise OverflowError
     return table
 
 
-def growth_to_go(reverse: Backward, tasks: np.ndarray, dtype: type, rates: np.ndarray) -> np.ndarray:
-    """Return the least growth of mu until all of some tasks are satisfied or dropped, whatever the cost.
-
-    Arguments, shape and errors are those of `cost_to_go`.
-    """
-    size = len(reverse.classes) * int(np.prod(reverse.sizes[tasks]))
-    table: np.ndarray = np.full(size, INFINITE[dtype], dtype=dtype)
-    edges = restricted(reverse, tasks)
-    edges = edges._replace(costs=edges.costs >> edges.shift)
-    if not _dijkstra(edges, tasks, rates, table, INFINITE[dtype]):
-        raise OverflowError
-    return table
-
-
-class _Readings(NamedTuple):
-    """Room for the ways in which the automata of k tasks may come to a combination of their states.
-
-    Attributes:
-        before: (M,) int64, combinations before the reading, as part of a cell. satisfied: (M,) int64, their satisfied
-            tasks as bits.
-        low: (k,) int64, high: (k,) int64, at: (k,) int64: scratch.
-    """
-
-    before: np.ndarray
-    satisfied: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    at: np.ndarray
-
-
-@kernel
-def _room(reverse: Backward, tasks: np.ndarray) -> _Readings:
-    most = 1
-    for j in range(tasks.shape[0]):
-        most *= reverse.sizes[tasks[j]]
-    k = tasks.shape[0]
-    return _Readings(
-        np.empty(most, dtype=np.int64),
-        np.empty(most, dtype=np.int64),
-        np.empty(k, dtype=np.int64),
-        np.empty(k, dtype=np.int64),
-        np.empty(k, dtype=np.int64),
-    )
-
-
-@bare_kernel
-def _readings(reverse: Backward, tasks: np.ndarray, cell: Integer, room: _Readings) -> Integer:
-    """Write the combinations from which reading a cell's label may lead to it, and return how many there are."""
-    first, states, ends, sizes = reverse.first, reverse.states, reverse.ends, reverse.sizes
-    nodes = reverse.classes.shape[0]
-    label = reverse.classes[cell % nodes]
-    rest = cell // nodes
-    k = tasks.shape[0]
-    for j in range(k):
-        q = rest % sizes[tasks[j]]
-        rest //= sizes[tasks[j]]
-        room.low[j] = first[tasks[j], q, label]
-        room.high[j] = first[tasks[j], q, label + 1]
-        room.at[j] = room.low[j]
-        if room.low[j] == room.high[j]:
-            return 0
-    found = 0
-    while True:
-        stride = np.int64(nodes)
-        before = np.int64(0)
-        satisfied = 0
-        for j in range(k):
-            q = states[room.at[j]]
-            before += stride * q
-            stride *= sizes[tasks[j]]
-            if q == ends[tasks[j], 0]:
-                satisfied |= 1 << j
-        room.before[found], room.satisfied[found] = before, satisfied
-        found += 1
-        j = 0
-        while j < k:
-            room.at[j] += 1
-            if room.at[j] < room.high[j]:
-                break
-            room.at[j] = room.low[j]
-            j += 1
-        if j == k:
-            return found
-
-
-@bare_kernel
-def _finished(reverse: Backward, tasks: np.ndarray, combination: Integer) -> bool:
-    """Return whether all tasks are satisfied or dropped in a combination of their automata's states."""
-    for j in range(tasks.shape[0]):
-        q = combination % reverse.sizes[tasks[j]]
-        combination //= reverse.sizes[tasks[j]]
-        if q != reverse.ends[tasks[j], 0] and q != reverse.ends[tasks[j], 1]:
-            return False
-    return True
-
-
-@kernel
-def _dijkstra(reverse: Backward, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer) -> bool:
-    """Fill a table with least costs, those of edges weighted by what is satisfied.
-
-    Cells whose node no edge leads to are at the end of every backward way, and need not wait their turn.
-    """
-    offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
-    nodes = reverse.classes.shape[0]
-    room = _room(reverse, tasks)
-    keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
-    count: Integer = 0
-    for combination in range(table.shape[0] // nodes):
-        if _finished(reverse, tasks, combination):
-            for node in range(nodes):
-                table[node + nodes * combination] = 0
-                if offsets[node] < offsets[node + 1]:
-                    if count == keys.shape[0]:
-                        keys, items = _twice(keys), _twice(items)
-                    count = heap_push(keys, items, count, 0, node + nodes * combination)
-    while count > 0:
-        cost, cell = keys[0], items[0]
-        count = heap_pop(keys, items, count)
-        if table[cell] < cost:
-            continue
-        node = cell % nodes
-        for reading in range(_readings(reverse, tasks, cell, room)):
-            before, factor = room.before[reading], factors[room.satisfied[reading]]
-            for edge in range(offsets[node], offsets[node + 1]):
-                source = sources[edge]
-                new = cost + factor * costs[edge]
-                if new < table[source + before]:
-                    table[source + before] = new
-                    if offsets[source] < offsets[source + 1]:
-                        if count == keys.shape[0]:
-                            keys, items = _twice(keys), _twice(items)
-                        count = heap_push(keys, items, count, new, source + before)
-                elif new >= infinite and table[source + before] == infinite:
-                    return False
-    return True
-
-
-@kernel
-def _within_budgets(
-    reverse: Backward,
-    tasks: np.ndarray,
-    rates: np.ndarray,
-    budgets: np.ndarray,
-    table: np.ndarray,
-    infinite: Integer,
-) -> bool:
-    """Fill a table by labels (cost, growth), in order of cost; each settles the budgets that nothing met before.
-
-    A label that grows no less than an earlier one of its cell is dominated; of those over the largest finite budget
-    only the first matters. Cells whose node no edge leads to need no labels.
-    """
-    offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
-    nodes = reverse.classes.shape[0]
-    room = _room(reverse, tasks)
-    last = budgets.shape[0] - 1
-    strictest = budgets[1] if last > 0 else -1
-    least = np.full(table.shape[1], FAR, dtype=np.int64)
-    last_cost = np.full(table.shape[1], FAR, dtype=np.int64)
-    last_growth = np.full(table.shape[1], FAR, dtype=np.int64)
-    keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
-    cells, growths = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
-    count: Integer = 0
-    made = 0
-    for combination in range(table.shape[1] // nodes):
-        if _finished(reverse, tasks, combination):
-            for node in range(nodes):
-                table[:, node + nodes * combination] = 0
-                if offsets[node] < offsets[node + 1]:
-                    if made == keys.shape[0]:
-                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
-                    cells[made], growths[made] = node + nodes * combination, 0
-                    count = heap_push(keys, items, count, 0, made)
-                    made += 1
-    while count > 0:
-        cost, item = keys[0], items[0]
-        count = heap_pop(keys, items, count)
-        cell, growth = cells[item], growths[item]
-        if growth >= least[cell] or (growth > strictest and least[cell] < FAR):
-            continue
-        least[cell] = growth
-        _settle(table, budgets, cell, cost, growth)
-        node = cell % nodes
-        for reading in range(_readings(reverse, tasks, cell, room)):
-            before, rate = room.before[reading], rates[room.satisfied[reading]]
-            for edge in range(offsets[node], offsets[node + 1]):
-                source = sources[edge]
-                new_cell = source + before
-                new = cost + costs[edge]
-                more = growth + rate * (costs[edge] >> reverse.shift)
-                if new >= infinite:
-                    return False
-                if offsets[source] == offsets[source + 1]:
-                    _settle(table, budgets, new_cell, new, more)
-                    continue
-                if new >= last_cost[new_cell] and more >= last_growth[new_cell]:
-                    continue
-                if more < least[new_cell] and (more <= strictest or least[new_cell] == FAR):
-                    last_cost[new_cell], last_growth[new_cell] = new, more
-                    if made == keys.shape[0]:
-                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
-                    cells[made], growths[made] = new_cell, more
-                    count = heap_push(keys, items, count, new, made)
-                    made += 1
-    return True
-
-
-@bare_kernel
-def _settle(table: np.ndarray, budgets: np.ndarray, cell: Integer, cost: Integer, growth: Integer) -> None:
-    """Enter a cost under every budget that the growth is within."""
-    level = budgets.shape[0] - 1
-    while budgets[level] < growth:
-        level -= 1
-    while level >= 0 and table[level, cell] > cost:
-        table[level, cell] = cost
-        level -= 1
-
-
-@kernel
-def _twice(array: np.ndarray) -> np.ndarray:
-    longer = np.empty(2 * array.shape[0], dtype=array.dtype)
-    longer[: array.shape[0]] = array
-    return longer
+def _size(backward: Backward, tasks: np.ndarray) -> int:
+    return backward.nodes * int(np.prod(backward.sizes[tasks]))

@@ -76,7 +76,7 @@ def pattern_size(reverse: Backward, *, single: bool) -> int:
         reverse: the product.
         single: whether one plan is wanted, not the front.
     """
-    tasks, nodes = len(reverse.sizes), len(reverse.classes)
+    tasks, nodes = len(reverse.sizes), reverse.nodes
     wanted = (2 if tasks <= 6 else 3) if single else (3 if tasks < 10 else 4)
     for k in range(min(wanted, tasks), 1, -1):
         entries = nodes * comb(tasks, k) * float(np.mean(reverse.sizes)) ** k
@@ -117,11 +117,10 @@ def patterns(
             rates = np.array([_rate(measure, members, s) * unit for s in range(2**k)], dtype=np.int64)
         return cost_to_go(reverse, tasks, dtype, rates=rates, budgets=None if rates is None else levels)
 
-    work = len(sets) * len(reverse.classes) * float(np.mean(reverse.sizes)) ** k
+    work = len(sets) * reverse.nodes * float(np.mean(reverse.sizes)) ** k
     tables = in_parallel(tabulate, sets, threads=1 if work < THREADS_FROM else os.cpu_count() or 1)
     strides = [
-        np.cumprod(np.concatenate([[len(reverse.classes)], reverse.sizes[tasks[:-1]]])).astype(np.int64)
-        for tasks in sets
+        np.cumprod(np.concatenate([[reverse.nodes], reverse.sizes[tasks[:-1]]])).astype(np.int64) for tasks in sets
     ]
     base = np.cumsum([0, *(table.shape[1] for table in tables[:-1])]).astype(np.int64)
     return Patterns(np.stack(sets), np.stack(strides), base, np.concatenate(tables, axis=1), levels)

@@ -79,7 +79,7 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: P
     def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
         members, rates = job
         tasks = np.array(members, dtype=np.int64)
-        size = len(reverse.classes) * int(np.prod(reverse.sizes[tasks]))
+        size = reverse.nodes * int(np.prod(reverse.sizes[tasks]))
         if not any(rates):
             return np.zeros(size, dtype=dtype)
         if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
@@ -91,7 +91,7 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: P
             return np.minimum(growth, INFINITE[dtype]).astype(dtype)
         return growth_to_go(reverse, tasks, dtype, np.array(rates, dtype=np.int64))
 
-    work = len(jobs) * len(reverse.classes) * float(np.mean(reverse.sizes)) ** max(map(len, split))
+    work = len(jobs) * reverse.nodes * float(np.mean(reverse.sizes)) ** max(map(len, split))
     tables = in_parallel(tabulate, list(jobs), threads=1 if work < THREADS_FROM else os.cpu_count() or 1)
     width = max(map(len, split))
     tasks = np.full((len(split), width), -1, dtype=np.int64)
@@ -100,7 +100,7 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: P
     for b, members in enumerate(split):
         tasks[b, : len(members)] = members
         sizes = reverse.sizes[np.array(members[:-1], dtype=np.int64)]
-        strides[b, : len(members)] = np.cumprod(np.concatenate([[len(reverse.classes)], sizes]))
+        strides[b, : len(members)] = np.cumprod(np.concatenate([[reverse.nodes], sizes]))
     first = 0
     for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
         base[split.index(members), outsides] = first
@@ -114,10 +114,10 @@ def _split(reverse: Backward, groups: tuple[tuple[int, ...], ...]) -> list[tuple
     found: list[tuple[int, ...]] = []
     for group in groups:
         joined = (found[-1] if found else ()) + group
-        entries = len(reverse.classes) * int(np.prod(reverse.sizes[list(joined)]))
+        entries = reverse.nodes * int(np.prod(reverse.sizes[list(joined)]))
         if found and len(joined) <= BLOCK_SIZE and entries <= BLOCK_ENTRIES:
             found[-1] = joined
-        elif len(reverse.classes) * int(np.prod(reverse.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
+        elif reverse.nodes * int(np.prod(reverse.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
             found.append(group)
     return found
 
