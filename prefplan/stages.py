@@ -182,7 +182,7 @@ def _solve(
     waiting = np.uint64(0)
     for d in range(doors.shape[0]):
         if there[d] == here + doors[d]:
-            waiting |= relays & np.uint64(1) << np.uint64(d)
+            waiting |= np.uint64(relays) & np.uint64(1) << np.uint64(d)
         elif table[there[d]] < infinite:
             _relax(steps[d], np.int64(table[there[d]]), costs)
     while waiting:
