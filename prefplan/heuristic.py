@@ -27,17 +27,19 @@ from prefplan.label_store import COST_BOUND, LIKELY, LOOKED
 from prefplan.measure import Measure
 
 T = TypeVar("T")
+R = TypeVar("R")
 
-ENTRIES = 6_000_000
-"""Entries of all tables together that building may cost, unless one task at a time needs more."""
-
+ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
+"""Entries of all tables together that building may cost, unless one task at a time needs more; those filled stage by
+stage cost a tenth each."""
 
 THREADS_FROM = 20_000
 """Entries from which threads pay; the kernels run without the interpreter's lock."""
 
 
-def in_parallel(function: Callable[[T], np.ndarray], items: Sequence[T], *, threads: int) -> list[np.ndarray]:
-    """Return a function's results for some items, in their order."""
+def in_parallel(function: Callable[[T], R], items: Sequence[T], *, entries: float) -> list[R]:
+    """Return a function's results for some items, in their order; in threads, where as many entries make that pay."""
+    threads = 1 if entries < THREADS_FROM else os.cpu_count() or 1
     if threads == 1:
         return [function(item) for item in items]
     with ThreadPoolExecutor(threads) as pool:
@@ -66,27 +68,34 @@ def no_patterns(dtype: type) -> Patterns:
     return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([FAR]))
 
 
-def pattern_size(reverse: Backward, *, single: bool) -> int:
-    """Return how many tasks a set has, so that the tables pay and stay within ENTRIES.
+def count_entries(backward: Backward, k: int) -> float:
+    """Return about how many entries the tables of all sets of k tasks have."""
+    return backward.nodes * comb(len(backward.sizes), k) * float(np.mean(backward.sizes)) ** k
 
-    Measured on 10 x 10 grids with up to 12 tasks: pairs pay for a single plan of up to 6 tasks, triples beyond and for
-    fronts, sets of four for fronts of 10 tasks and more.
+
+def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int:
+    """Return how many tasks a set has, so that the tables pay.
+
+    Measured on 10 x 10 grids with up to 12 tasks: a set more costs its tables, and halves or quarters what is expanded.
 
     Args:
-        reverse: the product.
+        backward: the product.
         single: whether one plan is wanted, not the front.
+        max_entries: entries of all tables that memory has room for.
     """
-    tasks, nodes = len(reverse.sizes), reverse.nodes
-    wanted = (2 if tasks <= 6 else 3) if single else (3 if tasks < 10 else 4)
+    tasks = len(backward.sizes)
+    if backward.stages:
+        wanted, most = (3 if tasks < 8 else 4) if single else (4 if tasks < 8 else 5), STAGED_ENTRIES
+    else:
+        wanted, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
     for k in range(min(wanted, tasks), 1, -1):
-        entries = nodes * comb(tasks, k) * float(np.mean(reverse.sizes)) ** k
-        if entries <= ENTRIES:
+        if count_entries(backward, k) <= min(most, max_entries):
             return k
     return 1
 
 
 def patterns(
-    reverse: Backward,
+    backward: Backward,
     k: int,
     dtype: type,
     *,
@@ -97,7 +106,7 @@ def patterns(
     """Return the tables of all sets of k tasks.
 
     Args:
-        reverse: the product.
+        backward: the product.
         k: how many tasks a set has.
         dtype: np.int32 or np.int64.
         measure: whose growth is bounded.
@@ -107,7 +116,7 @@ def patterns(
     Raises:
         OverflowError: if a finite cost does not fit the type.
     """
-    sets = [np.array(some, dtype=np.int64) for some in combinations(range(len(reverse.sizes)), k)]
+    sets = [np.array(some, dtype=np.int64) for some in combinations(range(len(backward.sizes)), k)]
     levels = np.array([FAR, *budgets], dtype=np.int64)
 
     def tabulate(tasks: np.ndarray) -> np.ndarray:
@@ -115,15 +124,19 @@ def patterns(
         if measure and budgets:
             members = tasks.tolist()
             rates = np.array([_rate(measure, members, s) * unit for s in range(2**k)], dtype=np.int64)
-        return cost_to_go(reverse, tasks, dtype, rates=rates, budgets=None if rates is None else levels)
+        return cost_to_go(backward, tasks, dtype, rates=rates, budgets=None if rates is None else levels)
 
-    work = len(sets) * reverse.nodes * float(np.mean(reverse.sizes)) ** k
-    tables = in_parallel(tabulate, sets, threads=1 if work < THREADS_FROM else os.cpu_count() or 1)
-    strides = [
-        np.cumprod(np.concatenate([[reverse.nodes], reverse.sizes[tasks[:-1]]])).astype(np.int64) for tasks in sets
-    ]
-    base = np.cumsum([0, *(table.shape[1] for table in tables[:-1])]).astype(np.int64)
-    return Patterns(np.stack(sets), np.stack(strides), base, np.concatenate(tables, axis=1), levels)
+    cells = backward.sizes[np.stack(sets)]
+    strides = np.cumprod(np.insert(cells, 0, backward.nodes, axis=1), axis=1)
+    ends = np.cumsum(strides[:, -1])
+    base = ends - strides[:, -1]
+    table: np.ndarray = np.empty((len(levels), ends[-1]), dtype=dtype)
+
+    def fill(p: int) -> None:
+        table[:, base[p] : ends[p]] = tabulate(sets[p])
+
+    in_parallel(fill, range(len(sets)), entries=table.size)
+    return Patterns(np.stack(sets), strides[:, :-1].copy(), base, table, levels)
 
 
 def _rate(measure: Measure, members: list[int], satisfied: int) -> int:

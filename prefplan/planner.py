@@ -20,7 +20,7 @@ from prefplan.quanta import Number, exact, to_number
 from prefplan.search import BiObjectiveSearch, Found, Search
 from prefplan.vector_search import VectorSearch
 
-LONG = 400_000
+LONG = 50_000
 """Expansions after which looking for a cheapest plan starts again with larger pattern databases."""
 
 MEMORY_SHARE = 0.8
@@ -239,7 +239,7 @@ class Planner:
             limits.ended = "memory"
             return
         try:
-            prepared = Prepared(self._product, self._options, single=single)
+            prepared = Prepared(self._product, self._options, single=single, max_bytes=limits.bytes)
             search: Search
             if not measure.bi_objective:
                 search = VectorSearch(prepared, max_mu=mu, max_cost=cost)

@@ -8,14 +8,13 @@ T x A_K, hence consistent, and as the rates of disjoint blocks add up to at most
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from prefplan.cost_to_go import Backward, growth_to_go
-from prefplan.heuristic import THREADS_FROM, Patterns, in_parallel
+from prefplan.heuristic import Patterns, in_parallel
 from prefplan.kernels import INFINITE, Integer, bare_kernel
 from prefplan.measure import Measure
 from prefplan.terms import OrderRate
@@ -50,11 +49,11 @@ def no_blocks(tasks: int, dtype: type) -> Blocks:
     return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=dtype))
 
 
-def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: Patterns) -> Blocks:
+def blocks(backward: Backward, measure: Measure, unit: int, dtype: type, known: Patterns) -> Blocks:
     """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
 
     Args:
-        reverse: the product.
+        backward: the product.
         known: costs-to-go; those of single tasks are put to use.
         measure: its rates are quanta of mu for a quantum of cost.
         unit: quanta of cost in one internal unit.
@@ -66,7 +65,7 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: P
     n = measure.tasks
     orders = [rate.groups for rate in measure.rates if isinstance(rate, OrderRate)]
     groups = orders[0] if orders else tuple((i,) for i in range(n))
-    split = _split(reverse, groups)
+    split = _split(backward, groups)
     jobs: dict[tuple[tuple[int, ...], tuple[int, ...]], list[int]] = {}
     for members in split:
         for outside in range(n - len(members) + 1):
@@ -79,28 +78,28 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: P
     def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
         members, rates = job
         tasks = np.array(members, dtype=np.int64)
-        size = reverse.nodes * int(np.prod(reverse.sizes[tasks]))
+        size = backward.nodes * int(np.prod(backward.sizes[tasks]))
         if not any(rates):
             return np.zeros(size, dtype=dtype)
         if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
             # Alone, a task makes mu grow at one rate until it is satisfied.
-            cost = known.table[0, known.base[members[0]] :][:size].astype(np.int64) >> reverse.shift
+            cost = known.table[0, known.base[members[0]] :][:size].astype(np.int64) >> backward.shift
             growth = cost * rates[0]
-            if (growth[cost < INFINITE[dtype] >> reverse.shift] >= INFINITE[dtype]).any():
+            if (growth[cost < INFINITE[dtype] >> backward.shift] >= INFINITE[dtype]).any():
                 raise OverflowError
             return np.minimum(growth, INFINITE[dtype]).astype(dtype)
-        return growth_to_go(reverse, tasks, dtype, np.array(rates, dtype=np.int64))
+        return growth_to_go(backward, tasks, dtype, np.array(rates, dtype=np.int64))
 
-    work = len(jobs) * reverse.nodes * float(np.mean(reverse.sizes)) ** max(map(len, split))
-    tables = in_parallel(tabulate, list(jobs), threads=1 if work < THREADS_FROM else os.cpu_count() or 1)
+    entries = len(jobs) * backward.nodes * float(np.mean(backward.sizes)) ** max(map(len, split))
+    tables = in_parallel(tabulate, list(jobs), entries=entries)
     width = max(map(len, split))
     tasks = np.full((len(split), width), -1, dtype=np.int64)
     strides = np.zeros((len(split), width), dtype=np.int64)
     base = np.zeros((len(split), n + 1), dtype=np.int64)
     for b, members in enumerate(split):
         tasks[b, : len(members)] = members
-        sizes = reverse.sizes[np.array(members[:-1], dtype=np.int64)]
-        strides[b, : len(members)] = np.cumprod(np.concatenate([[reverse.nodes], sizes]))
+        sizes = backward.sizes[np.array(members[:-1], dtype=np.int64)]
+        strides[b, : len(members)] = np.cumprod(np.concatenate([[backward.nodes], sizes]))
     first = 0
     for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
         base[split.index(members), outsides] = first
@@ -109,15 +108,15 @@ def blocks(reverse: Backward, measure: Measure, unit: int, dtype: type, known: P
     return Blocks(tasks, strides, base, bits, np.concatenate(tables))
 
 
-def _split(reverse: Backward, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
+def _split(backward: Backward, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
     """Return blocks of neighbours in the desired order, none splitting a group, of at most three tasks."""
     found: list[tuple[int, ...]] = []
     for group in groups:
         joined = (found[-1] if found else ()) + group
-        entries = reverse.nodes * int(np.prod(reverse.sizes[list(joined)]))
+        entries = backward.nodes * int(np.prod(backward.sizes[list(joined)]))
         if found and len(joined) <= BLOCK_SIZE and entries <= BLOCK_ENTRIES:
             found[-1] = joined
-        elif reverse.nodes * int(np.prod(reverse.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
+        elif backward.nodes * int(np.prod(backward.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
             found.append(group)
     return found
 

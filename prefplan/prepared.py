@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import comb
 from typing import Any
 
 import numpy as np
 
 from prefplan.cost_to_go import backward
 from prefplan.graph import contract, view, whole_graph
-from prefplan.heuristic import no_patterns, pattern_size, patterns
+from prefplan.heuristic import count_entries, no_patterns, pattern_size, patterns
 from prefplan.kernels import INFINITE
 from prefplan.preference_bound import blocks, no_blocks
 from prefplan.product import Product
@@ -19,8 +19,19 @@ from prefplan.product import Product
 BUDGETS = (0.75, 0.5, 0.33, 0.2, 0.1, 0.05, 0)
 """Parts of the preference value to improve on, for which bounds of the cost-to-go are tabulated."""
 
-DEEPEST, DEEP_ENTRIES = 4, 60_000_000
-"""Tasks in a set, and entries of all tables, that a search of unusual length may call for."""
+DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
+"""Entries of all tables that a search of unusual length may call for; those filled stage by stage cost a tenth each."""
+
+BUDGETED = 3
+"""Tasks in a set of the tables under budgets, one more from 10 tasks on."""
+
+DEEPEST = 5
+"""Tasks in a set, where such a search calls for more."""
+
+ENTRY_BYTES = 8
+
+TABLES_SHARE = 0.5
+"""Part of the memory that tables may take."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +69,14 @@ class Prepared:
         dtype: type of labels that these bounds fit.
     """
 
-    def __init__(self, product: Product, options: Options, *, single: bool) -> None:
+    def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.
+
+        Args:
+            product: what is searched.
+            options: how.
+            single: whether one plan is wanted, not the front.
+            max_bytes: memory that all is to fit into.
 
         Raises:
             OverflowError: if costs are too large to be added up exactly.
@@ -69,20 +86,23 @@ class Prepared:
         contraction = options.contraction and product.problem.measure.contract != "general"
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.view = view(product, self.graph)
-        self._reverse = backward(product, self.view)
+        self._backward = backward(product, self.view)
         measure = product.problem.measure
-        size = pattern_size(self._reverse, single=single) if options.heuristic is None else options.heuristic
+        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
+        size = options.heuristic
+        if size is None:
+            size = pattern_size(self._backward, single=single, max_entries=self._max_entries)
         self._size = min(size, measure.tasks)
         self.dtype: Any = np.int32
         self.patterns = self._fit(
-            lambda dtype: patterns(self._reverse, self._size, dtype) if size else no_patterns(dtype)
+            lambda dtype: patterns(self._backward, self._size, dtype) if size else no_patterns(dtype)
         )
         self.budgeted = no_patterns(self.dtype)
         bounded = options.preference_bound and measure.bi_objective
         unit = product.unit
         self.blocks = self._fit(
             lambda dtype: (
-                blocks(self._reverse, measure, unit, dtype, self.patterns)
+                blocks(self._backward, measure, unit, dtype, self.patterns)
                 if bounded
                 else no_blocks(measure.tasks, dtype)
             )
@@ -100,17 +120,13 @@ class Prepared:
 
     def deepen(self) -> bool:
         """Build tables for sets of one more task; return False if they are the largest that are worth it."""
-        fits = self._entries(self._size + 1) <= DEEP_ENTRIES
-        if self.options.heuristic is not None or self._size >= DEEPEST or not fits:
+        most = DEEP_STAGED_ENTRIES if self._backward.stages else DEEP_ENTRIES
+        fits = self._size < DEEPEST and count_entries(self._backward, self._size + 1) <= min(most, self._max_entries)
+        if self.options.heuristic is not None or self._size >= self.product.problem.measure.tasks or not fits:
             return False
         self._size += 1
-        self.patterns = self._fit(lambda dtype: patterns(self._reverse, self._size, dtype))
+        self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
         return True
-
-    def _entries(self, size: int) -> int:
-        """Return how many entries the tables of all sets of some size have."""
-        sets = comb(len(self._reverse.sizes), size)
-        return len(self.graph.classes) * sets * int(np.mean(self._reverse.sizes) ** size)
 
     def bound_growth(self, mu: int) -> None:
         """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in quanta."""
@@ -118,9 +134,10 @@ class Prepared:
         growing = self.options.preference_bound and measure.rates and self._size > 1
         if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
             budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
-            unit, size = self.product.unit, self._size
-            while size > 2 and self._entries(size) * len(budgets) > DEEP_ENTRIES:
+            unit, size = self.product.unit, min(self._size, BUDGETED if measure.tasks < 10 else BUDGETED + 1)
+            most = min(DEEP_ENTRIES, self._max_entries)
+            while size > 2 and count_entries(self._backward, size) * len(budgets) > most:
                 size -= 1
             self.budgeted = self._fit(
-                lambda dtype: patterns(self._reverse, size, dtype, measure=measure, unit=unit, budgets=budgets)
+                lambda dtype: patterns(self._backward, size, dtype, measure=measure, unit=unit, budgets=budgets)
             )
