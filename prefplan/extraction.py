@@ -11,6 +11,7 @@ import numpy as np
 
 from prefplan.front import Plan, Purchase
 from prefplan.graph import Graph
+from prefplan.kernels import Integer, kernel
 from prefplan.product import Product, Start
 from prefplan.quanta import to_number
 
@@ -54,33 +55,64 @@ def _way(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> l
 
     Ties go to fewer actions, then to the model's order of actions.
     """
-    offsets, targets, costs, classes = product.offsets, product.targets, product.costs, product.classes
     source, target = int(graph.states[before.node]), int(graph.states[after.node])
-    limit = after.cost - before.cost
-    rests = _resting_classes(product, before.automata).tolist()
-    arrives = _leads(product, int(classes[target]), before.automata, after.automata)
-    links: list[tuple[int, int]] = []
-    queue: list[tuple[int, int, int, int]] = [(0, 0, -1, source)]
-    passed: set[int] = set()
+    edges: list[int] = []
+    if _leads(product, int(product.classes[target]), before.automata, after.automata):
+        passable = _resting_classes(product, before.automata) & graph.contracted
+        limit = after.cost - before.cost
+        arrays = product.offsets, product.targets, product.costs, product.classes
+        edges = cheapest_way(*arrays, passable, source, target, limit).tolist()
+    if not edges:
+        raise AssertionError("the search made a step that the model does not have")
+    return edges
+
+
+@kernel
+def cheapest_way(
+    offsets: np.ndarray,
+    targets: np.ndarray,
+    costs: np.ndarray,
+    classes: np.ndarray,
+    passable: np.ndarray,
+    source: Integer,
+    target: Integer,
+    limit: Integer,
+) -> np.ndarray:
+    """Return the edges of the way of exactly some cost from one state to another; none if there is no such way.
+
+    Args:
+        offsets: (S + 1,) int64, where each state's edges begin.
+        targets: (E,) int32, where edges lead.
+        costs: (E,) int64.
+        classes: (S,) int32, of labels.
+        passable: (C,) bool, classes of states that may lie on the way.
+        source: where it begins.
+        target: where it ends, with at least one edge.
+        limit: its cost.
+    """
+    links, taken = [np.int64(-1)], [np.int64(-1)]
+    # Sorting by the number of the link is sorting by when it was made.
+    queue = [(np.int64(0), 0, np.int64(0), np.int64(source))]
+    passed = {np.int64(-1)}
     while queue:
         cost, length, link, state = heapq.heappop(queue)
-        if link >= 0:
-            if state == target and cost == limit and arrives:
-                way = []
-                while link >= 0:
-                    link, edge = links[link]
-                    way.append(edge)
-                return way[::-1]
-            if state in passed or not graph.contracted or not rests[classes[state]]:
+        if link > 0:
+            if state == target and cost == limit:
+                way = np.empty(length, dtype=np.int64)
+                for k in range(length - 1, -1, -1):
+                    way[k] = taken[link]
+                    link = links[link]
+                return way
+            if state in passed or not passable[classes[state]]:
                 continue
             passed.add(state)
-        first, last = int(offsets[state]), int(offsets[state + 1])
-        ways = zip(costs[first:last].tolist(), targets[first:last].tolist(), strict=True)
-        for edge, (step, end) in enumerate(ways, first):
-            if cost + step <= limit and end not in passed:
-                links.append((link, edge))
-                heapq.heappush(queue, (cost + step, length + 1, len(links) - 1, end))
-    raise AssertionError("the search made a step that the model does not have")
+        for edge in range(offsets[state], offsets[state + 1]):
+            end = np.int64(targets[edge])
+            if cost + costs[edge] <= limit and end not in passed:
+                links.append(np.int64(link))
+                taken.append(np.int64(edge))
+                heapq.heappush(queue, (cost + costs[edge], length + 1, np.int64(len(links) - 1), end))
+    return np.empty(0, dtype=np.int64)
 
 
 def _resting_classes(product: Product, automata: tuple[int, ...]) -> np.ndarray:
