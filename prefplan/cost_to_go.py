@@ -6,52 +6,36 @@ satisfied set makes mu grow by rate(S) w.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from prefplan.dijkstra import ReverseView, dijkstra, dijkstra_within_budgets, restricted, reverse_view
 from prefplan.kernels import FAR, INFINITE, ProductView
 from prefplan.product import Product
-from prefplan.stages import Stages, fill_in_order, order_of_states
+from prefplan.stages import fill_in_order, stages_of
 
 
-@dataclass(frozen=True)
 class Backward:
     """A product made ready for looking back from where tasks are satisfied.
 
     Attributes:
-        reverse: who leads to a node, and which automaton states lead to one.
+        nodes: of the graph.
+        sizes: (N,) int64, states of each automaton.
+        shift: the low bits of costs, that count actions and do not make mu grow.
         stages: the product for automata that never come back to a state, over a contracted graph; None for others.
     """
 
-    reverse: ReverseView
-    stages: Stages | None
+    def __init__(self, product: Product, forward: ProductView) -> None:
+        """Turn a product round."""
+        self.nodes, self.sizes, self.shift = len(forward.classes), product.sizes, forward.shift
+        self._product, self._forward = product, forward
+        self.stages = stages_of(product, forward)
 
-    @property
-    def sizes(self) -> np.ndarray:
-        """States of each automaton, (N,) int64."""
-        return self.reverse.sizes
-
-    @property
-    def nodes(self) -> int:
-        """Nodes of the graph."""
-        return len(self.reverse.classes)
-
-    @property
-    def shift(self) -> int:
-        """The low bits of costs, that count actions and do not make mu grow."""
-        return self.reverse.shift
-
-
-def backward(product: Product, forward: ProductView) -> Backward:
-    """Return a product turned round."""
-    reverse = reverse_view(product, forward)
-    order = order_of_states(product.delta, product.sizes)
-    if not forward.macro or product.relaxed or not len(order):
-        return Backward(reverse, None)
-    stages = Stages(reverse.near, reverse.classes, reverse.active, product.delta, order, reverse.ends, reverse.sizes)
-    return Backward(reverse, stages)
+    @cached_property
+    def reverse(self) -> ReverseView:
+        """Who leads to a node, and which automaton states lead to one."""
+        return reverse_view(self._product, self._forward)
 
 
 def cost_to_go(

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heap import heap_pop, heap_push
-from prefplan.kernels import FAR, Integer, ProductView, bare_kernel, kernel
+from prefplan.kernels import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
 from prefplan.product import Product
 
 
@@ -64,8 +64,6 @@ def reverse_view(product: Product, forward: ProductView) -> ReverseView:
             for c in range(labels):
                 states += into[q][c]
                 first[i, q, c + 1] = len(states)
-    bits = np.bitwise_or.reduce(forward.active, axis=1)
-    nodes_active = (bits[:, None] >> np.arange(min(nodes, 64), dtype=np.uint64)[None, :]) & np.uint64(1) > 0
     return ReverseView(
         np.searchsorted(forward.targets[order], np.arange(nodes + 1)).astype(np.int64),
         source[order],
@@ -77,7 +75,7 @@ def reverse_view(product: Product, forward: ProductView) -> ReverseView:
         product.sizes,
         forward.shift,
         forward.near,
-        nodes_active if forward.macro else np.zeros((0, 0), dtype=bool),
+        active_nodes(forward),
     )
 
 

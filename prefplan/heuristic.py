@@ -33,14 +33,14 @@ ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
 """Entries of all tables together that building may cost, unless one task at a time needs more; those filled stage by
 stage cost a tenth each."""
 
-THREADS_FROM = 20_000
+THREADS_FROM, STAGED_THREADS_FROM = 100_000, 800_000
 """Entries from which threads pay; the kernels run without the interpreter's lock."""
 
 
-def in_parallel(function: Callable[[T], R], items: Sequence[T], *, entries: float) -> list[R]:
-    """Return a function's results for some items, in their order; in threads, where as many entries make that pay."""
-    threads = 1 if entries < THREADS_FROM else os.cpu_count() or 1
-    if threads == 1:
+def in_parallel(function: Callable[[T], R], items: Sequence[T], *, entries: float, staged: bool) -> list[R]:
+    """Return what tabulates some items, in their order; in threads, where as many entries make that pay."""
+    threads = os.cpu_count() or 1
+    if threads == 1 or entries < (STAGED_THREADS_FROM if staged else THREADS_FROM):
         return [function(item) for item in items]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(function, items))
@@ -135,7 +135,7 @@ def patterns(
     def fill(p: int) -> None:
         table[:, base[p] : ends[p]] = tabulate(sets[p])
 
-    in_parallel(fill, range(len(sets)), entries=table.size)
+    in_parallel(fill, range(len(sets)), entries=table.size, staged=backward.stages is not None and not budgets)
     return Patterns(np.stack(sets), strides[:, :-1].copy(), base, table, levels)
 
 

@@ -73,6 +73,15 @@ class ProductView(NamedTuple):
     macro: bool
 
 
+def active_nodes(view: ProductView) -> np.ndarray:
+    """Return (N, S) whether a node's label can change an automaton; empty unless macro-moves are used."""
+    if not view.macro:
+        return np.zeros((0, 0), dtype=bool)
+    bits = np.bitwise_or.reduce(view.active, axis=1)
+    nodes = np.arange(len(view.classes), dtype=np.uint64)
+    return (bits[:, None] >> nodes[None, :]) & np.uint64(1) > 0
+
+
 class Successors(NamedTuple):
     """Room for the successors of one state, and for working them out.
 

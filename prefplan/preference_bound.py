@@ -91,7 +91,7 @@ def blocks(backward: Backward, measure: Measure, unit: int, dtype: type, known: 
         return growth_to_go(backward, tasks, dtype, np.array(rates, dtype=np.int64))
 
     entries = len(jobs) * backward.nodes * float(np.mean(backward.sizes)) ** max(map(len, split))
-    tables = in_parallel(tabulate, list(jobs), entries=entries)
+    tables = in_parallel(tabulate, list(jobs), entries=entries, staged=backward.stages is not None)
     width = max(map(len, split))
     tasks = np.full((len(split), width), -1, dtype=np.int64)
     strides = np.zeros((len(split), width), dtype=np.int64)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.cost_to_go import backward
+from prefplan.cost_to_go import Backward
 from prefplan.graph import contract, view, whole_graph
 from prefplan.heuristic import count_entries, no_patterns, pattern_size, patterns
 from prefplan.kernels import INFINITE
@@ -86,7 +86,7 @@ class Prepared:
         contraction = options.contraction and product.problem.measure.contract != "general"
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.view = view(product, self.graph)
-        self._backward = backward(product, self.view)
+        self._backward = Backward(product, self.view)
         measure = product.problem.measure
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
         size = options.heuristic

@@ -42,7 +42,7 @@ SLICE = 100_000
 BUCKETS = 2**22
 """Estimates that spread further than this are kept in a heap."""
 
-LONG = 30_000
+LONG = 60_000
 """Expansions after which bounds under budgets of growth are worth their tables."""
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**12, 2**13

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.kernels import FAR, Integer, bare_kernel, kernel
+from prefplan.kernels import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product import Product
 
 
 class Stages(NamedTuple):
@@ -35,6 +36,16 @@ class Stages(NamedTuple):
     order: np.ndarray
     ends: np.ndarray
     sizes: np.ndarray
+
+
+def stages_of(product: Product, forward: ProductView) -> Stages | None:
+    """Return a product as seen stage by stage, or None if an automaton can come back or the graph is not contracted."""
+    order = order_of_states(product.delta, product.sizes)
+    if not forward.macro or product.relaxed or not len(order):
+        return None
+    ends = np.stack([product.accepting, product.skipped], axis=1)
+    active = active_nodes(forward)
+    return Stages(forward.near, forward.classes, active, product.delta, order, ends, product.sizes)
 
 
 def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:

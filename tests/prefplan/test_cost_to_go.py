@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from judge.random_problems import random_problem
 
-from prefplan.cost_to_go import Backward, backward, cost_to_go, growth_to_go
+from prefplan.cost_to_go import Backward, cost_to_go, growth_to_go
 from prefplan.graph import Graph, contract, view
 from prefplan.kernels import INFINITE
 from prefplan.product import Product
@@ -22,7 +22,7 @@ def random_product(seed: int) -> tuple[Product, Graph, Backward]:
     some = Product(from_dict(random_problem(seed).scenario()).problem())
     graph = contract(some)
     assert graph is not None
-    return some, graph, backward(some, view(some, graph))
+    return some, graph, Backward(some, view(some, graph))
 
 
 def shortest(some: Product, graph: Graph, tasks: tuple[int, ...], factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
