@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristic import Patterns, cost_bound, look_further
+from prefplan.heuristic import Patterns, look_further, look_under_budget
 from prefplan.kernels import Integer, ProductView, Successors, bare_kernel, decode, masks, successors
 from prefplan.label_store import (
     COST_BOUND,
@@ -42,6 +42,7 @@ from prefplan.label_store import (
     ROWS,
     SATISFIED,
     TAKEN,
+    TIGHT,
     Queue,
     States,
     first_slot,
@@ -132,11 +133,12 @@ def run(
     everything = (1 << growth.violation.shape[0]) - 1
     parent, k, count = counters[PARENT], counters[NEXT], counters[COUNT]
     cost = mu = satisfied = np.int64(0)
-    likely = np.int64(0)
+    likely = tight = np.int64(0)
     if parent != NONE:
         cost, mu = np.int64(label_cost[parent]), np.int64(label_mu[parent])
         satisfied = np.int64(facts[label_row[parent], SATISFIED])
         likely = np.int64(facts[label_row[parent], LIKELY])
+        tight = np.int64(facts[label_row[parent], TIGHT])
     while True:
         while k < count:
             # The open list is last in, first out: entering the model's first action last prefers it among equals.
@@ -172,6 +174,7 @@ def run(
                 facts[row, HEAD] = NONE
                 facts[row, COST_BOUND] = facts[row, LOOKED] = 0
                 facts[row, LIKELY] = likely
+                facts[row, TIGHT] = tight
                 far = min(bounds[1] - after, infinite - 1)
                 if look_further(patterns, node, room.choice, facts[row], min(far, counters[FLOOR] - after)) > far:
                     k += 1
@@ -232,9 +235,10 @@ def run(
         if level > 0 or facts[row, LOOKED] < patterns.base.shape[0]:
             node = decode(view, codes[row], room.choice)
             rest = counters[FLOOR] - label_cost[label]
-            estimate = label_cost[label] + look_further(patterns, node, room.choice, facts[row], rest)
-            if level > 0 and estimate <= counters[FLOOR]:
-                estimate = label_cost[label] + cost_bound(budgeted, node, room.choice, level, rest)
+            if level == 0:
+                estimate = label_cost[label] + look_further(patterns, node, room.choice, facts[row], rest)
+            elif estimate <= counters[FLOOR]:
+                estimate = label_cost[label] + look_under_budget(budgeted, node, room.choice, facts[row], level, rest)
         if estimate > counters[FLOOR]:
             if estimate >= infinite or estimate > bounds[1]:
                 _discard(labels, facts, counters, label)
@@ -251,6 +255,7 @@ def run(
         cost = np.int64(label_cost[label])
         satisfied = np.int64(facts[row, SATISFIED])
         likely = np.int64(facts[row, LIKELY])
+        tight = np.int64(facts[row, TIGHT])
         count = successors(view, codes[row], room)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from prefplan.cost_to_go import Backward, cost_to_go
 from prefplan.kernels import FAR, Integer, bare_kernel
-from prefplan.label_store import COST_BOUND, LIKELY, LOOKED
+from prefplan.label_store import COST_BOUND, LIKELY, LOOKED, TIGHT
 from prefplan.measure import Measure
 
 T = TypeVar("T")
@@ -85,7 +85,7 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
     """
     tasks = len(backward.sizes)
     if backward.stages:
-        wanted, most = (3 if tasks < 8 else 4) if single else (4 if tasks < 8 else 5), STAGED_ENTRIES
+        wanted, most = (3 if single else 4), STAGED_ENTRIES
     else:
         wanted, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
     for k in range(min(wanted, tasks), 1, -1):
@@ -146,13 +146,11 @@ def _rate(measure: Measure, members: list[int], satisfied: int) -> int:
 
 
 @bare_kernel
-def cost_bound(some: Patterns, node: Integer, automata: np.ndarray, level: Integer, limit: Integer = FAR) -> Integer:
-    """Return h(p) for one of the budgets: the largest of all sets' entries, or the first that exceeds a limit."""
+def cost_bound(some: Patterns, node: Integer, automata: np.ndarray) -> Integer:
+    """Return h(p): the largest of all sets' entries."""
     bound = np.int64(0)
     for p in range(some.base.shape[0]):
-        bound = max(bound, _entry(some, node, automata, level, p))
-        if bound > limit:
-            break
+        bound = max(bound, _entry(some, node, automata, 0, p))
     return bound
 
 
@@ -173,6 +171,28 @@ def look_further(some: Patterns, node: Integer, automata: np.ndarray, facts: np.
             bound, likely = entry, p
         p += 1
     facts[COST_BOUND], facts[LOOKED], facts[LIKELY] = bound, p, likely
+    return bound
+
+
+@bare_kernel
+def look_under_budget(
+    some: Patterns, node: Integer, automata: np.ndarray, facts: np.ndarray, level: Integer, limit: Integer
+) -> Integer:
+    """Return h(p) for one of the budgets: the largest of all sets' entries, or the first that exceeds a limit.
+
+    The set that was the last to give the bound, `TIGHT` in the facts of p, is looked at first.
+    """
+    tight = np.int64(facts[TIGHT])
+    bound = np.int64(0)
+    if tight < some.base.shape[0]:
+        bound = _entry(some, node, automata, level, tight)
+    p = 0
+    while p < some.base.shape[0] and bound <= limit:
+        entry = _entry(some, node, automata, level, p)
+        if entry > bound:
+            bound, tight = entry, np.int64(p)
+        p += 1
+    facts[TIGHT] = tight
     return bound
 
 

@@ -20,9 +20,9 @@ COUNTERS = 12
 
 # Places in the facts of a product state: satisfied tasks as bits (the sign bit is set where no others remain), bounds
 # of the cost-to-go and of mu's growth, the first of its labels; how many of the heuristic's sets were looked at for the
-# former bound, and the set that it comes from.
-SATISFIED, COST_BOUND, GROWTH_BOUND, HEAD, LOOKED, LIKELY = range(6)
-FACTS = 6
+# former bound, the set that it comes from, and the set that gave the largest bound under a budget.
+SATISFIED, COST_BOUND, GROWTH_BOUND, HEAD, LOOKED, LIKELY, TIGHT = range(7)
+FACTS = 7
 
 TAKEN = -2
 """In place of a link: the label is not in the open list."""

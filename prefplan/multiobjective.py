@@ -156,7 +156,7 @@ def run_vector(
                 node = decode(view, code, room.choice)
                 now, done = masks(view, room.choice)
                 facts[row, SATISFIED] = now | (-(2**31) if done == everything else 0)
-                facts[row, COST_BOUND] = cost_bound(patterns, node, room.choice, 0)
+                facts[row, COST_BOUND] = cost_bound(patterns, node, room.choice)
                 facts[row, HEAD] = NONE
             if facts[row, COST_BOUND] >= infinite or after + facts[row, COST_BOUND] > bounds[1]:
                 k += 1

@@ -20,9 +20,6 @@ from prefplan.quanta import Number, exact, to_number
 from prefplan.search import BiObjectiveSearch, Found, Search
 from prefplan.vector_search import VectorSearch
 
-LONG = 50_000
-"""Expansions after which looking for a cheapest plan starts again with larger pattern databases."""
-
 MEMORY_SHARE = 0.8
 """Part of the free memory that a search may take unless told otherwise."""
 
@@ -265,15 +262,13 @@ class Planner:
         """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
         while True:
             alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
-            limits.expansions = LONG
+            limits.expansions = prepared.patience
             cheapest = next(alone.goals(limits), None)
             limits.expansions = math.inf
             if limits.ended != "expansions":
                 break
             limits.ended = None
-            if not prepared.deepen():
-                cheapest = next(alone.goals(limits), None)
-                break
+            prepared.deepen()
         if cheapest is None:
             return alone
         return BiObjectiveSearch(prepared, max_mu=cheapest.mu, max_cost=cheapest.cost)

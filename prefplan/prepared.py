@@ -23,7 +23,11 @@ DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
 """Entries of all tables that a search of unusual length may call for; those filled stage by stage cost a tenth each."""
 
 BUDGETED = 3
-"""Tasks in a set of the tables under budgets, one more from 10 tasks on."""
+"""Tasks in a set of the tables under budgets, one more from 9 tasks on."""
+
+UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
+"""Time to fill an entry without stages, and to expand a label, in all and for each set; measured in that to fill one
+with stages, about 20 ns."""
 
 DEEPEST = 5
 """Tasks in a set, where such a search calls for more."""
@@ -118,15 +122,21 @@ class Prepared:
             self.dtype = np.int64
             return build(self.dtype)
 
-    def deepen(self) -> bool:
-        """Build tables for sets of one more task; return False if they are the largest that are worth it."""
-        most = DEEP_STAGED_ENTRIES if self._backward.stages else DEEP_ENTRIES
-        fits = self._size < DEEPEST and count_entries(self._backward, self._size + 1) <= min(most, self._max_entries)
-        if self.options.heuristic is not None or self._size >= self.product.problem.measure.tasks or not fits:
-            return False
+    @property
+    def patience(self) -> float:
+        """Expansions that take as long as tables for sets of one more task; infinite if there can be none."""
+        size, staged = self._size + 1, self._backward.stages is not None
+        entries = count_entries(self._backward, size)
+        most = min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries)
+        fixed = self.options.heuristic is not None
+        if fixed or size > min(DEEPEST, self.product.problem.measure.tasks) or entries > most:
+            return math.inf
+        return entries * (1 if staged else UNSTAGED) / (EXPANSION + EXPANSION_EACH * len(self.patterns.base))
+
+    def deepen(self) -> None:
+        """Build tables for sets of one more task."""
         self._size += 1
         self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
-        return True
 
     def bound_growth(self, mu: int) -> None:
         """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in quanta."""
@@ -134,7 +144,7 @@ class Prepared:
         growing = self.options.preference_bound and measure.rates and self._size > 1
         if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
             budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
-            unit, size = self.product.unit, min(self._size, BUDGETED if measure.tasks < 10 else BUDGETED + 1)
+            unit, size = self.product.unit, min(self._size, BUDGETED if measure.tasks < 9 else BUDGETED + 1)
             most = min(DEEP_ENTRIES, self._max_entries)
             while size > 2 and count_entries(self._backward, size) * len(budgets) > most:
                 size -= 1

@@ -42,7 +42,7 @@ SLICE = 100_000
 BUCKETS = 2**22
 """Estimates that spread further than this are kept in a heap."""
 
-LONG = 60_000
+LONG = 40_000
 """Expansions after which bounds under budgets of growth are worth their tables."""
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**12, 2**13
@@ -99,8 +99,8 @@ class Search(ABC):
         """Return room for labels."""
 
     @abstractmethod
-    def _run(self) -> int:
-        """Run the kernel for a slice and return why it ended."""
+    def _run(self, pops: int) -> int:
+        """Run the kernel until so many labels are popped or something happens, and return what."""
 
     @abstractmethod
     def _mu(self, label: int) -> float:
@@ -168,7 +168,8 @@ class Search(ABC):
         pending: Found | None = None
         yielded = -1
         while True:
-            end = self._run()
+            left = limits.expansions - int(self.counters[EXPANDED])
+            end = self._run(int(max(1, min(SLICE, left + 1))))
             limits.floor = int(self.counters[FLOOR]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.floor > pending.cost):
                 # A search that starts again with wider labels finds its first goals once more.
@@ -311,7 +312,7 @@ class BiObjectiveSearch(Search):
         kinds = (np.int32, self.dtype, self.dtype, np.int32, np.int32)
         return biobjective.Labels(*(np.empty(count, kind) for kind in kinds))
 
-    def _run(self) -> int:
+    def _run(self, pops: int) -> int:
         p = self.prepared
         end = biobjective.run(
             p.view,
@@ -327,7 +328,7 @@ class BiObjectiveSearch(Search):
             self.room,
             self.infinite,
             self._cost_only,
-            SLICE,
+            pops,
         )
         return int(end)
 

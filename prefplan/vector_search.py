@@ -13,7 +13,7 @@ from prefplan.extraction import Waypoint
 from prefplan.prepared import Prepared
 from prefplan.product import Start
 from prefplan.programs import callback, compile_programs, no_callback
-from prefplan.search import SLICE, Search
+from prefplan.search import Search
 
 
 class VectorSearch(Search):
@@ -72,7 +72,7 @@ class VectorSearch(Search):
             np.empty(count),
         )
 
-    def _run(self) -> int:
+    def _run(self, pops: int) -> int:
         end = multiobjective.run_vector(
             self.prepared.view,
             self.growth,
@@ -89,7 +89,7 @@ class VectorSearch(Search):
             self.room,
             self._scratch,
             self.infinite,
-            SLICE,
+            pops,
         )
         return int(end)
 
