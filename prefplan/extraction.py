@@ -117,9 +117,8 @@ def cheapest_way(
 
 def _resting_classes(product: Product, automata: tuple[int, ...]) -> np.ndarray:
     """Return the (C,) bool label classes on whose free reading all automata rest."""
-    rests = np.ones(product.delta.shape[2], dtype=bool)
-    for i, q in enumerate(automata):
-        rests &= product.delta[i, q] == q
+    states = np.array(automata)
+    rests: np.ndarray = (product.delta[np.arange(len(states)), states] == states[:, None]).all(axis=0)
     return rests
 
 

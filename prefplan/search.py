@@ -45,7 +45,7 @@ BUCKETS = 2**22
 LONG = 40_000
 """Expansions after which bounds under budgets of growth are worth their tables."""
 
-ROWS_AT_FIRST, LABELS_AT_FIRST = 2**12, 2**13
+ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
 
 @dataclass(frozen=True)
@@ -205,14 +205,17 @@ class Search(ABC):
     def _found(self, label: int) -> Found:
         graph, view = self.prepared.graph, self.prepared.view
         cost, mu = int(self.labels.cost[label]) >> self.product.shift, self._mu(label)
-        path: list[Waypoint] = []
-        first = label
+        labels = []
         while label != NONE:
-            code = int(self.states.code[self.labels.row[label]])
-            automata = tuple(code // int(d) % int(q) for d, q in zip(view.strides, self.product.sizes, strict=True))
-            path.append(Waypoint(code % graph.size, automata, int(self.labels.cost[label])))
-            first, label = label, int(self.labels.parent[label])
-        return Found(cost, mu, tuple(reversed(path)), self._start_of(first, path[-1]))
+            labels.append(label)
+            label = int(self.labels.parent[label])
+        labels.reverse()
+        codes = self.states.code[self.labels.row[labels]]
+        automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
+        costs = self.labels.cost[labels].tolist()
+        nodes = (codes % graph.size).tolist()
+        path = tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
+        return Found(cost, mu, path, self._start_of(labels[0], path[0]))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
         """Return how a label without parent begins: of those ways that lead to its state the one of its mu."""
