@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 import multiprocessing
 import resource
-import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from types import FrameType
 
 from experiments.benchmark_facts import KNOWN
 from experiments.benchmark_instances import RANDOM, instance, known, points
 from prefplan import Options, Planner, Problem
+from prefplan.front import UnfinishedError
 from prefplan.limits import Limits
 from prefplan.prepared import Prepared
 from prefplan.product import Product
@@ -69,7 +67,7 @@ class Outcome:
     """What a run took.
 
     Attributes:
-        seconds: automata, product, heuristics and search; a lower bound if the run was ended.
+        seconds: product, heuristics and search; a lower bound if the run was ended.
         expanded: labels expanded, as far as that was told before the run was ended.
         peak_bytes: peak memory of the process, beyond that before the run.
         baseline_bytes: memory of the process before the run, with everything loaded and compiled.
@@ -166,28 +164,11 @@ def _single(method: str, problem: Problem, max_seconds: float) -> Planned:
 
 
 def _cheapest(problem: Problem, max_seconds: float) -> Planned:
-    """Plan the cheapest plan with our search, which knows no time limit of its own for that."""
-    began = time.perf_counter()
+    """Plan the cheapest plan with our search."""
     planner = Planner(problem)
+    found, ended = None, None
     try:
-        with _alarm(max_seconds):
-            cost = planner.cheapest().cost
-    except TimeoutError:
-        return time.perf_counter() - began, planner.stats.expanded, None, "time"
-    return planner.stats.build_seconds + planner.stats.seconds, planner.stats.expanded, ((float(cost),),), None
-
-
-@contextmanager
-def _alarm(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError if what is inside takes longer than this."""
-
-    def ring(signal_number: int, frame: FrameType | None) -> None:
-        raise TimeoutError
-
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds if seconds < math.inf else 0)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        found = ((float(planner.cheapest(max_seconds=max_seconds, max_memory=MAX_BYTES).cost),),)
+    except UnfinishedError as error:
+        ended = error.ended
+    return planner.stats.build_seconds + planner.stats.seconds, planner.stats.expanded, found, ended

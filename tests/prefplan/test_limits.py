@@ -79,11 +79,11 @@ def test_ctrl_c_leaves_a_beginning(
 ) -> None:
     run, calls = BiObjectiveSearch._run, []
 
-    def interrupted(self: BiObjectiveSearch) -> int:
+    def interrupted(self: BiObjectiveSearch, pops: int) -> int:
         calls.append(None)
         if len(calls) > slices:
             raise KeyboardInterrupt
-        return run(self)
+        return run(self, pops)
 
     monkeypatch.setattr(BiObjectiveSearch, "_run", interrupted)
     front = Planner(problem).front(keep_on_interrupt=True)
@@ -127,9 +127,9 @@ def test_a_cheapest_plan_that_may_not_be_the_best_of_its_cost_is_not_given(
     """The first search finds a cheapest plan, the second the one of least mu among those."""
     run, searches = BiObjectiveSearch._run, set[BiObjectiveSearch]()
 
-    def counted(self: BiObjectiveSearch) -> int:
+    def counted(self: BiObjectiveSearch, pops: int) -> int:
         searches.add(self)
-        return run(self)
+        return run(self, pops)
 
     monkeypatch.setattr(BiObjectiveSearch, "_run", counted)
     monkeypatch.setattr(Limits, "out_of_time", property(lambda self: len(searches) > searches_in_time))
