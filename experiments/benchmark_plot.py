@@ -40,7 +40,10 @@ def draw(report: Mapping[str, Any], path: Path) -> None:
             axes.set_xlabel("tasks")
         for axes in panels[:, 0]:
             axes.set_ylabel("seconds")
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        marks = {
+            label: line for axes in panels.flat for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(marks.values(), marks.keys(), loc="outside lower center", ncols=3)
 
 
 def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
@@ -59,6 +62,7 @@ def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
             "^",
             color=colour,
             markersize=10,
+            label="at least: some were stopped" if cut else None,
         )
     for method, name in PUBLISHED_NAMES.items():
         times = PUBLISHED[kind, method]

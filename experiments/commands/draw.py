@@ -47,7 +47,10 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     from prefplan.models.grid import GridModel
 
     if not isinstance(scenario.model, GridModel):
-        raise ScenarioError(f"{scenario.path}: model.kind: only the plans of a grid model can be drawn on a map")
+        raise ScenarioError(
+            f"{scenario.path}: model.kind: only the plans of a grid model can be drawn on a map; "
+            "`prefplan report` shows those of any model"
+        )
     tell_if_compiling()
     front = Planner(scenario.problem()).front(max_cost=options.max_cost)
     if front.reason:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,8 @@ from experiments import scenarios
 from experiments.output import condense, number
 from experiments.paper.findings import Finding, Study, fact
 from experiments.pictures.figures import drawing
-from prefplan import Front, Plan, pareto_front
+from prefplan import Front, Plan, Scenario, pareto_front
+from prefplan.models.manipulation import ManipulationModel
 
 if TYPE_CHECKING:
     from experiments.outcome import Outcome
@@ -40,7 +42,7 @@ def case_study_3(out: Path, *, simulate: bool) -> Study:
     scenario = scenarios.find("case_study_3")
     problem = scenario.problem()
     front = pareto_front(problem)
-    findings = planned(front, problem.system.size)
+    findings = planned(front, problem.system.size, _states_with_fixed_base(scenario))
     texts = [
         f"{name}: cost {number(front[place].cost)}, mu {number(front[place].preference)}: "
         f"{condense(front[place].actions)}"
@@ -67,8 +69,14 @@ def case_study_3(out: Path, *, simulate: bool) -> Study:
     return Study(TITLE, ABOUT, tuple(findings), ((figure, shows),), tuple(texts))
 
 
-def planned(front: Front, states: int) -> list[Finding]:
-    """Return what the paper says of both plans beside what a front has."""
+def planned(front: Front, states: int, fixed_base: int) -> list[Finding]:
+    """Return what the paper says of both plans and of the model beside what was found.
+
+    Args:
+        front: of the scenario.
+        states: of its model.
+        fixed_base: the same, were the green block fixed.
+    """
     cheapest, preferred = front[0], front[-1]
     first = next(action for action in preferred.actions if action.startswith("grasp"))
     return [
@@ -90,9 +98,18 @@ def planned(front: Front, states: int) -> list[Finding]:
             "over 6 000",
             str(states),
             states > STATES,
-            remark="the paper does not say which states its model leaves out; in ours all blocks may move",
+            remark=f"in ours all blocks may move; with the green one fixed, as the paper's text assumes, it has "
+            f"{fixed_base}, so the paper's figure must be of another model, which it does not tell",
         ),
     ]
+
+
+def _states_with_fixed_base(scenario: Scenario) -> int:
+    """Return how many states the model has if the green block stays where it is."""
+    model = scenario.model
+    assert isinstance(model, ManipulationModel)
+    objects = tuple(replace(thing, fixed=True) if thing.name == "green" else thing for thing in model.objects)
+    return replace(model, objects=objects).transition_system().size
 
 
 def _in_order(plan: Plan) -> str:

@@ -21,6 +21,9 @@ SIZE = (6.4, 4.4)
 ROOM = 0.09
 """Left about the points, as a share of their spread."""
 
+ROOM_FOR_TEXT = 0.17
+"""The same before the first one, where what it is stands beside each."""
+
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
     """Write a figure of a front with a point at least.
@@ -33,6 +36,8 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         draw_front(axes, scenario, front)
         count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
         axes.set_title(f"{scenario.name}: {count}")
+        # Within the axes it would lie on the border of some front, and its mark of a plan look like one.
+        figure.legend(loc="outside lower center", ncols=4)
 
 
 def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = False) -> None:
@@ -40,7 +45,7 @@ def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = Fa
     costs, mu = (
         np.array(values, dtype=float) for values in zip(*((plan.cost, plan.preference) for plan in front), strict=True)
     )
-    left, right = _limits(costs)
+    left, right = _limits(costs, before=ROOM if brief else ROOM_FOR_TEXT)
     low, high = _limits(mu)
     axes.set_xlim(left, right)
     axes.set_ylim(low, high)
@@ -62,13 +67,12 @@ def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = Fa
         texts = [str(i) for i in range(len(front))]
     else:
         axes.set_ylabel("preference μ (lower is better)")
-        axes.legend(loc="upper right")
     _label(axes, texts, costs, mu)
 
 
-def _limits(values: np.ndarray) -> tuple[float, float]:
+def _limits(values: np.ndarray, *, before: float = ROOM) -> tuple[float, float]:
     spread = float(np.ptp(values)) or abs(float(values[0])) or 1.0
-    return float(values.min()) - ROOM * spread, float(values.max()) + 2.4 * ROOM * spread
+    return float(values.min()) - before * spread, float(values.max()) + 2.4 * ROOM * spread
 
 
 def _unit(scenario: Scenario) -> str:
@@ -79,18 +83,22 @@ def _unit(scenario: Scenario) -> str:
 
 
 def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
-    """Write beside each point what it is, the ends first; where that would lie on another text there is none."""
+    """Write beside each point what it is, the ends first.
+
+    Where that would lie on another text or outside of the axes there is none.
+    """
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.draw_without_rendering()
     taken: list[Bbox] = []
+    inside = axes.get_window_extent()
     for i in sorted(range(len(x)), key=lambda i: (0 < i < len(x) - 1, i)):
         for offset, side, end in (((6, 5), "left", "bottom"), ((-6, -5), "right", "top")):
             text = axes.annotate(
                 texts[i], (x[i], y[i]), offset, textcoords="offset points", ha=side, va=end, fontsize=8.5, zorder=5
             )
             room = text.get_window_extent()
-            if not any(room.overlaps(other) for other in taken):
+            if room.x0 > inside.x0 and not any(room.overlaps(other) for other in taken):
                 taken.append(room)
                 break
             text.remove()

@@ -1,4 +1,4 @@
-"""Every plan of a front as a panel of one figure: its path on a map, or its actions along the cost spent."""
+"""Every plan of a front on a grid as a panel of one figure: its path on the map."""
 
 from __future__ import annotations
 

@@ -141,13 +141,21 @@ def _gains(scenario: Scenario, plan: Told, other: Told, name: Mapping[str, str])
             missed = before[wish.task, i].missed
             if missed is None or wish.missed is None or wish.missed >= missed:
                 continue
-            now = f"misses that by {number(wish.missed)}" if wish.missed else "is so"
-            gains.append(f"{name[wish.task]}, wished {wish.words}, {now} instead of missing it by {number(missed)}")
+            gains.append(f"{name[wish.task]}, wished {wish.words}, {_nearer(scenario, wish.missed, missed)}")
     if not gains:
         for task, cost in plan.plan.task_costs.items():
             if _minus(other.plan.task_costs[task], cost) > 0:
                 gains.append(f"{name[task]} is done at {number(cost)}, not {number(other.plan.task_costs[task])}")
     return gains, losses
+
+
+def _nearer(scenario: Scenario, missed: Number, before: Number) -> str:
+    """Return by how much less a wish is missed; in an order that may be so because the tasks before are done later."""
+    if isinstance(scenario.preference, Order):
+        turn = f"{number(missed)} after its turn" if missed else "in its turn"
+        return f"is done {turn} instead of {number(before)} after it"
+    now = f"misses that by {number(missed)}" if missed else "is so"
+    return f"{now} instead of missing it by {number(before)}"
 
 
 def _put_right(wished: Order, plan: Timeline, other: Timeline, name: Mapping[str, str]) -> list[str]:

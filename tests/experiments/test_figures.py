@@ -14,7 +14,7 @@ from PIL import Image
 
 from experiments import scenarios
 from experiments.cli import main
-from experiments.pictures.front import draw_front
+from experiments.pictures.front import draw, draw_front
 from experiments.pictures.plans import draw_map
 from prefplan import Front, Plan, Scenario, pareto_front
 
@@ -69,7 +69,7 @@ def test_json_stays_json_beside_a_picture(tmp_path: Path, capsys: pytest.Capture
     [
         (["front", "example", "--plot", "front.jpeg"], ".png, .svg, .pdf"),
         (["front", "example", "--plot", "nowhere/front.png"], "nowhere/front.png: cannot be written"),
-        (["draw", "plans", "case_study_3", "plans.png"], "model.kind"),
+        (["draw", "plans", "case_study_3", "plans.png"], "`prefplan report` shows those of any model"),
         (
             ["draw", "system", "case_study_1", "system.png"],
             "case_study_1.toml: model: the transition system has 400 states",
@@ -110,9 +110,19 @@ def test_a_front_of_one_point_is_no_trade_off(axes: Axes, example: Scenario) -> 
 
 def test_an_incomplete_front_shows_how_far_it_is_complete(axes: Axes, example: Scenario) -> None:
     draw_front(axes, example, Front((point(3, 9), point(5, 4)), ended="time", complete_below=4))
-    legend = axes.get_legend()
-    assert legend is not None
-    assert "complete up to here" in [text.get_text() for text in legend.get_texts()]
+    assert "complete up to here" in axes.get_legend_handles_labels()[1]
+
+
+def test_the_legend_lies_on_no_front(tmp_path: Path) -> None:
+    scenario, drawn = scenarios.find("case_study_3"), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, *args, **options: drawn.append(figure))
+        draw(scenario, pareto_front(scenario.problem()), tmp_path / "front.png")
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    (legend,), (axes,) = figure.legends, figure.axes
+    assert [text.get_text() for text in legend.get_texts()] == ["dominated", "ideal, out of reach", "plan"]
+    assert not legend.get_window_extent().overlaps(axes.get_tightbbox())
 
 
 def test_labels_of_points_never_overlap(axes: Axes, example: Scenario) -> None:
@@ -120,6 +130,7 @@ def test_labels_of_points_never_overlap(axes: Axes, example: Scenario) -> None:
     rooms = [text.get_window_extent() for text in axes.texts]
     assert 2 < len(rooms) < 60
     assert not any(a.overlaps(b) for i, a in enumerate(rooms) for b in rooms[:i])
+    assert min(room.x0 for room in rooms) > axes.get_window_extent().x0
 
 
 def test_a_map_shows_regions_by_name_and_tasks_where_they_are_satisfied(axes: Axes, example: Scenario) -> None:

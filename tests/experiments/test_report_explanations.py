@@ -44,8 +44,8 @@ def explained(name: str, i: int, j: int) -> Explanation:
             "case_study_1",
             1,
             0,
-            "2 more than the cheapest: from tacos it goes to p4, not to p3, so that phi2, wished second, misses that "
-            "by 25 instead of missing it by 26.",
+            "2 more than the cheapest: from tacos it goes to p4, not to p3, so that phi2, wished second, is done "
+            "25 after its turn instead of 26 after it.",
         ),
         (
             "case_study_1",

@@ -97,6 +97,11 @@ def test_each_case_study_on_a_grid_is_a_script_of_its_own(
 
 
 @pytest.mark.slow
+def test_case_study_3_tells_how_many_states_a_fixed_base_would_leave(tmp_path: Path) -> None:
+    (found,) = [one for one in case_study_3(tmp_path, simulate=False).findings if one.what == "states of the model"]
+    assert (found.ours, found.verdict) == ("10009", AGREES) and "it has 729," in found.remark
+
+
 def test_both_plans_of_case_study_3_are_carried_out(tmp_path: Path) -> None:
     study = case_study_3(tmp_path, simulate=True)
     assert verdicts(study) == [AGREES] * 5

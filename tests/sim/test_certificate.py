@@ -47,6 +47,11 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
     assert "% of the limit, joint" in certificate.check("joint speeds").words
 
 
+def test_nothing_finer_than_a_tenth_of_a_micrometre_is_kept(arch_log: Log) -> None:
+    for rows in (arch_log.qpos, arch_log.speeds, arch_log.torques, arch_log.pad_forces):
+        assert np.array_equal(rows, rows.round(7)) and not np.array_equal(rows, rows.round(6))
+
+
 def test_meshes_are_not_needed(arch_log: Log) -> None:
     certificate = certify(telling(arch_log, meshes=False))
     assert certificate.confirmed
