@@ -39,7 +39,7 @@ def main() -> int:
     front = pareto_front(scenario.problem())
     output.show_front(console, scenario, front)
     console.print()
-    show(console, Study(TITLE, ABOUT, tuple(planned(front, scenario.problem().system.size))))
+    show(console, Study(TITLE, ABOUT, tuple(planned(scenario, front))))
     scene = scene_of(scenario)
     make_folder(OUT)
     outcomes, recordings = [], {}

@@ -40,9 +40,8 @@ def case_study_3(out: Path, *, simulate: bool) -> Study:
         simulate: carry both plans out.
     """
     scenario = scenarios.find("case_study_3")
-    problem = scenario.problem()
-    front = pareto_front(problem)
-    findings = planned(front, problem.system.size, _states_with_fixed_base(scenario))
+    front = pareto_front(scenario.problem())
+    findings = planned(scenario, front)
     texts = [
         f"{name}: cost {number(front[place].cost)}, mu {number(front[place].preference)}: "
         f"{condense(front[place].actions)}"
@@ -69,14 +68,9 @@ def case_study_3(out: Path, *, simulate: bool) -> Study:
     return Study(TITLE, ABOUT, tuple(findings), ((figure, shows),), tuple(texts))
 
 
-def planned(front: Front, states: int, fixed_base: int) -> list[Finding]:
-    """Return what the paper says of both plans and of the model beside what was found.
-
-    Args:
-        front: of the scenario.
-        states: of its model.
-        fixed_base: the same, were the green block fixed.
-    """
+def planned(scenario: Scenario, front: Front) -> list[Finding]:
+    """Return what the paper says of the model and of both plans beside what a front has."""
+    states = scenario.problem().system.size
     cheapest, preferred = front[0], front[-1]
     first = next(action for action in preferred.actions if action.startswith("grasp"))
     return [
@@ -99,7 +93,7 @@ def planned(front: Front, states: int, fixed_base: int) -> list[Finding]:
             str(states),
             states > STATES,
             remark=f"in ours all blocks may move; with the green one fixed, as the paper's text assumes, it has "
-            f"{fixed_base}, so the paper's figure must be of another model, which it does not tell",
+            f"{_states_with_fixed_base(scenario)}, so the paper's figure must be that of a model it does not tell",
         ),
     ]
 
