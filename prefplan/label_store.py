@@ -15,8 +15,8 @@ from prefplan.kernels import Integer, bare_kernel
 NONE = -1
 
 # Places in the counters of a search.
-ROWS, LABELS, FREE, OPEN, FLOOR, FIRST, EXPANDED, GENERATED, FOUND, PARENT, NEXT, COUNT = range(12)
-COUNTERS = 12
+ROWS, LABELS, FREE, OPEN, FLOOR, EXPANDED, GENERATED, FOUND, PARENT, NEXT, COUNT = range(11)
+COUNTERS = 11
 
 # Places in the facts of a product state: satisfied tasks as bits (the sign bit is set where no others remain), bounds
 # of the cost-to-go and of mu's growth, the first of its labels; how many of the heuristic's sets were looked at for the
@@ -46,7 +46,7 @@ class Queue(NamedTuple):
     """The open list: labels by cost + bound, the last one in first out.
 
     Attributes:
-        heads: (B,) int32, first label of each bucket; bucket b holds the estimates first + b.
+        heads: (B,) int32, first label of each bucket; bucket b holds the estimate b.
         links: (L,) int32, the label after this one in its bucket.
         keys: (L',) int64 and items: (L',) int64: a binary heap instead, when estimates spread too far for buckets.
     """
@@ -81,11 +81,10 @@ def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) 
         counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
         queue.links[label] = NONE
         return True
-    bucket = estimate - counters[FIRST]
-    if bucket >= queue.heads.shape[0]:
+    if estimate >= queue.heads.shape[0]:
         return False
-    queue.links[label] = queue.heads[bucket]
-    queue.heads[bucket] = label
+    queue.links[label] = queue.heads[estimate]
+    queue.heads[estimate] = label
     counters[OPEN] += 1
     return True
 
@@ -99,12 +98,12 @@ def pop(queue: Queue, counters: np.ndarray) -> Integer:
         queue.links[label] = TAKEN
         counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
         return label
-    bucket = counters[FLOOR] - counters[FIRST]
-    while queue.heads[bucket] < 0:
-        bucket += 1
-    counters[FLOOR] = counters[FIRST] + bucket
-    label = np.int64(queue.heads[bucket])
-    queue.heads[bucket] = queue.links[label]
+    floor = counters[FLOOR]
+    while queue.heads[floor] < 0:
+        floor += 1
+    counters[FLOOR] = floor
+    label = np.int64(queue.heads[floor])
+    queue.heads[floor] = queue.links[label]
     queue.links[label] = TAKEN
     counters[OPEN] -= 1
     return label

@@ -24,7 +24,7 @@ class Stages(NamedTuple):
         classes: (S,) int32.
         active: (N, S) bool, whether a node's label can change an automaton.
         delta: (N, Q, C) int32, state after reading a class.
-        order: (N, Q) int64, states of each automaton, each after all that it leads to; empty if there is none.
+        order: (N, Q) int64, states of each automaton, each after all that it leads to.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
         sizes: (N,) int64.
     """
