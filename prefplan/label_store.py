@@ -33,7 +33,7 @@ class States(NamedTuple):
 
     Attributes:
         code: (R,) int64.
-        facts: (R, F) of the labels' type, what is known of each; one row lies in one cache line.
+        facts: (R, F) of the labels' type, what is known of each, side by side.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 
