@@ -6,7 +6,11 @@ named tuples. Costs are in internal units (`Product.unit`), preference values in
 
 from __future__ import annotations
 
+import hashlib
+import os
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar, cast
 
 import numba
@@ -21,14 +25,35 @@ INFINITE: dict[type, int] = {np.int32: 2**30, np.int64: 2**60}
 
 
 def kernel(function: F) -> F:
-    """Compile a function at its first call and keep the machine code on disk."""
-    return cast(F, numba.njit(cache=True, nogil=True)(function))
+    """Compile a function that may make arrays."""
+    return _compiled(function)
 
 
 def bare_kernel(function: F) -> F:
     """Compile a function that makes no arrays, without counting references: on small steps that takes half the time."""
-    options: dict[str, Any] = {"cache": True, "nogil": True, "_nrt": False}
-    return cast(F, numba.njit(**options)(function))
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function: F, **options: Any) -> F:
+    dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
+    _forget_outdated(Path(dispatcher.stats.cache_path))
+    return cast(F, dispatcher)
+
+
+@cache
+def _forget_outdated(folder: Path) -> None:
+    """Remove machine code of other sources: numba knows a function by its own file, not by what it calls."""
+    digest = hashlib.sha256()
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    stamp = folder / "sources.sha256"
+    if not stamp.exists() or stamp.read_text() != digest.hexdigest():
+        folder.mkdir(parents=True, exist_ok=True)
+        for index in folder.glob("*.nbi"):
+            index.unlink(missing_ok=True)
+        temporary = folder / f"{stamp.name}.{os.getpid()}"
+        temporary.write_text(digest.hexdigest())
+        temporary.rename(stamp)
 
 
 FAR = 2**60
