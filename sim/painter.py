@@ -26,8 +26,9 @@ from sim.scene import Scene
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
-LAMP_RADIUS = 0.07
-"""Of the key light, where several of its points shed light, seen from what it lights: rad."""
+LAMP_RADIUS = 0.03
+"""Of the key light, where several of its points shed light, seen from what it lights: rad. Of a larger one the few
+points cast shadows that can be told apart."""
 
 GOLDEN = np.pi * (3 - np.sqrt(5))
 """Turned by this angle each, points on a spiral lie evenly on a disc: rad."""
