@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
+from typing import NoReturn
 
 from experiments.completion import complete, scenario_files
+from experiments.status import BAD_INPUT
 
 Command = Callable[[argparse.Namespace], int]
 """What carries a command out and returns its exit status."""
@@ -22,6 +24,14 @@ CAMERAS = ("fixed", "orbit", "wrist")
 
 Commands = argparse._SubParsersAction
 """Where a command adds itself: what `ArgumentParser.add_subparsers` returns."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that answers a wrong call with one sentence, like everything else that is wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with status 2."""
+        self.exit(BAD_INPUT, f"{self.prog}: {message.removeprefix('argument ')}; see `{self.prog} --help`\n")
 
 
 def add_command(

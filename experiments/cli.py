@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from experiments.arguments import Command
+from experiments.arguments import Command, Parser
 from experiments.commands import (
     automaton,
     check,
@@ -100,7 +100,7 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command line."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="prefplan",
         description="Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out.",
         epilog=EPILOG,

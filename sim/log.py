@@ -190,6 +190,9 @@ def read_log(path: str | Path) -> Log:
         LogError: there is no such file, or it is none, broken, or of another format; the message names the file.
     """
     try:
+        with open(path, "rb") as file:
+            if not zipfile.is_zipfile(file):
+                raise LogError(f"{path}: broken, or not a log of `prefplan run`")
         archive = np.load(path, allow_pickle=False)
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise LogError(f"{path}: not a log of `prefplan run`")

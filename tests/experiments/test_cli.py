@@ -52,7 +52,9 @@ def test_a_scenario_that_does_not_exist(run: Run, scenario: str, message: str) -
     ],
 )
 def test_a_wrong_call_is_told_on_stderr(run: Run, arguments: list[str], message: str) -> None:
-    assert_is_error(run(*arguments), message)
+    result = run(*arguments)
+    assert_is_error(result, message)
+    assert len(result.err.splitlines()) == 1 and "--help`" in result.err
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["front", "--help"], ["plan", "--help"]])

@@ -109,8 +109,9 @@ def test_flipped_bytes_never_pass_for_another_log(log: Log, path: Path) -> None:
 )
 def test_other_files_are_refused(path: Path, contents: bytes, words: str) -> None:
     path.write_bytes(contents)
-    with pytest.raises(LogError, match=words):
+    with pytest.raises(LogError, match=words) as told:
         read_log(path)
+    assert "pickle" not in str(told.value)
 
 
 def test_arrays_of_somebody_else_are_refused(path: Path) -> None:
