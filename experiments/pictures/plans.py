@@ -97,7 +97,9 @@ def draw_map(axes: Axes, model: GridModel, plan: Plan) -> None:
         axes.add_patch(Polygon(corners, closed=True, facecolor=PATH, linewidth=0, zorder=3))
     for name, boxes in model.regions.items():
         x, y = name_place(name, boxes, plan, letter=LETTER / PANEL * width)
-        axes.text(x - 0.35, y, name, fontsize=7.5, va="center", bbox=SHEET, zorder=4)
+        # In the corner of its cell: through the middle goes the path, which large cells leave room beside.
+        corner = (x - 0.5, y + 0.5)
+        axes.annotate(name, corner, (3, -2.5), textcoords="offset points", fontsize=7.5, va="top", bbox=SHEET, zorder=4)
     axes.add_patch(Circle(model.start, 1.2 * size, facecolor=START, edgecolor="white", linewidth=0.6, zorder=5))
     for step, tasks in goals(model, plan).items():
         x, y = path.states[step]
