@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import dropwhile, takewhile
 
 from prefplan.measure import Measure
 from prefplan.models.graph import GraphModel
@@ -48,9 +49,14 @@ def kind_of(model: Model) -> str:
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of the comment that opens a file, without the name of the file before it."""
+    """Return the first sentence of a file's introduction."""
+    return re.split(r"(?<=[.!?])\s", introduction(text), maxsplit=1)[0]
+
+
+def introduction(text: str) -> str:
+    """Return the first paragraph of the comment that opens a file, on one line, without the file's name before it."""
     opening = re.match(r"(?:[ \t]*#[^\n]*\n)*", text)
     assert opening is not None
-    comment = " ".join(line.strip().lstrip("#").strip() for line in opening[0].splitlines())
-    sentence = re.split(r"(?<=[.!?])\s", comment, maxsplit=1)[0]
-    return re.sub(r"^\S+\.toml: ", "", sentence)
+    lines = [line.strip().lstrip("#").strip() for line in opening[0].splitlines()]
+    paragraph = " ".join(takewhile(bool, dropwhile(lambda line: not line, lines)))
+    return re.sub(r"^\S+\.toml: ", "", paragraph)

@@ -14,6 +14,7 @@ import vl_convert
 
 from experiments.files import make_folder, write_bytes
 from experiments.output import ended_early, number
+from experiments.overview import introduction
 from experiments.pictures import automaton as automaton_picture
 from experiments.pictures import grid_map
 from experiments.report.data import page_data
@@ -114,16 +115,6 @@ def _maps(scenario: Scenario, front: Front) -> list[str]:
             part.attrib.pop("id", None)
         found.append(ElementTree.tostring(root, encoding="unicode"))
     return found
-
-
-def introduction(text: str) -> str:
-    """Return the comment that a scenario file begins with, as one line."""
-    lines = []
-    for line in text.splitlines():
-        if not line.startswith("#"):
-            break
-        lines.append(line.lstrip("# ").rstrip())
-    return " ".join(lines)
 
 
 def _shortfalls(front: Front) -> tuple[str, ...]:

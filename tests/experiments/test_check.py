@@ -9,7 +9,7 @@ import pytest
 from command_line import Run
 
 from experiments import checkup, scenarios
-from experiments.overview import first_sentence
+from experiments.overview import first_sentence, introduction
 from prefplan.planner import Planner
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
@@ -89,6 +89,11 @@ def test_the_list_has_one_line_each_on_a_narrow_terminal(run: Run, monkeypatch: 
 )
 def test_the_first_sentence_of_the_opening_comment(text: str, sentence: str) -> None:
     assert first_sentence(text) == sentence
+
+
+def test_commands_below_the_opening_paragraph_do_not_belong_to_it() -> None:
+    text = "#\n# town.toml: bread is far off.\n# Crackers would do.\n#\n#   prefplan front town.toml\n\n[model]\n"
+    assert introduction(text) == "bread is far off. Crackers would do."
 
 
 def test_a_scenario_is_summed_up(run: Run, island: Path) -> None:
