@@ -28,8 +28,8 @@ QUALITY = 82
 
 PICTURES = (
     # name, scenario, what is chosen, first element shown, page pixels below its top, simulated seconds
-    ("report_grid", "case_study_1", "#plan=4", "main", 1250, 14.0),
-    ("report_films", "case_study_3", "#plan=1&with=0", "#plan", 1330, 10.0),
+    ("report_grid", "case_study_1", "#plan=4", "main", 1420, 14.0),
+    ("report_films", "case_study_3", "#plan=1&with=0", "#plan", 1270, 10.0),
 )
 
 
