@@ -73,7 +73,7 @@ def test_cameras_see_different_pictures(scene: Scene, gl: None) -> None:
 def test_a_wide_lamp_sheds_softer_shadows_than_a_point(scene: Scene, gl: None, monkeypatch: pytest.MonkeyPatch) -> None:
     qpos = initial_state(scene).qpos
     pictures = []
-    for radius in (0.0, painter.LAMP_RADIUS):
+    for radius in (0.0, 2 * painter.LAMP_RADIUS):
         monkeypatch.setattr(painter, "LAMP_RADIUS", radius)
         pictures.append(render_frame(scene, qpos, size=(480, 270), quality=replace(DRAFT, samples=5)).astype(float))
     hard, soft = (sum(float((np.diff(shown, axis=axis) ** 2).sum()) for axis in (0, 1)) for shown in pictures)
