@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from experiments.pictures.guards import cover, product, targets
 from prefplan.automaton import Automaton
 
 
@@ -18,9 +17,11 @@ def show_table(console: Console, automaton: Automaton) -> None:
     table.add_column("when it reads")
     table.add_column("goes to", justify="right")
     for state in range(automaton.size):
-        for row, (guard, target) in enumerate(automaton.guards(state)):
-            name = Text("" if row else " ".join([str(state), *_roles(automaton, state)]))
-            table.add_row(name, Text(_guard(guard)), str(target))
+        name = " ".join([str(state), *_roles(automaton, state)])
+        for target in targets(automaton, state):
+            for term in cover(automaton, state, target):
+                table.add_row(Text(name), Text(product(term)), str(target))
+                name = ""
         table.add_section()
     console.print(table)
 
@@ -72,16 +73,10 @@ def dot(automaton: Automaton) -> str:
             lines.append(f"  {state} [style=dashed]")
         else:
             lines.append(f"  {state}")
-        edges: dict[int, list[str]] = {}
-        for guard, target in automaton.guards(state):
-            edges.setdefault(target, []).append(_guard(guard))
-        for target, guards in edges.items():
-            lines.append(f'  {state} -> {target} [label="{" | ".join(guards)}"]')
+        for target in targets(automaton, state):
+            label = " | ".join(map(product, cover(automaton, state, target)))
+            lines.append(f'  {state} -> {target} [label="{label}"]')
     return "\n".join([*lines, "}", ""])
-
-
-def _guard(guard: Mapping[str, bool]) -> str:
-    return " & ".join(name if holds else f"!{name}" for name, holds in guard.items()) or "true"
 
 
 def _roles(automaton: Automaton, state: int) -> list[str]:

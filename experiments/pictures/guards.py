@@ -25,9 +25,7 @@ def labels(automaton: Automaton, state: int) -> dict[int, str]:
 
     The automaton is complete, so one successor may be told by what is left: the one with the longest label.
     """
-    found = {
-        target: " | ".join(map(_product, cover(automaton, state, target))) for target in _targets(automaton, state)
-    }
+    found = {target: " | ".join(map(product, cover(automaton, state, target))) for target in targets(automaton, state)}
     longest = max(found, key=lambda target: len(found[target]))
     if len(found) > 1 and len(found[longest]) > LONG:
         found[longest] = ELSE
@@ -41,7 +39,8 @@ def cover(automaton: Automaton, state: int, target: int) -> list[Cube]:
     return _cover(family, when, when)[0]
 
 
-def _targets(automaton: Automaton, state: int) -> list[int]:
+def targets(automaton: Automaton, state: int) -> list[int]:
+    """Return a state's successors, in their order of first appearance."""
     return leaves(automaton.transitions[state])
 
 
@@ -71,5 +70,6 @@ def _split(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:
     return diagram, diagram
 
 
-def _product(cube: Mapping[str, bool]) -> str:
+def product(cube: Mapping[str, bool]) -> str:
+    """Return a term as text, in the syntax of formulas."""
     return " & ".join(name if holds else f"!{name}" for name, holds in cube.items()) or "true"
