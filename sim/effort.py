@@ -51,7 +51,7 @@ class EffortMeter:
         """Add the time since the last look, at the speeds and torques of a state just simulated."""
         period = float(data.time) - self._looked
         speeds = data.qvel[self._dofs]
-        torques = data.qfrc_actuator[self._dofs] + data.qfrc_gravcomp[self._dofs]
+        torques = data.qfrc_actuator[self._dofs]
         self._looked = float(data.time)
         self.total += Effort(
             period, period * float(np.abs(speeds).sum()), period * float(np.abs(torques * speeds).sum())

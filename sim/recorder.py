@@ -37,9 +37,7 @@ class Recorder:
     def feel(self, data: mujoco.MjData) -> None:
         """Take note of the joints' speeds, torques and distances from their ends in a state just simulated."""
         np.maximum(self._speed, np.abs(data.qvel[self._arm]), out=self._speed)
-        # The real arm's motors carry its weight too, which `gravcomp` does here beside the actuators.
-        torque = data.qfrc_actuator[self._arm] + data.qfrc_gravcomp[self._arm]
-        np.maximum(self._torque, np.abs(torque), out=self._torque)
+        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._arm]), out=self._torque)
         np.minimum(self._margin, self._margins_of(data), out=self._margin)
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:

@@ -7,7 +7,7 @@ import mujoco
 from prefplan.errors import choices
 from sim.errors import RobotError
 from sim.menagerie import menagerie_spec
-from sim.panda import panda_spec
+from sim.panda import ARM_JOINTS, TORQUE_LIMITS, panda_spec
 
 ROBOTS = ("default", "menagerie")
 """Our own description of the Panda, and that of MuJoCo Menagerie, which has to be fetched."""
@@ -23,11 +23,11 @@ def robot_spec(robot: str = "default", *, meshes: bool | None = None) -> mujoco.
     Raises:
         RobotError: it is unknown or cannot be had.
     """
-    if robot == "default":
-        return panda_spec(meshes=meshes)
-    if robot == "menagerie":
-        return menagerie_spec()
-    raise RobotError(f"unknown robot {robot!r} {choices(robot, ROBOTS)}")
+    if robot not in ROBOTS:
+        raise RobotError(f"unknown robot {robot!r} {choices(robot, ROBOTS)}")
+    spec = panda_spec(meshes=meshes) if robot == "default" else menagerie_spec()
+    _limit_torques(spec)
+    return spec
 
 
 def arm_spec(robot: str = "default") -> mujoco.MjSpec:
@@ -42,3 +42,12 @@ def arm_spec(robot: str = "default") -> mujoco.MjSpec:
     for element in (*spec.geoms, *spec.meshes):
         spec.delete(element)
     return spec
+
+
+def _limit_torques(spec: mujoco.MjSpec) -> None:
+    """Let the motors carry the arm's weight, as the real ones do, within the same limits as all that they give."""
+    for name, limit in zip(ARM_JOINTS, TORQUE_LIMITS, strict=True):
+        joint = spec.joint(name)
+        joint.actgravcomp = True
+        joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        joint.actfrcrange = [-limit, limit]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,10 @@ OPENING = 0.07
 ASIDE = 0.0075
 """Least distance from an object to either pad of the open hand, m."""
 
+BELOW_TOP, LIFT = 0.001, 0.022
+"""The pads' middle in a high grip: this far under the top, so that half of them hold, and at most this far above the
+object's middle, m: it has to stay near the tool. Over a bin's rim the pads then have a millimetre to spare."""
+
 UPRIGHT = np.radians(20)
 """An object tilted by less stands, or lies flat, rad."""
 
@@ -52,11 +56,13 @@ class Grip:
         turn: heading of their closing line from the object's own yaw, rad.
         width: of the object along it, m.
         narrow: whether the hand opens no wider than it must, where there is little room.
+        lift: height of the pads' middle over the object's, m.
     """
 
     turn: float
     width: float
     narrow: bool = False
+    lift: float = 0.0
 
     @property
     def opening(self) -> float:
@@ -86,6 +92,13 @@ class Shape:
     def height(self) -> float:
         """Its whole height, m."""
         return 2 * float(self.half[2])
+
+    @property
+    def ways(self) -> tuple[Grip, ...]:
+        """Every grip, then with the hand opened no wider than it must, then near the top as well: the first that can."""
+        high = min(float(self.half[2]) - BELOW_TOP, LIFT)
+        narrow = tuple(replace(grip, narrow=True) for grip in self.grips)
+        return (*self.grips, *narrow, *(replace(grip, lift=high) for grip in narrow))
 
     def yaw_near(self, yaw: float, line: float) -> float:
         """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a line, rad."""

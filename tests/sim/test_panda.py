@@ -6,7 +6,8 @@ import pytest
 
 from sim.materials import add_finishes
 from sim.meshes import mesh_folder
-from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH, PADS, TCP, panda_spec
+from sim.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH, PADS, TCP, TORQUE_LIMITS, panda_spec
+from sim.robots import robot_spec
 
 # Franka Control Interface documentation, "Denavit-Hartenberg parameters", Craig's convention.
 DH_A = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)
@@ -99,6 +100,23 @@ def test_the_arm_holds_its_pose_against_gravity(panda: mujoco.MjModel, at_home: 
         mujoco.mj_step(panda, at_home)
     q = [at_home.joint(name).qpos[0] for name in ARM_JOINTS]
     assert q == pytest.approx(HOME, abs=1e-3)
+
+
+def test_the_motors_give_no_more_than_they_can_whatever_they_are_told() -> None:
+    """Bearing the hand's weight, 2.3 N m at joint 6, counts, whether it is with the command or against it."""
+    model = robot_spec(meshes=False).compile()
+    data = mujoco.MjData(model)
+    for name, value in zip(ARM_JOINTS, HOME, strict=True):
+        data.joint(name).qpos[0] = value
+    motors = [model.actuator(name).id for name in ARM_JOINTS]
+    dofs = [int(model.joint(name).dofadr[0]) for name in ARM_JOINTS]
+    for direction, wrist in ((-1.0, -9.7), (1.0, 12.0)):
+        data.ctrl[motors] = HOME + direction
+        mujoco.mj_forward(model, data)
+        torques = data.qfrc_actuator[dofs]
+        assert np.all(np.abs(torques) <= TORQUE_LIMITS + 1e-9)
+        assert torques[5] == pytest.approx(wrist, abs=0.1)
+        assert not data.qfrc_passive[dofs].any(), "nothing else bears the arm"
 
 
 def test_the_fingers_close_together_to_the_commanded_width(panda: mujoco.MjModel, at_home: mujoco.MjData) -> None:
