@@ -95,7 +95,7 @@ class Shape:
 
     @property
     def ways(self) -> tuple[Grip, ...]:
-        """Every grip, then with the hand opened no wider than it must, then near the top as well: the first that can."""
+        """Its grips, the better one first: as they are, with the hand opened less, and with that near the top."""
         high = min(float(self.half[2]) - BELOW_TOP, LIFT)
         narrow = tuple(replace(grip, narrow=True) for grip in self.grips)
         return (*self.grips, *narrow, *(replace(grip, lift=high) for grip in narrow))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +27,9 @@ SQUEEZE = 0.015
 
 FIRM = 5.0
 """Force on each pad from which a grip counts as firm, N: a third of what is commanded."""
+
+CLOSING = 4
+"""So many widths are looked at while the hand closes: a finger, 11 mm thick, cannot pass through a wall unseen."""
 
 CLOSE_TIME, OPEN_TIME = 0.35, 0.25
 """Duration of closing and of opening the hand, s."""
@@ -98,14 +100,13 @@ def grasp(cell: Workcell, thing: str) -> None:
     pose = cell.measure(thing)
     if pose.tilt > TOPPLED:
         raise BlockedError(f"{thing} fell over", ())
-    target, above = pose.position, pose.position + [0.0, 0.0, HOVER]
+    cell.watch.handle(thing)
+    yaw = shape.yaw_near(pose.yaw, slot.yaw)
+    line, grip = _free_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.ways])
+    target, above = pose.position + [0.0, 0.0, grip.lift], pose.position + [0.0, 0.0, HOVER]
     if cell.misses:
         cell.misses -= 1
         target = target + [0.0, 0.0, shape.height + ROOM]
-    cell.watch.handle(thing)
-    yaw = shape.yaw_near(pose.yaw, slot.yaw)
-    grips = [*shape.grips, *(replace(grip, narrow=True) for grip in shape.grips)]
-    line, grip = _free_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in grips])
     cell.grip(grip.opening, CONTROL_PERIOD)
     yaw = _move(cell, above, [line, line + np.pi])
     if np.linalg.norm(cell.see(thing).position - pose.position) > RESTLESS:
@@ -137,7 +138,8 @@ def transport(cell: Workcell, thing: str, location: str) -> None:
 def release(cell: Workcell, thing: str, location: str) -> None:
     """Measure the object in the hand, lower it into the free slot, let go and raise the hand.
 
-    Above the slot the object's place in the hand is measured and made good, since it drifts while it is carried.
+    Above the slot the object's place in the hand is measured and made good, since it drifts while it is carried; and
+    whether the slot is still free is looked at once more.
     """
     _check_held(cell, thing)
     slot = _free_slot(cell, thing, location)
@@ -146,6 +148,7 @@ def release(cell: Workcell, thing: str, location: str) -> None:
     position, yaw = _placing(cell, thing, slot)
     above = position + [0.0, 0.0, HOVER]
     _move(cell, above, [yaw])
+    _check_room(cell, thing, slot)
     position, yaw = _placing(cell, thing, slot)
     _check_held(cell, thing)
     cell.watch.handle(thing)
@@ -173,18 +176,24 @@ def _move(cell: Workcell, position: np.ndarray, yaws: list[float]) -> float:
 
 
 def _free_line(cell: Workcell, position: np.ndarray, options: list[tuple[float, Grip]]) -> tuple[float, Grip]:
-    """Return the first closing line, with its grip, at which the open fingers touch nothing but the object.
+    """Return the first closing line, with its grip, on which the fingers touch nothing but the object as they close.
+
+    Args:
+        cell: the running simulation.
+        position: (3,) of the object's middle, m.
+        options: lines, rad, and grips to try in turn.
 
     Raises:
         SkillError: none is free.
     """
     met: set[str] = set()
     for line, grip in options:
-        q, _ = cell.arm.reach(position, [line, line + np.pi])
-        obstacles = cell.foresee(q, width=grip.opening)
+        q, _ = cell.arm.reach(position + [0.0, 0.0, grip.lift], [line, line + np.pi])
+        widths = np.linspace(grip.opening, grip.width, CLOSING)
+        obstacles = {thing for width in widths for thing in cell.foresee(q, width=float(width))}
         if not obstacles:
             return line, grip
-        met.update(obstacles)
+        met |= obstacles
     raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(met))}", met)
 
 
@@ -239,28 +248,27 @@ def _check_held(cell: Workcell, thing: str) -> None:
 
 def _free_slot(cell: Workcell, thing: str, location: str) -> Slot:
     """Return the slot of a location farthest from the other objects on its level."""
-    shapes = cell.shapes
-    own = shapes[thing].half
-    others = [(shape, cell.see(other)) for other, shape in shapes.items() if other != thing]
-
-    def room(slot: Slot) -> tuple[bool, float]:
-        """Return whether it fits in, and how near the nearest of the others is, m."""
-        middle = _middle(cell, thing, slot)
-        level = [
-            (shape, pose) for shape, pose in others if abs(pose.position - middle)[2] < own[2] + shape.half[2] - ROOM
-        ]
-        place = Rectangle(middle[:2], own[:2] + ROOM, slot.yaw)
-        taken = [
-            Rectangle(pose.position[:2], shape.half[:2], shape.yaw_near(pose.yaw, slot.yaw)) for shape, pose in level
-        ]
-        nearest = min((float(np.hypot(*(pose.position - middle)[:2])) for _, pose in level), default=FAR)
-        return not any(overlap(place, other) for other in taken), min(nearest, FAR)
-
-    slot = max(cell.scene.slots[location], key=room)
-    fits, nearest = room(slot)
-    if not fits:
-        raise SkillError(f"no room for {thing} on {location}: another object is {nearest * 1000:.0f} mm from it")
+    slot = max(cell.scene.slots[location], key=lambda slot: _room(cell, thing, slot))
+    _check_room(cell, thing, slot)
     return slot
+
+
+def _check_room(cell: Workcell, thing: str, slot: Slot) -> None:
+    fits, nearest = _room(cell, thing, slot)
+    if not fits:
+        raise SkillError(f"no room for {thing} on {slot.location}: another object is {nearest * 1000:.0f} mm from it")
+
+
+def _room(cell: Workcell, thing: str, slot: Slot) -> tuple[bool, float]:
+    """Return whether an object fits into a slot, and how near the nearest of the others on its level is, m."""
+    shapes = cell.shapes
+    own, middle = shapes[thing].half, _middle(cell, thing, slot)
+    others = [(shape, cell.see(other)) for other, shape in shapes.items() if other != thing]
+    level = [(shape, pose) for shape, pose in others if abs(pose.position - middle)[2] < own[2] + shape.half[2] - ROOM]
+    place = Rectangle(middle[:2], own[:2] + ROOM, slot.yaw)
+    taken = [Rectangle(pose.position[:2], shape.half[:2], shape.yaw_near(pose.yaw, slot.yaw)) for shape, pose in level]
+    nearest = min((float(np.hypot(*(pose.position - middle)[:2])) for _, pose in level), default=FAR)
+    return not any(overlap(place, other) for other in taken), min(nearest, FAR)
 
 
 def _await_grip(cell: Workcell) -> np.ndarray | None:

@@ -194,3 +194,55 @@ def test_the_hand_opens_less_where_a_wall_is_near(scene: Scene) -> None:
     perform(cell, "grasp pink")
     assert cell.held() == "pink"
     assert_clean(cell)
+
+
+def lying_in_bin1(scene: Scene, *, along: float, across: float, yaw: float) -> Workcell:
+    """Return the hand over bin1, where pink lies so far from the middle along and across the closing line, m."""
+    slots = scene.slots["bin1"]
+    direction = np.array([np.cos(slots[0].yaw), np.sin(slots[0].yaw)])
+    middle = np.mean([slot.position for slot in slots], axis=0)
+    data = initial_state(scene)
+    point = middle[:2] + along * direction + across * np.array([direction[1], -direction[0]])
+    data.joint("pink").qpos[:] = [*point, middle[2] + CUBE_EDGE / 2, np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+    mujoco.mj_forward(scene.mujoco, data)
+    assert data.ncon and data.contact.dist.min() > -0.001, "it should lie free of the walls"
+    cell = Workcell(scene, data)
+    perform(cell, "transit bin1")
+    return cell
+
+
+@pytest.mark.parametrize(
+    ("along", "across", "yaw"), [(0.024, 0.025, 11), (-0.014, -0.037, 18), (0.030, -0.035, 41), (0.043, 0.033, 0)]
+)
+def test_what_lies_near_a_rim_is_held_by_its_top(scene: Scene, along: float, across: float, yaw: float) -> None:
+    cell = lying_in_bin1(scene, along=along, across=across, yaw=np.radians(yaw))
+    perform(cell, "grasp pink")
+    assert cell.data.site("tcp").xpos[2] - object_pose(scene, cell.data, "pink").position[2] > 0.015
+    for action in ("transport pink table", "release pink table"):
+        perform(cell, action)
+    assert_placed(cell, "pink", "table")
+    assert_clean(cell)
+
+
+def test_fingers_do_not_close_on_a_wall_between_them(scene: Scene) -> None:
+    """Open, one finger would come down outside the bin: closing, it would press the wall instead of the block."""
+    cell = lying_in_bin1(scene, along=0.017, across=0.042, yaw=np.radians(2))
+    perform(cell, "grasp pink")
+    assert cell.held() == "pink"
+    assert_clean(cell)
+
+
+def test_an_object_is_not_lowered_onto_one_that_has_come_meanwhile(scene: Scene) -> None:
+    cell = run(scene, "transit top", "grasp pink", "transport pink table")
+    place, began = scene.slots["table"][0].position, cell.data.time
+
+    def disturb() -> None:
+        if cell.data.time > began + 0.3:
+            cell.disturb = lambda: None
+            cell.data.joint("green").qpos[:3] = place + [0.0, 0.028, CUBE_EDGE / 2]
+
+    cell.disturb = disturb
+    with pytest.raises(SkillError, match="no room for pink on table: another object is 28 mm"):
+        perform(cell, "release pink table")
+    assert cell.held() == "pink"
+    assert_clean(cell)
