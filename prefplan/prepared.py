@@ -98,19 +98,13 @@ class Prepared:
             size = pattern_size(self._backward, single=single, max_entries=self._max_entries)
         self._size = min(size, measure.tasks)
         self.dtype: Any = np.int32
-        self.patterns = self._fit(
-            lambda dtype: patterns(self._backward, self._size, dtype) if size else no_patterns(dtype)
-        )
-        self.budgeted = no_patterns(self.dtype)
-        bounded = options.preference_bound and measure.bi_objective
-        unit = product.unit
-        self.blocks = self._fit(
-            lambda dtype: (
-                blocks(self._backward, measure, unit, dtype, self.patterns)
-                if bounded
-                else no_blocks(measure.tasks, dtype)
-            )
-        )
+        self.patterns = self.budgeted = no_patterns(self.dtype)
+        self.blocks = no_blocks(measure.tasks, self.dtype)
+        if size:
+            self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
+        if options.preference_bound and measure.bi_objective:
+            unit = product.unit
+            self.blocks = self._fit(lambda dtype: blocks(self._backward, measure, unit, dtype, self.patterns))
 
     def _fit(self, build: Callable[[Any], Any]) -> Any:
         """Build tables of the narrow type, or where they do not fit, of the wide one."""
@@ -119,8 +113,15 @@ class Prepared:
         except OverflowError:
             if self.dtype is np.int64:
                 raise
-            self.dtype = np.int64
+            self.widen()
             return build(self.dtype)
+
+    def widen(self) -> None:
+        """Turn the tables that there are into those of the wide type."""
+        self.dtype = np.int64
+        self.patterns = self.patterns._replace(table=_widened(self.patterns.table))
+        self.budgeted = self.budgeted._replace(table=_widened(self.budgeted.table))
+        self.blocks = self.blocks._replace(table=_widened(self.blocks.table))
 
     @property
     def patience(self) -> float:
@@ -151,3 +152,10 @@ class Prepared:
             self.budgeted = self._fit(
                 lambda dtype: patterns(self._backward, size, dtype, measure=measure, unit=unit, budgets=budgets)
             )
+
+
+def _widened(table: np.ndarray) -> np.ndarray:
+    wide = table.astype(np.int64)
+    if table.dtype == np.int32:
+        wide[table == INFINITE[np.int32]] = INFINITE[np.int64]
+    return wide

@@ -258,6 +258,8 @@ class Search(ABC):
         """Start again with 64-bit labels."""
         if self.dtype is np.int64:
             raise OverflowError("costs are too large to be added up exactly")
+        if self.prepared.dtype is not np.int64:
+            self.prepared.widen()
         self.dtype = np.int64
         self.reset()
 

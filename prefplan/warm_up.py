@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from prefplan import biobjective
+from prefplan.label_store import rehash
 from prefplan.planner import Planner
 from prefplan.preference import Expression, Order, Preference
 from prefplan.prepared import Options, Prepared
 from prefplan.problem import Problem, Task
 from prefplan.product import Product
+from prefplan.search import BiObjectiveSearch
 from prefplan.transition_system import TransitionSystem
 
 NARROW, WIDE = 1, 2**40
@@ -33,7 +35,10 @@ def warm_up() -> None:
             planner = Planner(Problem(system, tasks, preference))
             planner.front()
             planner.cheapest()
-        Prepared(Product(Problem(system, tasks, Order())), Options(), single=False).bound_growth(cost)
+        for options in (Options(), Options(contraction=False)):
+            prepared = Prepared(Product(Problem(system, tasks, Order())), options, single=False)
+            prepared.bound_growth(cost)
+            rehash(BiObjectiveSearch(prepared).states, 0)
 
 
 if __name__ == "__main__":

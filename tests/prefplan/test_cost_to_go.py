@@ -13,6 +13,7 @@ from judge.random_problems import random_problem
 from prefplan.cost_to_go import Backward, cost_to_go, growth_to_go
 from prefplan.graph import Graph, contract, view
 from prefplan.kernels import INFINITE
+from prefplan.prepared import Options, Prepared
 from prefplan.product import Product
 from prefplan.scenario import from_dict
 
@@ -71,3 +72,18 @@ def test_random_products_have_automata_of_either_kind() -> None:
     kinds = [random_product(seed)[2].stages is not None for seed in range(40)]
     assert kinds.count(True) >= 10
     assert kinds.count(False) >= 3
+
+
+def test_wide_tables_say_what_narrow_ones_do() -> None:
+    unreachable = 0
+    for seed in range(10):
+        narrow = Prepared(Product(from_dict(random_problem(seed).scenario()).problem()), Options(), single=False)
+        tables = narrow.patterns.table, narrow.blocks.table
+        assert narrow.dtype is np.int32
+        narrow.widen()
+        for before, after in zip(tables, (narrow.patterns.table, narrow.blocks.table), strict=True):
+            far = before == INFINITE[np.int32]
+            unreachable += np.count_nonzero(far)
+            assert (after[~far] == before[~far]).all()
+            assert (after[far] == INFINITE[np.int64]).all()
+    assert unreachable
