@@ -119,7 +119,7 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     own = _own(world)
     marks = {place.name: place.marks for place in world.model.locations if place.marks}
     world.show(0)
-    label = _observed(world)
+    label = _observed(world) & own
     earned: set[str] = set()
     trace, checks = [label], []
     said = label
@@ -151,10 +151,7 @@ def _observed(world: RecordedWorld) -> frozenset[str]:
     """Return the propositions, marks aside, that hold in the frame that is shown."""
     held = world.held()
     names = set() if held is None else {f"holding_{held}"}
-    for thing in (thing.name for thing in world.model.objects if thing.name != held):
-        place = world.rests(thing)
-        if place is not None:
-            names.add(f"{thing}_{place}")
+    names |= {f"{thing}_{place}" for thing, place in world.resting(held).items()}
     return frozenset(names)
 
 

@@ -16,6 +16,7 @@ from sim.errors import SimulationError
 from sim.fault_injection import FaultInjector
 from sim.faults import Fault
 from sim.grounding import mismatch, observe, slot_of
+from sim.motion import CONTROL_PERIOD
 from sim.perception import ObjectPose, Poses, Sensor, SightError, true_poses
 from sim.regrounding import reground
 from sim.rollout import Rollout, Step
@@ -112,6 +113,7 @@ class Run:
         try:
             try:
                 perform(self.cell, action)
+                self._check_grip(predicted.held)
             except SightError:
                 raise
             except SimulationError as error:
@@ -178,9 +180,24 @@ class Run:
     def _states(self, index: int) -> ManipulationState:
         return cast(ManipulationState, self.system.states[index])
 
+    def _check_grip(self, thing: str | None) -> None:
+        """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
+        self._await_grip()
+        if thing is not None and self.cell.held() != thing:
+            raise SkillError(f"{thing} slipped from the hand")
+
+    def _await_grip(self) -> None:
+        """Wait until it is beyond doubt whether the pads hold what they handle."""
+        while self.cell.in_doubt:
+            self.cell.wait(CONTROL_PERIOD)
+
     def _poses(self) -> dict[str, ObjectPose]:
-        """Return where every object is seen that is there."""
-        return self.cell.survey(self.cell.shapes)
+        """Return where every object is seen that is there, at a moment at which there is no doubt what is held."""
+        poses = self.cell.survey(self.cell.shapes)
+        while self.cell.in_doubt:
+            self._await_grip()
+            poses = self.cell.survey(self.cell.shapes)
+        return poses
 
     def _settled(self) -> dict[str, ObjectPose]:
         """Return where every object is seen once nothing moves any more, or not for long."""

@@ -23,17 +23,42 @@ NOWHERE = "no location"
 """Where the hand is when it is over none: not a name, so that no location can bear it."""
 
 
-def slot_of(scene: Scene, poses: Poses, name: str) -> Slot | None:
-    """Return the slot in which an object rests, or None.
+def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
+    """Return the slot of every object that rests in one.
+
+    Of those that are too many for a location only the nearest to their slots rest there. Temporary locations have what
+    rests at no other: where something is does not depend on where it once lay.
+    """
+    found = {thing: slot for thing in poses if (slot := slot_of(scene, poses, thing)) is not None}
+
+    def off(thing: str) -> float:
+        return float(np.hypot(*(poses[thing].position - found[thing].position)[:2]))
+
+    for place in scene.model.locations:
+        there = sorted((thing for thing, slot in found.items() if slot.location == place.name), key=off)
+        for thing in there[place.capacity :]:
+            del found[thing]
+    spots = {thing: slot_of(scene, poses, thing, temporary=True) for thing in poses if thing not in found}
+    return found | {thing: slot for thing, slot in spots.items() if slot is not None}
+
+
+def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
+    """Return the slot in which an object rests, however many others do, or None.
 
     It rests there when it is upright, near the slot's centre and as high as what it would rest on. Where the location
     lies on others, that is an object it lies on, standing on one of them.
+
+    Args:
+        scene: the scene.
+        poses: where every object is seen.
+        name: the object.
+        temporary: whether to look among the temporary locations rather than the scenario's.
     """
     pose, half = poses[name], scene.shapes[name].half
     if pose.tilt > UPRIGHT:
         return None
     underside = pose.position - [0.0, 0.0, half[2]]
-    slots = [slot for row in scene.slots.values() for slot in row]
+    slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
     near = [slot for slot in slots if np.hypot(*(underside - slot.position)[:2]) < AT_RADIUS]
     for slot in sorted(near, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
         supports = scene.model.location(slot.location).on
@@ -99,8 +124,8 @@ def observe(
     """
     if hand in scene.slots and not hand_over(scene, data, hand):
         hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)
-    slots = [(thing.name, slot_of(scene, poses, thing.name)) for thing in scene.model.objects if thing.name != held]
-    places = tuple((name, slot.location) for name, slot in slots if slot is not None)
+    slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
+    places = tuple((thing.name, slots[thing.name].location) for thing in scene.model.objects if thing.name in slots)
     return ManipulationState(hand=hand, held=held, places=places, marks=marks)
 
 
@@ -143,5 +168,5 @@ def _where(state: ManipulationState, thing: str) -> str | None:
 
 
 def _stands_on(scene: Scene, poses: Poses, name: str, locations: tuple[str, ...]) -> bool:
-    slot = slot_of(scene, poses, name)
-    return slot is not None and slot.location in locations
+    slots = (slot_of(scene, poses, name, temporary=temporary) for temporary in (False, True))
+    return any(slot is not None and slot.location in locations for slot in slots)

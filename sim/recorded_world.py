@@ -120,18 +120,34 @@ class RecordedWorld:
             (name for name, geom in self._geom.items() if all(self._touch(geom, pad) for pad in self._pads)), None
         )
 
-    def rests(self, thing: str) -> str | None:
-        """Return the location at which an object rests, or None.
+    def resting(self, held: str | None) -> dict[str, str]:
+        """Return the location of every object on the table that rests at one, but for what is held.
+
+        Of those that are too many for a location only the nearest to the middle of a slot rest there.
+        """
+        things = [thing for thing, geom in self._geom.items() if thing != held and self._data.geom_xpos[geom][2] > 0]
+        found = {thing: place for thing in things if (place := self._rests(thing)) is not None}
+        for location in self.model.locations:
+            name = location.name
+            there = [thing for thing, place in found.items() if place == name]
+            there.sort(key=lambda thing: self._away(thing)[name])
+            for thing in there[location.capacity :]:
+                del found[thing]
+        return found
+
+    def _rests(self, thing: str) -> str | None:
+        """Return the location at which an object rests, however many others do, or None.
 
         It stands there near the middle of a slot, on what does not move; or where the location lies on others, on an
         object that rests at one of those.
         """
         if not self._stands(thing):
             return None
-        for place in self._near(thing):
+        away = self._away(thing)
+        for place in sorted((name for name, distance in away.items() if distance < NEAR), key=away.__getitem__):
             supports = self.model.location(place).on
             if supports:
-                if any(self.rests(below) in supports for below in self._carriers(thing)):
+                if any(self._rests(below) in supports for below in self._carriers(thing)):
                     return place
             elif any(self._touch(self._geom[thing], int(geom)) for geom in np.flatnonzero(self._roles.fixed)):
                 return place
@@ -165,14 +181,13 @@ class RecordedWorld:
         is_cube = self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and np.ptp(self.mujoco.geom_size[geom]) == 0
         return bool((steep.max() if is_cube else steep[2]) > np.cos(LEAN))
 
-    def _near(self, thing: str) -> list[str]:
-        """Return the locations near which an object is, the nearest first."""
+    def _away(self, thing: str) -> dict[str, float]:
+        """Return how far on the horizontal an object is from the nearest slot of each location, m."""
         centre = self._data.geom_xpos[self._geom[thing]][:2]
-        away = {
+        return {
             name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
             for name, row in self._scene.slots.items()
         }
-        return sorted((name for name, distance in away.items() if distance < NEAR), key=away.__getitem__)
 
     def _carriers(self, thing: str) -> list[str]:
         """Return the objects that an object touches and whose centres are lower than its own."""

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from prefplan.models.manipulation import Location, ManipulationModel, ManipulationState, Object
-from sim.grounding import NOWHERE, carriers, footprint, hand_over, slot_of
+from sim.grounding import NOWHERE, carriers, footprint, hand_over, resting
 from sim.perception import Poses, on_table
 from sim.places import FINGER_DEPTH, FINGER_HALF, Slot
 from sim.rectangle import Rectangle, overlap
@@ -66,9 +66,9 @@ def reground(
     known = {thing.name for thing in model.objects}
     gone = [name for name, pose in poses.items() if not on_table(pose)]
     seen = {name: pose for name, pose in poses.items() if name != held and name not in gone}
-    resting = _resting(scene, seen)
-    names = _temporary_names(model, [thing for thing in seen if thing not in resting])
-    where = {thing: slot.location for thing, slot in resting.items()} | names
+    rests = resting(scene, seen)
+    names = _temporary_names(model, [thing for thing in seen if thing not in rests])
+    where = {thing: slot.location for thing, slot in rests.items()} | names
     lost = tuple(thing for thing in seen if thing in names and not reachable(seen[thing].position))
     temporary = [
         _temporary_location(scene, seen, thing, name, [where[below] for below in carriers(scene, seen, thing)])
@@ -86,38 +86,25 @@ def reground(
         held,
         tuple((thing, where[thing]) for thing in seen),
         marks,
-        slots=tuple((thing, slot.index) for thing, slot in resting.items() if model.rooms[slot.location] > 1),
+        slots=tuple((thing, slot.index) for thing, slot in rests.items() if model.rooms[slot.location] > 1),
     )
     objects = [thing for thing in model.objects if thing.name not in gone]
     objects += [Object(name, where.get(name, model.locations[0].name)) for name in poses if name not in {*known, *gone}]
-    locations = [_obstructed(scene, seen, place, resting, names, lost) for place in model.locations]
+    locations = [_obstructed(scene, seen, place, rests, names, lost) for place in model.locations]
     model = replace(
         model,
         locations=(*locations, *temporary),
         objects=tuple(replace(thing, fixed=thing.fixed or thing.name in lost) for thing in objects),
         begin=state,
     )
-    return Regrounded(replace(scene, model=model, slots=scene.slots | slots), state, (*lost, *gone))
+    scene = replace(scene, model=model, slots=scene.slots | slots, temporary=frozenset(slots))
+    return Regrounded(scene, state, (*lost, *gone))
 
 
 def _hand(scene: Scene, data: mujoco.MjData, candidates: tuple[str, ...]) -> str:
     """Return the first of some locations that the hand is over."""
     over = (name for name in candidates if name in scene.slots and hand_over(scene, data, name))
     return next(over, NOWHERE)
-
-
-def _resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
-    """Return the slot of every object that rests in one; of those too many for a location only the nearest do."""
-    found = {thing: slot for thing in poses if (slot := slot_of(scene, poses, thing)) is not None}
-
-    def off(thing: str) -> float:
-        return float(np.hypot(*(poses[thing].position - found[thing].position)[:2]))
-
-    for place in scene.model.locations:
-        there = sorted((thing for thing, slot in found.items() if slot.location == place.name), key=off)
-        for thing in there[place.capacity :]:
-            del found[thing]
-    return found
 
 
 def _temporary_names(model: ManipulationModel, things: list[str]) -> dict[str, str]:
@@ -137,13 +124,13 @@ def _temporary_location(scene: Scene, poses: Poses, thing: str, name: str, below
 
 
 def _obstructed(
-    scene: Scene, poses: Poses, place: Location, resting: dict[str, Slot], names: dict[str, str], lost: tuple[str, ...]
+    scene: Scene, poses: Poses, place: Location, rests: dict[str, Slot], names: dict[str, str], lost: tuple[str, ...]
 ) -> Location:
     """Return a location with what keeps objects from being put there.
 
     Where something lies in the way nothing is put before it is gone, which it never is where the arm cannot get at it.
     """
-    own = [thing for thing, slot in resting.items() if slot.location == place.name]
+    own = [thing for thing, slot in rests.items() if slot.location == place.name]
     free = [slot for slot in scene.slots[place.name] if all(_has_room(scene, poses, slot, thing) for thing in own)]
     blocking = [
         thing for thing in names if any(not _has_room(scene, poses, slot, thing) for slot in scene.slots[place.name])

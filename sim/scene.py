@@ -59,6 +59,7 @@ class Scene:
         slots: for each location, in the order of the file, room for `capacity` objects.
         shapes: of each object, in the order of the file, then of the spare ones.
         spares: objects the model does not have, stored out of sight until somebody brings them.
+        temporary: locations that the scenario does not have, which stand for where objects happen to lie.
         focus: (3,) middle of the picture: over the table's middle, m.
         span: half the table's longer side, m.
         robot: which of `sim.robots.ROBOTS` works in it.
@@ -72,6 +73,7 @@ class Scene:
     span: float
     robot: str = "default"
     spares: tuple[str, ...] = ()
+    temporary: frozenset[str] = frozenset()
 
 
 def build_scene(

@@ -150,6 +150,11 @@ class Workcell:
         offset = pose.position - self.data.site(TCP).xpos
         return thing if np.linalg.norm(offset) < HOLD_OFFSET else None
 
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the pads have lost what they handle just now, so that they may be about to press it again or not."""
+        return self.watch.handled is not None and 0 < self.data.time - self.watch.pressed <= FLICKER
+
     def follow(self, references: np.ndarray) -> None:
         """Drive the arm along joint references; it stops on the way if it loses what it carries aloft.
 

@@ -11,8 +11,10 @@ import pytest
 from experiments import carry_out as programs
 from experiments import scenarios
 from experiments.carry_out import carry_out, scene_of
+from experiments.evidence import evidence
 from experiments.outcome import Outcome
 from prefplan import Plan, Scenario, load, pareto_front
+from sim.certificate import certify
 from sim.faults import read_fault
 from sim.perception import NoisySensor
 from sim.scene import Scene, initial_state
@@ -190,6 +192,19 @@ def test_what_lies_in_the_way_is_put_away_first(
     outcome = pursue_from(small(), put(cup=(0.45, 0.147)), monkeypatch)
     assert outcome.rollout.completed, outcome.rollout.reason
     assert outcome.executed.index("grasp cup") < outcome.executed.index("release jug desk")
+
+
+def test_what_lies_beside_another_at_a_place_for_one_has_it_once_the_other_is_gone(
+    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = small()
+    outcome = pursue_from(scenario, put(cup=(0.45, 0.08), jug=(0.45, 0.13)), monkeypatch)
+    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.executed == ("transit desk", "grasp cup", "transport cup tray", "release cup tray")
+    assert "expected jug on spot1, but it rests on desk" in str(told(outcome, "replan")[-1]["reason"])
+    assert outcome.task_costs == {"tidy": 10, "other": 4}
+    certificate = certify(evidence(scenario, scene_of(scenario), outcome))
+    assert [check.name for check in certificate.refuted] == ["start"]
 
 
 def test_a_task_violated_beyond_repair_ends_the_run_with_what_can_still_be_done(

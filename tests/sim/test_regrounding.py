@@ -11,7 +11,7 @@ import pytest
 
 from prefplan.models.action_costs import MeasuredCosts
 from prefplan.models.manipulation import Location, ManipulationState
-from sim.grounding import NOWHERE
+from sim.grounding import NOWHERE, observe
 from sim.perception import true_poses
 from sim.regrounding import Regrounded, reground
 from sim.scene import Scene, build_scene, initial_state
@@ -103,6 +103,28 @@ def test_what_fell_from_the_table_is_no_longer_in_the_model(see: See) -> None:
 def test_of_two_objects_at_a_location_for_one_the_nearer_is_there(see: See) -> None:
     found = see(pink=(0.62, 0.195, 0.0225), green=(0.62, 0.242, 0.0225))
     assert found.state.place["pink"] == "table" and found.state.place["green"] == "spot1"
+
+
+def test_what_lay_off_a_location_is_at_it_as_soon_as_it_rests_there_alone(scene: Scene, see: See) -> None:
+    pink, green = (0.62, 0.195, 0.0225), (0.62, 0.242, 0.0225)
+    found = see(pink=pink, green=green)
+    poses = true_poses(scene, initial_state(scene))
+    for thing, point in (("pink", pink), ("green", green)):
+        poses[thing] = replace(poses[thing], position=np.array(point))
+    data = initial_state(scene)
+    assert observe(found.scene, data, poses, hand="home", held=None).place == found.state.place
+    alone = observe(found.scene, data, poses, hand="home", held="pink")
+    assert alone.place == {"blue": "left", "green": "table"}
+
+
+def test_what_leant_beside_a_slot_is_at_it_as_soon_as_it_stands(scene: Scene, see: See) -> None:
+    data = initial_state(scene)
+    poses = true_poses(scene, data)
+    poses["pink"] = replace(poses["pink"], position=np.array([0.62, 0.235, 0.0285]), tilt=np.radians(21))
+    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), reachable=lambda position: True)
+    assert found.state.place["pink"] == "spot1"
+    poses["pink"] = replace(poses["pink"], tilt=np.radians(19))
+    assert observe(found.scene, data, poses, hand="home", held=None).place["pink"] == "table"
 
 
 def test_an_object_between_two_slots_leaves_no_room_for_another(scene: Scene, see: See) -> None:
