@@ -40,9 +40,9 @@ OPENING = 0.07
 ASIDE = 0.0075
 """Least distance from an object to either pad of the open hand, m."""
 
-BELOW_TOP, LIFT = 0.001, 0.022
-"""The pads' middle in a high grip: this far under the top, so that half of them hold, and at most this far above the
-object's middle, m: it has to stay near the tool. Over a bin's rim the pads then have a millimetre to spare."""
+LIFT = 0.022
+"""Greatest height of the pads' middle over an object's in a high grip, m: half of the pads hold a usual cube, 2 mm over
+a bin's rim, and it is not so far from the tool that it would not count as held."""
 
 UPRIGHT = np.radians(20)
 """An object tilted by less stands, or lies flat, rad."""
@@ -96,9 +96,16 @@ class Shape:
     @property
     def ways(self) -> tuple[Grip, ...]:
         """Its grips, the better one first: as they are, with the hand opened less, and with that near the top."""
-        high = min(float(self.half[2]) - BELOW_TOP, LIFT)
+        high = min(float(self.half[2]), LIFT)
         narrow = tuple(replace(grip, narrow=True) for grip in self.grips)
         return (*self.grips, *narrow, *(replace(grip, lift=high) for grip in narrow))
+
+    def depth(self, rotation: np.ndarray) -> float:
+        """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
+        slopes = np.abs(rotation[2])
+        if self.kind == "cylinder":
+            slopes = np.array([np.hypot(*slopes[:2]), 0.0, slopes[2]])
+        return float(slopes @ self.half)
 
     def yaw_near(self, yaw: float, line: float) -> float:
         """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a line, rad."""

@@ -31,6 +31,9 @@ FIRM = 5.0
 CLOSING = 4
 """So many widths are looked at while the hand closes: a finger, 11 mm thick, cannot pass through a wall unseen."""
 
+ASTRAY = 0.0015
+"""Distance that the fingers keep from everything else, m: the arm comes to rest within 1 mm of where it is sent."""
+
 CLOSE_TIME, OPEN_TIME = 0.35, 0.25
 """Duration of closing and of opening the hand, s."""
 
@@ -190,7 +193,7 @@ def _free_line(cell: Workcell, position: np.ndarray, options: list[tuple[float, 
     for line, grip in options:
         q, _ = cell.arm.reach(position + [0.0, 0.0, grip.lift], [line, line + np.pi])
         widths = np.linspace(grip.opening, grip.width, CLOSING)
-        obstacles = {thing for width in widths for thing in cell.foresee(q, width=float(width))}
+        obstacles = {thing for width in widths for thing in cell.foresee(q, width=float(width), clearance=ASTRAY)}
         if not obstacles:
             return line, grip
         met |= obstacles
@@ -283,11 +286,15 @@ def _await_grip(cell: Workcell) -> np.ndarray | None:
 
 
 def _placing(cell: Workcell, thing: str, slot: Slot) -> tuple[np.ndarray, float]:
-    """Return the tool's position and yaw that put the held object, as it lies in the hand, into a slot."""
+    """Return the tool's position and yaw that put the held object, as it lies in the hand, into a slot.
+
+    One that hangs askew touches down with an edge, and tips.
+    """
     tool, held = cell.arm.tool(cell.reference), cell.measure(thing)
     symmetry = cell.scene.shapes[thing].symmetry
     turn = wrap(slot.yaw - held.yaw, symmetry) if symmetry else 0.0
     c, s = np.cos(turn), np.sin(turn)
     offset = held.position - tool.position
-    turned = np.array([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1], offset[2] - DROP])
+    lowest = offset[2] - cell.scene.shapes[thing].depth(held.rotation) + cell.scene.shapes[thing].half[2]
+    turned = np.array([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1], lowest - DROP])
     return _middle(cell, thing, slot) - turned, tool.yaw + turn

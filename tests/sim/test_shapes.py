@@ -203,3 +203,13 @@ def test_what_fell_over_rests_nowhere() -> None:
 
 def test_the_extent_of_nothing_is_a_cubes() -> None:
     assert extent([]).high == extent([]).low == CUBE_EDGE
+
+
+def test_what_is_tilted_reaches_farther_down() -> None:
+    c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
+    rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    cube = shape_of(Object("cup", "desk"))
+    can = shape_of(Object("can", "desk", kind="cylinder", size=(0.04, 0.05)))
+    for shape, across, up in ((cube, 0.0225, 0.0225), (can, 0.02, 0.025)):
+        assert shape.depth(np.eye(3)) == pytest.approx(up)
+        assert shape.depth(rotation) == pytest.approx(s * across + c * up)

@@ -246,3 +246,29 @@ def test_an_object_is_not_lowered_onto_one_that_has_come_meanwhile(scene: Scene)
         perform(cell, "release pink table")
     assert cell.held() == "pink"
     assert_clean(cell)
+
+
+def test_fingers_keep_their_distance_from_a_wall(scene: Scene) -> None:
+    """The open fingers would just fit in, were the arm always where it is sent."""
+    cell = lying_in_bin1(scene, along=0.0047, across=0.0286, yaw=np.radians(82.4))
+    perform(cell, "grasp pink")
+    assert cell.held() == "pink"
+    assert_clean(cell)
+
+
+def test_what_hangs_askew_is_not_pressed_onto_the_table(scene: Scene) -> None:
+    cell = run(scene, "transit top", "grasp pink", "transport pink table", seed=None)
+    line = cell.data.site("tcp").xmat.reshape(3, 3)[:, 1]
+    tilted, half = np.zeros(4), np.radians(37) / 2
+    swing = np.array([np.cos(half), *np.sin(half) * line])
+    mujoco.mju_mulQuat(tilted, swing, cell.data.joint("pink").qpos[3:])
+    cell.data.joint("pink").qpos[3:] = tilted
+    mujoco.mj_forward(scene.mujoco, cell.data)
+    depth = scene.shapes["pink"].depth(object_pose(scene, cell.data, "pink").rotation)
+    assert depth > 0.03
+    tool: list[float] = []
+    cell.disturb = lambda: tool.append(float(cell.data.site("tcp").xpos[2]))
+    perform(cell, "release pink table")
+    assert min(tool) > depth - 0.002
+    assert_clean(cell)
+    assert object_pose(scene, cell.data, "pink").tilt < 0.01
