@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import warnings
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 
@@ -65,7 +65,7 @@ def _in_processes(sweep: Sweep, numbers: Iterator[int], under_way: set[int], job
     # are under way at once.
     with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE), _deaf_to_ctrl_c():
         pool = Parallel(n_jobs=max(2, jobs), pre_dispatch=jobs, batch_size=1, return_as="generator_unordered")
-        results = pool(delayed(roll_out)(sweep, number) for number in hand_out())
+        results = pool(delayed(_deafly)(roll_out, sweep, number) for number in hand_out())
     try:
         for record in results:
             under_way.discard(record["rollout"])
@@ -73,6 +73,12 @@ def _in_processes(sweep: Sweep, numbers: Iterator[int], under_way: set[int], job
     finally:
         with warnings.catch_warnings(action="ignore"):  # that rollouts are given up is intended
             results.close()
+
+
+def _deafly(function: Callable[[Sweep, int], Record], sweep: Sweep, number: int) -> Record:
+    """Call a function in a process that leaves Ctrl-C to its parent: what it loads may have unblocked the signal."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return function(sweep, number)
 
 
 @contextmanager
