@@ -35,6 +35,8 @@ def on_this_machine(sweep: Sweep, numbers: Iterable[int], *, jobs: int) -> Gener
         numbers: of the rollouts.
         jobs: how many processes work.
     """
+    # A process that has grown is replaced by another, of which nobody needs to hear.
+    warnings.filterwarnings("ignore", message="A worker stopped while some jobs were given to the executor")
     waiting = iter(numbers)
     while True:
         under_way: set[int] = set()
