@@ -81,13 +81,15 @@ def growth_to_go(backward: Backward, tasks: np.ndarray, dtype: type, rates: np.n
 
 def _least(backward: Backward, tasks: np.ndarray, dtype: type, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
     """Return least costs, less their lowest bits, those of edges times a factor for what is satisfied."""
-    table: np.ndarray = np.full(_size(backward, tasks), INFINITE[dtype], dtype=dtype)
+    size = _size(backward, tasks)
     if (stages := backward.stages) is not None:
         if shift:
             stages = stages._replace(near=np.where(stages.near < FAR, stages.near >> shift, FAR))
+        table: np.ndarray = np.empty(size, dtype=dtype)
         fits = fill_in_order(stages, tasks, factors, table, INFINITE[dtype])
     else:
         edges = restricted(backward.reverse, tasks)
+        table = np.full(size, INFINITE[dtype], dtype=dtype)
         fits = dijkstra(edges._replace(costs=edges.costs >> shift), tasks, factors, table, INFINITE[dtype])
     if not fits:
         raise OverflowError

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.graph import by_way_of
 from prefplan.heap import heap_pop, heap_push
 from prefplan.kernels import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
 from prefplan.product import Product
@@ -71,7 +72,7 @@ def reverse_view(product: Product, forward: ProductView) -> ReverseView:
         forward.classes,
         first,
         np.array(states, dtype=np.int32),
-        np.stack([product.accepting, product.skipped], axis=1),
+        product.ends,
         product.sizes,
         forward.shift,
         forward.near,
@@ -83,10 +84,8 @@ def restricted(reverse: ReverseView, tasks: np.ndarray) -> ReverseView:
     """Return a contracted product with only those edges that end where a label matters to some tasks."""
     if not len(reverse.near):
         return reverse
-    near = reverse.near.copy()
     matters = reverse.active[tasks].any(axis=0)
-    for via in np.flatnonzero(~matters):
-        np.minimum(near, near[:, via, None] + near[None, via, :], out=near)
+    near = by_way_of(reverse.near, ~matters)
     near[:, ~matters] = FAR
     target, source = np.nonzero(near.T < FAR)
     offsets = np.searchsorted(target, np.arange(len(near) + 1)).astype(np.int64)

@@ -122,13 +122,31 @@ def _ways(
                     count = heap_push(keys, items, count, cost + costs[edge], targets[edge])
 
 
+@kernel
+def by_way_of(near: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Return the (S, S) least costs of getting from node to node by the edges and by way of some nodes, FAR for none.
+
+    Args:
+        near: (S, S) int64, costs of edges, FAR for none.
+        some: (S,) bool, which nodes may lie on the way.
+    """
+    least = near.copy()
+    nodes = least.shape[0]
+    for via in range(nodes):
+        if some[via]:
+            for source in range(nodes):
+                first = least[source, via]
+                if first < FAR:
+                    for target in range(nodes):
+                        least[source, target] = min(least[source, target], first + least[via, target])
+    return least
+
+
 def _relays(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
     """Return the cost of every edge as a matrix, and for each two nodes those on ways cheaper than the edge as bits."""
     near = np.full((graph.size, graph.size), FAR, dtype=np.int64)
     near[np.repeat(np.arange(graph.size), np.diff(graph.offsets)), graph.targets] = graph.costs
-    least = near.copy()
-    for via in range(graph.size):
-        least = np.minimum(least, least[:, via, None] + least[None, via, :])
+    least = by_way_of(near, np.ones(graph.size, dtype=bool))
     bits = np.uint64(1) << np.arange(graph.size, dtype=np.uint64)
     cheaper = least[:, :, None] + least[None, :, :] < near[:, None, :]
     return near, np.where(cheaper, bits[None, :, None], np.uint64(0)).sum(axis=1, dtype=np.uint64)

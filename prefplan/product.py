@@ -142,6 +142,11 @@ class Product:
         self.extra_price = np.array(prices, dtype=np.int64)
 
     @property
+    def ends(self) -> np.ndarray:
+        """The accepting and the skipped state of each automaton, (N, 2) int32, or -1."""
+        return np.stack([self.accepting, self.skipped], axis=1)
+
+    @property
     def relaxed(self) -> bool:
         """Whether some label may be read in more than one way."""
         return len(self.extra_state) > 0

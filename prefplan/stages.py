@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.graph import by_way_of
 from prefplan.kernels import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
 from prefplan.product import Product
 
@@ -43,9 +44,8 @@ def stages_of(product: Product, forward: ProductView) -> Stages | None:
     order = order_of_states(product.delta, product.sizes)
     if not forward.macro or product.relaxed or not len(order):
         return None
-    ends = np.stack([product.accepting, product.skipped], axis=1)
     active = active_nodes(forward)
-    return Stages(forward.near, forward.classes, active, product.delta, order, ends, product.sizes)
+    return Stages(forward.near, forward.classes, active, product.delta, order, product.ends, product.sizes)
 
 
 def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -89,7 +89,7 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
     for j in range(k):
         matters |= stages.active[tasks[j]]
     doors = np.flatnonzero(matters)
-    near = _without(stages.near, matters)
+    near = by_way_of(stages.near, ~matters)
     steps, relays = _weighted(near, doors, factors), _relays(near, doors)
     onto = _onto(stages, tasks, doors)
     ranks, states = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
@@ -122,21 +122,6 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
                 break
             ranks[j] = 0
     return True
-
-
-@kernel
-def _without(near: np.ndarray, matters: np.ndarray) -> np.ndarray:
-    """Return the costs of getting from node to node by way of nodes that do not matter."""
-    near = near.copy()
-    nodes = near.shape[0]
-    for via in range(nodes):
-        if not matters[via]:
-            for source in range(nodes):
-                first = near[source, via]
-                if first < FAR:
-                    for target in range(nodes):
-                        near[source, target] = min(near[source, target], first + near[via, target])
-    return near
 
 
 @kernel

@@ -224,9 +224,17 @@ def test_what_lies_near_a_rim_is_held_by_its_top(scene: Scene, along: float, acr
     assert_clean(cell)
 
 
-def test_fingers_do_not_close_on_a_wall_between_them(scene: Scene) -> None:
-    """Open, one finger would come down outside the bin: closing, it would press the wall instead of the block."""
-    cell = lying_in_bin1(scene, along=0.017, across=0.042, yaw=np.radians(2))
+@pytest.mark.parametrize(
+    ("along", "across", "yaw"),
+    [
+        # Open, one finger would come down outside the bin: closing, it would press the wall instead of the block.
+        pytest.param(0.017, 0.042, 2, id="wall-between-the-fingers"),
+        # The open fingers would just fit in, were the arm always where it is sent.
+        pytest.param(0.0047, 0.0286, 82.4, id="wall-close-by"),
+    ],
+)
+def test_fingers_touch_no_wall_as_they_close(scene: Scene, along: float, across: float, yaw: float) -> None:
+    cell = lying_in_bin1(scene, along=along, across=across, yaw=np.radians(yaw))
     perform(cell, "grasp pink")
     assert cell.held() == "pink"
     assert_clean(cell)
@@ -244,14 +252,6 @@ def test_an_object_is_not_lowered_onto_one_that_has_come_meanwhile(scene: Scene)
     cell.disturb = disturb
     with pytest.raises(SkillError, match="no room for pink on table: another object is 28 mm"):
         perform(cell, "release pink table")
-    assert cell.held() == "pink"
-    assert_clean(cell)
-
-
-def test_fingers_keep_their_distance_from_a_wall(scene: Scene) -> None:
-    """The open fingers would just fit in, were the arm always where it is sent."""
-    cell = lying_in_bin1(scene, along=0.0047, across=0.0286, yaw=np.radians(82.4))
-    perform(cell, "grasp pink")
     assert cell.held() == "pink"
     assert_clean(cell)
 
