@@ -12,10 +12,10 @@ from experiments.commands.run import choose
 from experiments.front_comparison import Point, compare, side_by_side
 from experiments.output import condense, number
 from prefplan.errors import PrefplanError
+from prefplan.exact_costs import Number, exact
 from prefplan.front import Front, Plan
 from prefplan.planner import Planner
 from prefplan.problem import Problem
-from prefplan.quanta import Number, exact
 from prefplan.scenario import Scenario
 
 if TYPE_CHECKING:

@@ -159,7 +159,7 @@ def _single(method: str, problem: Problem, max_seconds: float) -> Planned:
     search = BiObjectiveSearch(Prepared(product, YARDSTICKS[method], single=True), cost_only=True)
     goal = next(search.goals(limits), None)
     seconds = time.perf_counter() - began
-    found = None if goal is None else ((float(goal.cost * product.unit),),)
+    found = None if goal is None else ((float(goal.cost * product.units.cost),),)
     return seconds, search.work.expanded, found, limits.ended
 
 

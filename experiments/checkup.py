@@ -15,13 +15,13 @@ from experiments.overview import kind_of
 from experiments.start import loading
 from prefplan.diagram import same
 from prefplan.errors import PrefplanError
+from prefplan.exact_costs import Number
 from prefplan.formula import parse, propositions_of
 from prefplan.front import NoPlanError
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.planner import Planner
 from prefplan.preference import WeightedSum
 from prefplan.problem import Problem, Task
-from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 from prefplan.transition_system import TransitionSystem
 

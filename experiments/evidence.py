@@ -10,7 +10,7 @@ from typing import Any
 from experiments.certificates import certificate_json
 from experiments.files import write_bytes, write_json
 from experiments.outcome import Outcome
-from prefplan.quanta import Number, exact, to_number
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.scenario import Scenario
 from sim.certificate import certify
 from sim.log import Claims, Log, encode, log_of, read_log
@@ -56,7 +56,7 @@ def claims_of(outcome: Outcome) -> Claims:
     bought = tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps))
     paid = dict.fromkeys(outcome.plan.violation_costs, Fraction(0))
     for purchase in bought:
-        paid[purchase.task] += Fraction(exact(purchase.cost))
+        paid[purchase.task] += exact(purchase.cost)
     completed = outcome.rollout.completed
     return Claims(
         completed=completed,
@@ -70,4 +70,4 @@ def claims_of(outcome: Outcome) -> Claims:
 
 def _plain(number: Number) -> int | float:
     """Return a number as JSON has it."""
-    return to_number(Fraction(exact(number)))
+    return to_number(exact(number))

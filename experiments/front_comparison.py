@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from experiments.output import condense
+from experiments.output import condense, number
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Front, Plan
-from prefplan.quanta import Number, exact
 
 Point = tuple[Number, Number]
 """(cost, preference), in the user's units."""
@@ -84,4 +84,4 @@ def _place(row: Row) -> tuple[float, float]:
 
 
 def _word(point: Point | None) -> str:
-    return "" if point is None else f"({exact(point[0])}, {exact(point[1])})"
+    return "" if point is None else f"({number(to_number(exact(point[0])))}, {number(to_number(exact(point[1])))})"

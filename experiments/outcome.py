@@ -11,9 +11,9 @@ from rich.console import Console
 from experiments.certificates import in_a_line
 from experiments.output import condense, number, plan_json
 from experiments.tally import Tally
+from prefplan.exact_costs import Number
 from prefplan.front import Plan
 from prefplan.models.action_costs import QUANTITIES
-from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 from sim.certificate import Certificate
 from sim.closed_loop import Pursuit

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from decimal import Decimal
 from itertools import groupby
 from typing import Any
 
@@ -12,14 +13,17 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from prefplan.exact_costs import Number
 from prefplan.front import Front, Plan, Purchase, Stats, UnfinishedError
-from prefplan.quanta import Number
+from prefplan.problem import Problem
 from prefplan.scenario import Scenario
 
 
 def number(value: Number) -> str:
-    """Return a cost as a person would write it."""
-    return f"{value:.6f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
+    """Return a cost as a person would write it, with all the digits that make it the same number when it is read."""
+    if isinstance(value, float):
+        return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
+    return str(value) if abs(int(value)) < 10**21 else f"{Decimal(int(value)).normalize():g}"
 
 
 def ended_early(front: Front) -> str:
@@ -106,6 +110,8 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
         "scenario": scenario.name,
         "tasks": [task.name for task in scenario.tasks],
         "contract": scenario.problem().measure.contract,
+        "claimed": scenario.problem().measure.claimed,
+        "resolution": scenario.problem().resolution,
     }
 
 
@@ -119,6 +125,18 @@ def relaxed(plan: Plan) -> list[str]:
             when = f"after action {bought.step}" if bought.step else "at the start"
             lines.append(f"  {bought.task} takes {bought.assume} to hold {when}, for {number(bought.cost)}")
     return lines
+
+
+def assumptions(problem: Problem) -> list[str]:
+    """Return a sentence for everything that a front takes for granted."""
+    notes = []
+    if problem.resolution is not None:
+        notes.append(f"Costs are rounded to multiples of {number(problem.resolution)}; the front is exact for those.")
+    if problem.measure.claimed:
+        notes.append(
+            f"That the preference is {problem.measure.contract} is a claim of the scenario, tried on random costs only."
+        )
+    return notes
 
 
 def show_front(console: Console, scenario: Scenario, front: Front) -> None:
@@ -139,6 +157,8 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
         f"{front.stats.expanded} labels expanded.",
         style="dim",
     )
+    for note in assumptions(scenario.problem()):
+        console.print(note, style="dim")
     for i, plan in enumerate(front):
         lines = [Text(f"\nPlan {i} ({len(plan.actions)} actions)"), Text(condense(plan.actions) or "(nothing to do)")]
         console.print(Group(*lines, *map(Text, relaxed(plan))))
@@ -152,3 +172,5 @@ def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     console.print(Text(condense(plan.actions) or "(nothing to do)"))
     for line in relaxed(plan):
         console.print(Text(line))
+    for note in assumptions(scenario.problem()):
+        console.print(note, style="dim")

@@ -17,9 +17,9 @@ from experiments.carry_out import carry_out
 from experiments.evidence import evidence
 from experiments.outcome import Outcome
 from experiments.sweep_faults import MOST_FAULTS, random_faults
+from prefplan.exact_costs import Number
 from prefplan.front import Plan
 from prefplan.models.manipulation import ManipulationModel
-from prefplan.quanta import Number
 from prefplan.scenario import Scenario
 from sim.certificate import certify
 from sim.faults import Fault

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.models.manipulation import ManipulationState
 from prefplan.problem import Problem
-from prefplan.quanta import Number, exact, to_number
 from sim.rollout import Step
 
 
@@ -60,7 +60,7 @@ def tally(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Tally:
                 satisfied[k].add(task.name)
     spent = [Fraction(0)]
     for step in steps:
-        spent.append(spent[-1] + Fraction(exact(step.cost)))
+        spent.append(spent[-1] + exact(step.cost))
     preferences = []
     for k in range(len(readings)):
         costs = [
@@ -74,7 +74,7 @@ def tally(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Tally:
 def _paid(plan: Plan, task: str, step: int) -> Fraction:
     """Return what a plan has paid by some step to relax a task."""
     return sum(
-        (Fraction(exact(bought.cost)) for bought in plan.relaxations if bought.task == task and bought.step <= step),
+        (exact(bought.cost) for bought in plan.relaxations if bought.task == task and bought.step <= step),
         Fraction(0),
     )
 

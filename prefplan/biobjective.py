@@ -59,18 +59,21 @@ class Growth(NamedTuple):
     """How mu grows along a path, for measures with key (g, mu).
 
     Attributes:
-        rate: (2^N,) int64, quanta of mu for each internal unit of cost while that set is satisfied.
+        rate: (2^N,) int64, units of mu for each unit of cost while that set is satisfied.
         maximum: (M, 2^N) int64, M <= 1: mu is at least that times the cost so far.
-        late_task: (D,) int64, late_by: (D,) int64 internal units, late_weight: (D,) int64: tardiness.
-        violation: (N,) int64, quanta of mu for each quantum of violation cost.
+        late_task: (D,) int64, late_slope: (D,) int64 units of mu for each unit of cost, late_offset: (D,) int64 units
+            of mu: tardiness is max(0, slope * cost - offset).
+        violation: (N,) int64, units of mu for each unit of violation cost.
+        cost_limit: costs from which on one of these products might not fit 64 bits.
     """
 
     rate: np.ndarray
     maximum: np.ndarray
     late_task: np.ndarray
-    late_by: np.ndarray
-    late_weight: np.ndarray
+    late_slope: np.ndarray
+    late_offset: np.ndarray
     violation: np.ndarray
+    cost_limit: int
 
 
 class Labels(NamedTuple):
@@ -145,12 +148,17 @@ def run(
             j = count - 1 - k
             after = cost + next_cost[j]
             spent = after >> view.shift
+            if after > bounds[1]:
+                k += 1
+                continue
+            if spent >= growth.cost_limit:
+                return _stop(counters, parent, k, count, TOO_WIDE)
             value = mu + growth.rate[satisfied] * (spent - (cost >> view.shift))
             value = _convex(growth, value, satisfied, cost >> view.shift, spent)
             if view.relaxed or parent == NONE:
                 for i in range(growth.violation.shape[0]):
                     value += growth.violation[i] * violation[j, i]
-            if value >= bounds[0] or after > bounds[1]:
+            if value >= bounds[0]:
                 k += 1
                 continue
             code = next_code[j]
@@ -162,7 +170,7 @@ def run(
             if row < 0:
                 node = decode(view, code, room.choice)
                 now, done = masks(view, room.choice)
-                growing = preference_bound(blocks, node, room.choice, now)
+                growing = preference_bound(blocks, node, room.choice, now, infinite)
                 if value + growing >= bounds[0]:
                     k += 1
                     continue
@@ -184,6 +192,7 @@ def run(
                 codes[row] = code
             if (
                 value + facts[row, GROWTH_BOUND] >= bounds[0]
+                or facts[row, COST_BOUND] >= infinite
                 or after + facts[row, COST_BOUND] > bounds[1]
                 or _dominated(labels, facts[row, HEAD], after, value, cost_only)
             ):
@@ -318,8 +327,8 @@ def _convex(growth: Growth, mu: Integer, satisfied: Integer, before: Integer, af
     """Return mu with tardiness and a maximum added."""
     for d in range(growth.late_task.shape[0]):
         if not satisfied >> growth.late_task[d] & 1:
-            by = growth.late_by[d]
-            mu += growth.late_weight[d] * (max(0, after - by) - max(0, before - by))
+            slope, offset = growth.late_slope[d], growth.late_offset[d]
+            mu += max(0, slope * after - offset) - max(0, slope * before - offset)
     for m in range(growth.maximum.shape[0]):
         mu = max(mu, growth.maximum[m, satisfied] * after)
     return mu

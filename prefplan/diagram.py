@@ -5,8 +5,9 @@ R. E. Bryant, "Graph-Based Algorithms for Boolean Function Manipulation", 1986, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 
@@ -101,6 +102,39 @@ def leaves(diagram: Diagram) -> list[Any]:
 
     walk(diagram)
     return list(found)
+
+
+Price = tuple[int, int, tuple[int, ...]]
+"""What was paid, for how many propositions, and the numbers of the offers taken, in order."""
+
+
+def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str, tuple[int, int]]) -> dict[Any, Price]:
+    """Return the leaves that a label leads to with some propositions added to it, each at the least price.
+
+    A path asks for every proposition once at most, so that prices add up along it as on a graph: one visit to each
+    branch does for all sets of propositions. Ties go to fewer of them, then to the offers that come first.
+
+    Args:
+        diagram: what is read.
+        label: what holds.
+        offers: propositions that may be added, each with its price and the number of the offer.
+    """
+
+    @cache
+    def walk(d: Diagram) -> dict[Any, Price]:
+        if not isinstance(d, Branch):
+            return {d: (0, 0, ())}
+        if d.name in label:
+            return walk(d.high)
+        found = dict(walk(d.low))
+        if d.name in offers:
+            price, offer = offers[d.name]
+            for end, (paid, count, taken) in walk(d.high).items():
+                dearer = (paid + price, count + 1, tuple(sorted((*taken, offer))))
+                found[end] = min(found.get(end, dearer), dearer)
+        return found
+
+    return walk(diagram)
 
 
 def paths(diagram: Diagram) -> Iterator[tuple[dict[str, bool], Any]]:

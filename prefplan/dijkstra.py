@@ -178,8 +178,9 @@ def _finished(reverse: ReverseView, tasks: np.ndarray, combination: Integer) -> 
 def dijkstra(
     reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer
 ) -> bool:
-    """Fill a table with least costs, those of edges weighted by what is satisfied.
+    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether they fit its type.
 
+    In a table of int64 all of them do: a larger one is entered as the largest finite number, still a lower bound.
     Cells whose node no edge leads to are at the end of every backward way, and need not wait their turn.
     """
     offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
@@ -206,6 +207,8 @@ def dijkstra(
             for edge in range(offsets[node], offsets[node + 1]):
                 source = sources[edge]
                 new = cost + factor * costs[edge]
+                if new >= infinite and table.itemsize == 8:
+                    new = infinite - 1
                 if new < table[source + before]:
                     table[source + before] = new
                     if offsets[source] < offsets[source + 1]:
@@ -227,6 +230,8 @@ def dijkstra_within_budgets(
     infinite: Integer,
 ) -> bool:
     """Fill a table by labels (cost, growth), in order of cost; each settles the budgets that nothing met before.
+
+    Costs that do not fit are treated as in `dijkstra`.
 
     A label that grows no less than an earlier one of its cell is dominated; of those over the largest finite budget
     only the first matters. Cells whose node no edge leads to need no labels.
@@ -268,9 +273,11 @@ def dijkstra_within_budgets(
                 source = sources[edge]
                 new_cell = source + before
                 new = cost + costs[edge]
-                more = growth + rate * (costs[edge] >> reverse.shift)
+                more = min(growth + rate * (costs[edge] >> reverse.shift), FAR - 1)
                 if new >= infinite:
-                    return False
+                    if table.itemsize == 4:
+                        return False
+                    new = infinite - 1
                 if offsets[source] == offsets[source + 1]:
                     _settle(table, budgets, new_cell, new, more)
                     continue

@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from prefplan.errors import PreferenceError, choices
+from prefplan.exact_costs import common_unit
 
 FUNCTIONS: dict[str, Callable[[Any], Any]] = {"min": min, "max": max, "abs": abs}
 
@@ -86,13 +87,40 @@ def variables(tree: Expression) -> frozenset[Variable]:
     return frozenset()
 
 
-def is_integral(tree: Expression) -> bool:
-    """Return whether integer arguments surely give an integer, computed without rounding."""
+def scaled(tree: Expression, cost: Fraction, price: Fraction) -> tuple[Expression, Fraction]:
+    """Return an expression over costs as one over their multiples of a unit, and the factor that is left out of it.
+
+    Without a division all its constants are whole, so that it gives whole numbers.
+
+    Args:
+        tree: the expression, over costs in the user's units.
+        cost: unit of costs.
+        price: unit of violation costs.
+    """
+    match tree:
+        case Constant(value):
+            return Constant(Fraction(1)), value
+        case Variable(_, violation):
+            return tree, price if violation else cost
+        case Operation(name, operands):
+            parts = [scaled(operand, cost, price) for operand in operands]
+            if name in ("*", "/"):
+                (a, by), (b, factor) = parts
+                return Operation(name, (a, b)), by * factor if name == "*" else by / factor
+            unit = common_unit([factor for _, factor in parts])
+            return Operation(name, tuple(_times_constant(part, factor / unit) for part, factor in parts)), unit
+    raise AssertionError(tree)
+
+
+def _times_constant(tree: Expression, factor: Fraction) -> Expression:
     if isinstance(tree, Constant):
-        return tree.value.denominator == 1
-    if isinstance(tree, Operation):
-        return tree.name != "/" and all(map(is_integral, tree.operands))
-    return True
+        return Constant(tree.value * factor)
+    return tree if factor == 1 else Operation("*", (Constant(factor), tree))
+
+
+def divides(tree: Expression) -> bool:
+    """Return whether an expression has a division."""
+    return isinstance(tree, Operation) and (tree.name == "/" or any(map(divides, tree.operands)))
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,15 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
+from prefplan.exact_costs import to_number
 from prefplan.front import Plan, Purchase
 from prefplan.graph import Graph
 from prefplan.kernels import Integer, kernel
 from prefplan.product import Product, Start
-from prefplan.quanta import to_number
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,8 @@ class Waypoint:
     cost: int
 
 
-def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Start) -> Plan:
-    """Return the plan that visits some product states, with its costs worked out afresh from the model.
+def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
+    """Return the plan that visits some product states, and its exact mu, worked out afresh from the model.
 
     Args:
         product: what was searched.
@@ -47,7 +48,7 @@ def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Sta
             edges.append(edge)
             states.append(before.automata)
         states[-1] = after.automata
-    return _account(product, edges, states, start)
+    return account(product, edges, states, start)
 
 
 def _way(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
@@ -131,22 +132,24 @@ def _leads(product: Product, label: int, before: tuple[int, ...], after: tuple[i
     return True
 
 
-def _account(product: Product, edges: list[int], states: list[tuple[int, ...]], start: Start) -> Plan:
-    """Return the plan of some edges, given the automata's states before and after each."""
-    problem, system = product.problem, product.problem.system
+def account(
+    product: Product, edges: Sequence[int], states: Sequence[tuple[int, ...]], start: Start
+) -> tuple[Plan, Any]:
+    """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
+    problem, system, units = product.problem, product.problem.system, product.units
     names = problem.names
-    quantum = Fraction(1, 10**problem.decimals)
-    steps = [(int(product.costs[edge]) >> product.shift) * product.unit for edge in edges]
-    spent = np.cumsum([0, *steps], dtype=object)
+    spent = [Fraction(0)]
+    for edge in edges:
+        spent.append(spent[-1] + (int(product.costs[edge]) >> product.shift) * units.cost)
     task_costs, violations = [], [Fraction(0)] * len(names)
     purchases: list[Purchase] = []
     for i, (name, dfa) in enumerate(zip(names, product.automata, strict=True)):
         accepting = dfa.automaton.accepting
         done = next((k for k, automata in enumerate(states) if automata[i] == accepting), len(states) - 1)
-        task_costs.append(spent[done] * quantum)
+        task_costs.append(spent[done])
         bought = start.bought[i]
         if bought is None:
-            price = Fraction(dfa.skip or 0) * quantum
+            price = (dfa.skip or 0) * units.price
             purchases.append(Purchase(name, 0, None, to_number(price)))
             violations[i] += price
         for k, automata in enumerate(states if dfa.relaxations else states[:1]):
@@ -155,16 +158,18 @@ def _account(product: Product, edges: list[int], states: list[tuple[int, ...]], 
                 readings = dfa.readings(states[k - 1][i], label)
                 bought = next(r.bought for r in readings if r.state == automata[i])
             for relaxation in bought or ():
-                assumed, _, quanta = dfa.relaxations[relaxation]
-                purchases.append(Purchase(name, k, assumed, to_number(quanta * quantum)))
-                violations[i] += quanta * quantum
+                assumed, _, count = dfa.relaxations[relaxation]
+                purchases.append(Purchase(name, k, assumed, to_number(count * units.price)))
+                violations[i] += count * units.price
     visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
-    return Plan(
-        cost=to_number(Fraction(spent[-1]) * quantum),
-        preference=to_number(problem.measure.value(task_costs, violations)),
+    mu = problem.measure.value(task_costs, violations)
+    plan = Plan(
+        cost=to_number(spent[-1]),
+        preference=to_number(mu),
         task_costs={name: to_number(cost) for name, cost in zip(names, task_costs, strict=True)},
         violation_costs={name: to_number(cost) for name, cost in zip(names, violations, strict=True)},
         actions=tuple(system.action_names[system.actions[edge]] for edge in edges),
         states=tuple(system.states[state] for state in visited),
         relaxations=tuple(sorted(purchases, key=lambda p: p.step)),
     )
+    return plan, mu

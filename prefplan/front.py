@@ -6,7 +6,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 
 from prefplan.errors import PrefplanError
-from prefplan.quanta import Number
+from prefplan.exact_costs import Number
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,8 @@ class Front(Sequence[Plan]):
         reason: why there is no plan; None if there is one, or if that is not known.
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
         complete_below: every point of lower cost has been found; None if the front is complete.
+        resolution: of what the model's costs were rounded to a multiple; None if they are as they were given.
+        claimed: whether the preference's contract is the user's claim: tried on random costs, but not shown.
         stats: work and time.
     """
 
@@ -138,6 +140,8 @@ class Front(Sequence[Plan]):
     reason: Reason | None = None
     ended: str | None = None
     complete_below: Number | None = None
+    resolution: Number | None = None
+    claimed: bool = False
     stats: Stats = field(default_factory=Stats)
 
     @property

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prefplan.exact_costs import INT64_LIMIT
 from prefplan.heap import heap_pop, heap_push
-from prefplan.kernels import FAR, Integer, ProductView, kernel
+from prefplan.kernels import FAR, INFINITE, Integer, ProductView, kernel
 from prefplan.product import Product
 
 NODE_LIMIT = 64
@@ -63,8 +64,10 @@ def inert_classes(product: Product) -> np.ndarray:
 
 
 def contract(product: Product) -> Graph | None:
-    """Return the contracted graph, or None if more than NODE_LIMIT states matter."""
+    """Return the contracted graph, or None if more than NODE_LIMIT states matter or costs might not fit 64 bits."""
     system = product.problem.system
+    if system.size * int(product.costs.max(initial=0)) >= INT64_LIMIT:
+        return None
     matters = ~inert_classes(product)[product.classes]
     keep = matters.copy()
     keep[system.start] = True
@@ -75,6 +78,8 @@ def contract(product: Product) -> Graph | None:
     node[states] = np.arange(len(states))
     near = np.empty((len(states), len(states)), dtype=np.int64)
     _ways(product.offsets, product.targets, product.costs, matters, states, node, near)
+    if len(states) * int(near.max(initial=0)) >= INFINITE[np.int64]:
+        return None
     source, target = np.nonzero(near >= 0)
     return Graph(
         np.searchsorted(source, np.arange(len(states) + 1)).astype(np.int64),

@@ -52,7 +52,7 @@ class Patterns(NamedTuple):
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64. base: (P,) int64: entry = base + node + sum_j strides[j] q_j.
         table: (B, entries) int32 or int64.
-        budgets: (B,) int64, falling, quanta of mu; the first is no bound.
+        budgets: (B,) int64, falling, units of mu; the first is no bound.
     """
 
     tasks: np.ndarray
@@ -100,7 +100,7 @@ def patterns(
     dtype: type,
     *,
     measure: Measure | None = None,
-    unit: int = 1,
+    factor: Fraction = Fraction(1),
     budgets: Sequence[int] = (),
 ) -> Patterns:
     """Return the tables of all sets of k tasks.
@@ -110,7 +110,7 @@ def patterns(
         k: how many tasks a set has.
         dtype: np.int32 or np.int64.
         measure: whose growth is bounded.
-        unit: quanta of cost in an internal unit.
+        factor: what a unit of cost is in units of mu.
         budgets: how much mu may grow, falling.
 
     Raises:
@@ -123,7 +123,7 @@ def patterns(
         rates = None
         if measure and budgets:
             members = tasks.tolist()
-            rates = np.array([_rate(measure, members, s) * unit for s in range(2**k)], dtype=np.int64)
+            rates = np.array([_rate(measure, members, s, factor) for s in range(2**k)], dtype=np.int64)
         return cost_to_go(backward, tasks, dtype, rates=rates, budgets=None if rates is None else levels)
 
     cells = backward.sizes[np.stack(sets)]
@@ -139,10 +139,10 @@ def patterns(
     return Patterns(np.stack(sets), strides[:, :-1].copy(), base, table, levels)
 
 
-def _rate(measure: Measure, members: list[int], satisfied: int) -> int:
-    """Return a lower bound of mu's rate from some tasks alone, in quanta of mu for a quantum of cost."""
+def _rate(measure: Measure, members: list[int], satisfied: int, factor: Fraction) -> int:
+    """Return a lower bound of mu's rate from some tasks alone, in units of mu for a unit of cost."""
     bits = sum(1 << i for j, i in enumerate(members) if satisfied >> j & 1)
-    return int(sum((rate.among(frozenset(members), bits) for rate in measure.rates), Fraction(0)) * measure.scale)
+    return int(sum((rate.among(frozenset(members), bits) for rate in measure.rates), Fraction(0)) * factor)
 
 
 @bare_kernel

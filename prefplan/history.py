@@ -14,11 +14,11 @@ from fractions import Fraction
 
 import numpy as np
 
+from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number
 from prefplan.front import NoPlanError, Plan
 from prefplan.planner import Planner
 from prefplan.preference import WeightedSum
 from prefplan.problem import Problem
-from prefplan.quanta import Number, decimals_of, exact, to_number, to_quanta
 from prefplan.transition_system import TransitionSystem
 
 
@@ -41,7 +41,7 @@ class Past:
     @property
     def cost(self) -> Number:
         """What was spent so far."""
-        return to_number(sum((Fraction(exact(cost)) for cost in self.costs), Fraction(0)))
+        return to_number(sum((exact(cost) for cost in self.costs), Fraction(0)))
 
 
 class _Joined(Sequence[Hashable]):
@@ -158,8 +158,10 @@ def _reaching(past: Past, plan: Plan, system: TransitionSystem) -> Plan:
 def _joined(past: Past, system: TransitionSystem, present: str, known: frozenset[str]) -> TransitionSystem:
     """Return the past as a chain that leads to a system's start, and the system, where `present` holds."""
     length = len(past.actions)
-    decimals = max(system.decimals, decimals_of(past.costs))
-    costs, _ = to_quanta(past.costs, decimals)
+    spent = [exact(cost) for cost in past.costs]
+    unit = common_unit([system.unit, *spent])
+    ahead_costs = system.costs.astype(object) * int(system.unit / unit)
+    costs = multiples(map(Fraction, [*multiples(spent, unit).tolist(), *ahead_costs.tolist()]), Fraction(1))
     names = tuple(dict.fromkeys((*system.action_names, *past.actions)))
     ahead = np.arange(1, length + 1, dtype=np.int32)
     ahead[-1] += system.start
@@ -171,8 +173,8 @@ def _joined(past: Past, system: TransitionSystem, present: str, known: frozenset
         offsets=np.concatenate([np.arange(length), system.offsets + length]).astype(np.int64),
         targets=np.concatenate([ahead, system.targets + np.int32(length)]),
         actions=np.concatenate([np.array([names.index(a) for a in past.actions], dtype=np.int32), system.actions]),
-        costs=np.concatenate([np.array(costs, dtype=np.int64), system.costs * 10 ** (decimals - system.decimals)]),
-        decimals=decimals,
+        costs=costs,
+        unit=unit,
         labels=np.concatenate(
             [np.array([list(own).index(label) for label in past.labels], dtype=np.int32), system.labels + len(own)]
         ).astype(np.int32),

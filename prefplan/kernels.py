@@ -1,7 +1,7 @@
 """What the compiled kernels share: flat views of a product, and how its states lead to one another.
 
 Kernels are numba functions, compiled once and kept on disk. Everything they work on is an integer array, grouped in
-named tuples. Costs are in internal units (`Product.unit`), preference values in quanta of the measure.
+named tuples. Costs and preference values are whole multiples of `Product.units`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 Integer: TypeAlias = "int | np.integer[Any]"
 
 INFINITE: dict[type, int] = {np.int32: 2**30, np.int64: 2**60}
-"""Cost-to-go where there is no way. A search that meets a cost as large starts again with the wider type."""
+"""Cost-to-go where there is no path. A search that meets a cost as large starts again with the wider type."""
 
 
 def kernel(function: F) -> F:
@@ -56,8 +56,8 @@ def _forget_outdated(folder: Path) -> None:
         temporary.rename(stamp)
 
 
-FAR = 2**60
-"""Cost of an edge that does not exist."""
+FAR = 2**61
+"""Cost of an edge that does not exist; more than any finite cost-to-go and an edge together."""
 
 
 class ProductView(NamedTuple):

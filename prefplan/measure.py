@@ -20,15 +20,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import lcm
 from typing import Any
 
 import numpy as np
 
 from prefplan.errors import PreferenceError
-from prefplan.expression import is_integral
-from prefplan.quanta import LIMIT
-from prefplan.terms import Formula, Maximum, Rate, Tardiness, Term, Violation, WeightedRate
+from prefplan.exact_costs import common_unit
+from prefplan.expression import divides, scaled
+from prefplan.terms import Formula, Maximum, Rate, Tardiness, Term, Violation
 
 TASK_LIMIT = 20
 """Tables over all sets of satisfied tasks have 2^N entries."""
@@ -106,47 +105,55 @@ class Measure:
             return declared.pop()
         return "componentwise"
 
-    @cached_property
-    def integral(self) -> bool:
-        """Whether all formulas give integers for integers."""
-        return all(
-            formula.tree is not None and is_integral(formula.tree) and formula.weight.denominator == 1
-            for formula in self.formulas
-        )
+    @property
+    def rounds(self) -> bool:
+        """Whether a value that labels are compared by is a quotient, which compiled code would round."""
+        compared = [formula for formula in self.formulas if formula.contract in ("additive", "convex")]
+        return any(formula.tree is not None and divides(formula.tree) for formula in compared)
+
+    def unit(self, cost: Fraction, price: Fraction) -> Fraction:
+        """Return a unit of mu in which all terms but those with functions or divisions are whole, given those of costs.
+
+        Args:
+            cost: unit of costs.
+            price: unit of violation costs.
+        """
+        amounts = [weight * cost for rate in self.rates for weight in rate.weights_used]
+        amounts += [weight * cost for term in self.maxima for weight in term.weights]
+        for late in self.tardiness:
+            amounts += [late.weight * cost, late.weight * late.by]
+        amounts += [weight * price for weight in self.violation_weights]
+        amounts += [formula.weight * scaled(formula.tree, cost, price)[1] for formula in self.formulas if formula.tree]
+        return common_unit(amounts)
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the contract is the user's claim: it was tried on random costs, not shown."""
+        return any(formula.claimed for formula in self.formulas)
 
     @cached_property
-    def scale(self) -> int:
-        """Quanta of the additive and maximum terms in one user's unit of mu, beyond those of cost."""
-        factors = [w for term in self.maxima for w in term.weights] + [term.weight for term in self.tardiness]
-        factors += [w for term in self._some(Violation) for w in term.weights]
-        for rate in self.rates:
-            factors += rate.weights if isinstance(rate, WeightedRate) else [rate.weight]
-        return lcm(1, *(factor.denominator for factor in factors))
+    def violation_weights(self) -> list[Fraction]:
+        """(N,) weights of the violation costs in additive terms."""
+        terms = self._some(Violation)
+        return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks)]
 
-    def rate_table(self) -> np.ndarray:
-        """Return the (2^N,) int64 growth of mu in each satisfied set, in quanta of mu for a quantum of cost."""
+    def largest_rate(self) -> Fraction:
+        """Return a bound of how much the additive terms over cost and tardiness grow for a unit of cost."""
+        rates = (sum(rate.weights_used, Fraction(0)) * rate.most for rate in self.rates)
+        return sum(rates, Fraction(0)) + sum((late.weight for late in self.tardiness), Fraction(0))
+
+    def rate_table(self, factor: Fraction) -> np.ndarray:
+        """Return the (2^N,) int64 growth of mu in each satisfied set, times a factor that makes it whole."""
         table = np.zeros(2**self.tasks, dtype=np.int64)
         for rate in self.rates:
-            largest = max(rate.weights) if isinstance(rate, WeightedRate) else rate.weight
-            if largest * self.scale * self.tasks * len(self.rates) >= LIMIT:
-                raise PreferenceError("weights: too large to be held exactly")
-            table += rate.table(self.tasks, self.scale)
+            table += rate.table(self.tasks, factor)
         return table
 
-    def maximum_table(self) -> np.ndarray:
-        """Return the (M, 2^N) int64 largest weight of an unsatisfied task, for every maximum and satisfied set."""
+    def maximum_table(self, factor: Fraction) -> np.ndarray:
+        """Return the (M, 2^N) int64 largest weight of an unsatisfied task, times a factor that makes it whole."""
         sets = np.arange(2**self.tasks)
         table = np.zeros((len(self.maxima), len(sets)), dtype=np.int64)
         for k, term in enumerate(self.maxima):
             for i, weight in enumerate(term.weights):
-                if weight * self.scale >= LIMIT:
-                    raise PreferenceError("weights: too large to be held exactly")
-                table[k] = np.maximum(table[k], (1 - (sets >> i & 1)) * int(weight * self.scale))
+                table[k] = np.maximum(table[k], (1 - (sets >> i & 1)) * int(weight * factor))
         return table
-
-    def violation_weights(self) -> np.ndarray:
-        """Return the (N,) int64 quanta of mu for a quantum of each violation cost."""
-        total = [Fraction(0)] * self.tasks
-        for term in self._some(Violation):
-            total = [a + b for a, b in zip(total, term.weights, strict=True)]
-        return np.array([int(w * self.scale) for w in total], dtype=np.int64)

@@ -34,13 +34,13 @@ from prefplan.label_store import (
     pop,
     push,
 )
-from prefplan.programs import Programs, evaluate
+from prefplan.programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 
 HUGE = 1e200
 """A formula's value beyond this, or below 0, ends the search."""
 
-LARGEST = 2.0**53
-"""Larger whole numbers are not exact in floating point."""
+FALLS = 7
+"""Why a run of the kernel ended, beside those of `biobjective`: mu is less than on the path before."""
 
 CARRIED, ORDERED, EQUAL = 0, 1, 2
 """How entries are compared: not at all, smaller is better, or must be the same."""
@@ -54,9 +54,6 @@ class Key(NamedTuple):
         same_cost: whether only labels of equal cost are compared.
         maxima: how many maxima there are. values: (V,) int64, the formulas whose values are entries.
         costs: (A,) int64 and violations: (B,) int64, the tasks whose costs are entries.
-        unit: cost units of the user in an internal one, and price: in a quantum of violation cost.
-        weight: quanta of mu in a user's unit.
-        tolerance: relative difference up to which two values of mu are the same.
     """
 
     compare: np.ndarray
@@ -65,10 +62,6 @@ class Key(NamedTuple):
     values: np.ndarray
     costs: np.ndarray
     violations: np.ndarray
-    unit: float
-    price: float
-    weight: float
-    tolerance: float
 
 
 class VectorLabels(NamedTuple):
@@ -76,7 +69,8 @@ class VectorLabels(NamedTuple):
 
     Attributes:
         row: (L,) int32, cost: (L,), parent: (L,) int32, sibling: (L,) int32: as in `biobjective.Labels`.
-        key: (L, D) float64; costs of unsatisfied tasks are entered as 0. mu: (L,) float64 quanta.
+        key: (L, D) float64, whole units; costs of unsatisfied tasks are entered as 0.
+        mu: (L,) float64 units, never more than the exact value, and equal to it where no formula rounds.
     """
 
     row: np.ndarray
@@ -118,7 +112,8 @@ def run_vector(
 
     Arguments are as for `biobjective.run`, but for:
         key: what the entries are. programs, callback: formulas.
-        best: (2,) float64, mu must stay below the first, and must not exceed the second.
+        best: (2,) float64, mu must stay below the first, and must not exceed the second; neither is less than the exact
+            number that it stands for.
         scratch: room for one label.
     """
     codes, facts, slots = states.code, states.facts, states.slots
@@ -163,14 +158,21 @@ def run_vector(
                 continue
             now = facts[row, SATISFIED] & (2**31 - 1)
             before, spent = cost >> view.shift, after >> view.shift
-            mu = _follow(
+            if spent >= growth.cost_limit:
+                counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
+                return TOO_WIDE
+            mu, error = _follow(
                 view, growth, key, programs, callback, labels, room, scratch, parent, j, before, spent, satisfied, now
             )
-            if mu != mu or (key.tolerance == 0 and mu > LARGEST):
+            if mu != mu:
+                counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
                 return TOO_WIDE
+            if parent != NONE and mu + error < labels.mu[parent]:
+                return FALLS
+            mu -= error
             if (
-                mu >= best[0] - key.tolerance * abs(best[0])
-                or mu > best[1] + key.tolerance * abs(best[1])
+                mu >= best[0]
+                or mu > best[1]
                 or _dominated(labels, key, facts[row, HEAD], after, scratch.key, view.shift)
             ):
                 k += 1
@@ -206,10 +208,9 @@ def run_vector(
         row = labels.row[label]
         mu = labels.mu[label]
         parent, k, count = np.int64(NONE), np.int64(0), np.int64(0)
-        if mu >= best[0] - key.tolerance * abs(best[0]) or _superseded(labels, key, facts[row, HEAD], label):
+        if mu >= best[0] or _superseded(labels, key, facts[row, HEAD], label):
             continue
         if facts[row, SATISFIED] < 0:
-            best[0] = mu
             counters[FOUND] = label
             return GOAL
         counters[EXPANDED] += 1
@@ -233,9 +234,10 @@ def _follow(
     after: Integer,
     satisfied: Integer,
     now: Integer,
-) -> float:
-    """Write the key of a successor of a label and return its mu, in quanta.
+) -> tuple[float, float]:
+    """Write the key of a successor of a label and return its mu in units, and by how much that may be wrong.
 
+    mu is not a number if an entry is no whole number up to 2^53, or the value of a formula that is one is rounded.
     `satisfied` are the tasks satisfied before the step and `now` after it; a task's cost is frozen when it joins.
     """
     entry = scratch.key
@@ -246,8 +248,8 @@ def _follow(
     added = np.float64(growth.rate[satisfied] * step)
     for d in range(growth.late_task.shape[0]):
         if not satisfied >> growth.late_task[d] & 1:
-            by = growth.late_by[d]
-            added += growth.late_weight[d] * (max(0, after - by) - max(0, before - by))
+            slope, offset = growth.late_slope[d], growth.late_offset[d]
+            added += max(0, slope * after - offset) - max(0, slope * before - offset)
     if view.relaxed or parent == NONE:
         for i in range(tasks):
             added += growth.violation[i] * room.violation[k, i]
@@ -260,28 +262,39 @@ def _follow(
     first_cost = first_value + key.values.shape[0]
     first_violation = first_cost + key.costs.shape[0]
     for i in range(tasks):
-        scratch.costs[i] = after * key.unit
+        scratch.costs[i] = after
     for a in range(key.costs.shape[0]):
         i = key.costs[a]
         if satisfied >> i & 1:
-            scratch.costs[i] = entry[first_cost + a] * key.unit
+            scratch.costs[i] = entry[first_cost + a]
         elif now >> i & 1:
             entry[first_cost + a] = after
     for b in range(key.violations.shape[0]):
         i = key.violations[b]
         if view.relaxed or parent == NONE:
             entry[first_violation + b] += room.violation[k, i]
-        scratch.violations[i] = entry[first_violation + b] * key.price
+        scratch.violations[i] = entry[first_violation + b]
+    for d in range(entry.shape[0]):
+        if entry[d] > LARGEST_WHOLE and not first_value <= d < first_cost:
+            return np.nan, 0.0
+    if mu > LARGEST_WHOLE or after > LARGEST_WHOLE:
+        return np.nan, 0.0
+    error = 0.0
     value = 0
     for f in range(programs.first.shape[0] - 1):
-        amount = evaluate(programs, f, scratch.costs, scratch.violations, callback) * key.weight
-        if amount < 0 or amount > HUGE:
-            return np.nan
+        amount, wrong = evaluate(programs, f, scratch.costs, scratch.violations, callback)
+        rounded = wrong > 0 and programs.operation[programs.first[f]] != CALL
+        kept = value < key.values.shape[0] and key.values[value] == f
+        if not (-wrong <= amount <= HUGE) or (rounded and kept):
+            return np.nan, 0.0
         mu += amount
-        if value < key.values.shape[0] and key.values[value] == f:
+        error += wrong
+        if error > 0 or abs(mu) > LARGEST_WHOLE:
+            error = error * (1 + ROUNDING) + abs(mu) * ROUNDING
+        if kept:
             entry[first_value + value] = amount
             value += 1
-    return mu
+    return mu, error
 
 
 @bare_kernel

@@ -5,20 +5,32 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
 
-from prefplan.errors import ModelError, PreferenceError
-from prefplan.extraction import extract
+import numpy as np
+
+from prefplan.errors import PreferenceError
+from prefplan.exact_costs import Number, exact, inclusive, to_number
+from prefplan.exact_search import ExactSearch
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.limits import Limits, available_memory
 from prefplan.preference import WeightedSum
 from prefplan.prepared import Options, Prepared, bytes_to_prepare
 from prefplan.problem import Problem, Task
 from prefplan.product import Product
-from prefplan.quanta import Number, exact, to_number
-from prefplan.search import BiObjectiveSearch, Found, Search
+from prefplan.search import BiObjectiveSearch, Search
 from prefplan.vector_search import VectorSearch
+
+
+@dataclass(frozen=True)
+class _Bounds:
+    """Inclusive bounds of a search: of mu in the user's units, and of the total cost in units."""
+
+    mu: Fraction | None
+    cost: float
+
 
 MEMORY_SHARE = 0.8
 """Part of the free memory that a search may take unless told otherwise."""
@@ -147,11 +159,16 @@ class Planner:
             if not keep_on_interrupt:
                 raise
             limits.ended = "interrupt"
-        stats = self.stats
+        front = Front(
+            tuple(plans),
+            ended=limits.ended,
+            resolution=self.problem.resolution,
+            claimed=self.problem.measure.claimed,
+            stats=self.stats,
+        )
         if limits.ended is not None:
-            return Front(tuple(plans), ended=limits.ended, complete_below=self._below(limits), stats=stats)
-        reason = None if plans else self._why_not(limits, max_cost=max_cost)
-        return Front(tuple(plans), reason=reason, stats=stats)
+            return replace(front, complete_below=self._below(limits))
+        return front if plans else replace(front, reason=self._why_not(limits, max_cost=max_cost))
 
     def cheapest(
         self,
@@ -188,7 +205,7 @@ class Planner:
             raise NoPlanError(front.reason)
         best: Plan | None = front[-1] if front else None
         smallest = None if best is None else best.preference
-        if best and max_preference is not None and exact(best.preference) > exact(max_preference):
+        if best and max_preference is not None and exact(best.preference) > inclusive(max_preference):
             best = None
         if front.ended:
             raise UnfinishedError(front.ended, complete_below=front.complete_below, best=best)
@@ -198,12 +215,7 @@ class Planner:
 
     def _below(self, limits: Limits) -> Number | None:
         """Return up to which cost a search that was stopped has found everything, in the user's units."""
-        return to_number(Fraction(limits.floor) * self._unit) if limits.floor < math.inf else None
-
-    @property
-    def _unit(self) -> Fraction:
-        """The user's units in an internal unit of cost."""
-        return Fraction(self._product.unit, 10**self.problem.decimals)
+        return to_number(Fraction(limits.floor) * self.problem.units.cost) if limits.floor < math.inf else None
 
     def _require_bound(self, max_cost: Number | None) -> None:
         if self.problem.measure.contract == "general" and max_cost is None:
@@ -226,37 +238,51 @@ class Planner:
     ) -> Iterator[Plan]:
         """Yield the plans of the front, or its first one only, accounting for the work as it is done."""
         began = time.perf_counter()
-        measure = self.problem.measure
-        cost = math.inf if max_cost is None else math.floor(Fraction(exact(max_cost)) / self._unit)
-        mu = math.inf
-        if max_preference is not None:
-            rest = (Fraction(exact(max_preference)) - measure.constant) * measure.scale * 10**self.problem.decimals
-            mu = math.floor(rest) if measure.bi_objective else float(rest)
-        if bytes_to_prepare(self._product) > limits.bytes:
-            limits.ended = "memory"
-            return
-        try:
-            prepared = Prepared(self._product, self._options, single=single, max_bytes=limits.bytes)
-            search: Search
-            if not measure.bi_objective:
-                search = VectorSearch(prepared, max_mu=mu, max_cost=cost)
-            elif single and max_preference is None:
-                search = self._tightest(prepared, limits, cost)
-            else:
-                search = BiObjectiveSearch(prepared, max_mu=mu, max_cost=cost, first_only=single)
-            if limits.ended:
+        bounds = _Bounds(
+            None if max_preference is None else inclusive(max_preference, "max_preference"),
+            math.inf if max_cost is None else math.floor(inclusive(max_cost, "max_cost") / self.problem.units.cost),
+        )
+        yielded = -1
+        for exact_numbers in (False, True):
+            try:
+                search = self._prepared_search(bounds, limits, single=single, exact_numbers=exact_numbers)
+                if search is None:
+                    return
+                for found in search.goals(limits) if not limits.ended else ():
+                    self._account(search, began)
+                    if found.cost > yielded:
+                        yielded = found.cost
+                        yield found.plan
+                        if single:
+                            return
                 self._account(search, began)
                 return
-            for found in search.goals(limits):
-                self._account(search, began)
-                plan = extract(self._product, prepared.graph, found.path, found.start)
-                self._check(plan, found)
-                yield plan
-                if single:
-                    return
-            self._account(search, began)
-        except OverflowError as error:
-            raise ModelError(str(error)) from None
+            except OverflowError:
+                if exact_numbers:
+                    raise
+                # What 64 bits may not hold is searched again in Python's integers.
+                limits.ended = None
+
+    def _prepared_search(
+        self, bounds: _Bounds, limits: Limits, *, single: bool, exact_numbers: bool
+    ) -> Search | ExactSearch | None:
+        """Return the search that fits the measure; None if memory does not suffice for it.
+
+        Raises:
+            OverflowError: 64 bits may not hold its numbers.
+        """
+        measure, options = self.problem.measure, self._options
+        if exact_numbers or measure.rounds or not options.compiled:
+            return ExactSearch(self._product, max_mu=bounds.mu, max_cost=bounds.cost)
+        if bytes_to_prepare(self._product) > limits.bytes:
+            limits.ended = "memory"
+            return None
+        prepared = Prepared(self._product, options, single=single, max_bytes=limits.bytes)
+        if not measure.bi_objective:
+            return VectorSearch(prepared, max_mu=bounds.mu, max_cost=bounds.cost)
+        if single and bounds.mu is None:
+            return self._tightest(prepared, limits, bounds.cost)
+        return BiObjectiveSearch(prepared, max_mu=bounds.mu, max_cost=bounds.cost, first_only=single)
 
     def _tightest(self, prepared: Prepared, limits: Limits, max_cost: float) -> Search:
         """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
@@ -271,20 +297,11 @@ class Planner:
             prepared.deepen()
         if cheapest is None:
             return alone
-        return BiObjectiveSearch(prepared, max_mu=cheapest.mu, max_cost=cheapest.cost)
+        return BiObjectiveSearch(prepared, max_mu=Fraction(cheapest.mu), max_cost=cheapest.cost)
 
-    def _account(self, search: Search, began: float) -> None:
+    def _account(self, search: Search | ExactSearch, began: float) -> None:
         work, seconds = search.work, time.perf_counter() - began
         self.stats = Stats(work.states, work.expanded, work.generated, work.bytes, self._build_seconds, seconds)
-
-    def _check(self, plan: Plan, found: Found) -> None:
-        """Assert that a plan worked out from the model is worth what the search found."""
-        measure = self.problem.measure
-        cost = to_number(found.cost * self._unit)
-        quanta = measure.scale * 10**self.problem.decimals
-        mu = float(found.mu) / quanta + float(measure.constant)
-        assert plan.cost == cost, (plan.cost, cost)
-        assert math.isclose(float(plan.preference), mu, rel_tol=1e-6, abs_tol=1e-6), (plan.preference, mu)
 
     def _why_not(
         self, limits: Limits, *, max_cost: Number | None = None, max_preference: Number | None = None
@@ -314,7 +331,13 @@ class Planner:
 def satisfiable(problem: Problem, tasks: tuple[Task, ...]) -> bool:
     """Return whether some plan satisfies some of a problem's tasks, as relaxed as they may be."""
     nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
-    product = Product(Problem(problem.system, tasks, nothing))
+    # What anything costs does not matter.
+    system = replace(problem.system, costs=np.zeros(len(problem.system.costs), dtype=np.int64))
+    free = tuple(
+        replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
+        for task in tasks
+    )
+    product = Product(Problem(system, free, nothing))
     search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
     return next(search.goals(Limits()), None) is not None
 

@@ -7,15 +7,15 @@ follow; `prefplan.measure` binds those to a problem.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Protocol
 
 from prefplan.contracts import CONTRACTS, check_contract, check_never_falls
 from prefplan.errors import ModelError, PreferenceError, choices
+from prefplan.exact_costs import Number, exact
 from prefplan.expression import Constant, Operation, Variable, parse
 from prefplan.expression import Expression as Tree
-from prefplan.quanta import Number, exact
 from prefplan.terms import (
     Formula,
     Maximum,
@@ -166,7 +166,9 @@ class Expression:
     def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
         """Return the additive and convex terms the expression is made of, or itself."""
         tree = parse(self.expression, tasks, violation=_over_violation(self.over))
-        whole = Formula(tree, None, _contract(self.contract) or derived_contract(tree), len(tasks))
+        shown = derived_contract(tree)
+        contract = _contract(self.contract) or shown
+        whole = Formula(tree, None, contract, len(tasks), claimed=contract not in (shown, "general"))
         check_never_falls(whole, tasks, "expression")
         if self.contract is not None:
             check_contract(whole, tasks, "contract")
@@ -190,7 +192,7 @@ class Function:
 
     def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
         """Return the function as a term."""
-        whole = Formula(None, self.function, _contract(self.contract) or "general", len(tasks))
+        whole = Formula(None, self.function, _contract(self.contract) or "general", len(tasks), claimed=True)
         check_never_falls(whole, tasks, "function")
         check_contract(whole, tasks, "contract")
         return [whole]
@@ -236,8 +238,8 @@ def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
             return Tardiness(task, by, weight * own)
         case Maximum(weights):
             return Maximum(tuple(weight * w for w in weights))
-        case Formula(tree, function, contract, tasks, own):
-            return Formula(tree, function, contract, tasks, weight * own)
+        case Formula():
+            return replace(term, weight=weight * term.weight)
     raise AssertionError(term)
 
 
@@ -257,7 +259,7 @@ def _weight(where: str, weight: Number) -> Fraction:
         raise PreferenceError(str(error)) from None
     if number < 0:
         raise PreferenceError(f"{where}: must not be negative, but is {weight}")
-    return Fraction(number)
+    return number
 
 
 def _check_task(where: str, name: str, tasks: Sequence[str]) -> None:

@@ -33,7 +33,7 @@ class Blocks(NamedTuple):
         tasks: (B, k) int64, padded with -1. strides: (B, k) int64.
         base: (B, N + 1) int64: entry = base[b, satisfied outside] + node + sum_j strides[j] q_j.
         members: (B,) int64, the block as bits.
-        table: (entries,) int32 or int64, quanta of mu.
+        table: (entries,) int32 or int64, units of mu.
     """
 
     tasks: np.ndarray
@@ -49,14 +49,14 @@ def no_blocks(tasks: int, dtype: type) -> Blocks:
     return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=dtype))
 
 
-def blocks(backward: Backward, measure: Measure, unit: int, dtype: type, known: Patterns) -> Blocks:
+def blocks(backward: Backward, measure: Measure, factor: Fraction, dtype: type, known: Patterns) -> Blocks:
     """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
 
     Args:
         backward: the product.
         known: costs-to-go; those of single tasks are put to use.
-        measure: its rates are quanta of mu for a quantum of cost.
-        unit: quanta of cost in one internal unit.
+        measure: how mu grows.
+        factor: what a unit of cost is in units of mu.
         dtype: np.int32 or np.int64.
 
     Raises:
@@ -70,7 +70,7 @@ def blocks(backward: Backward, measure: Measure, unit: int, dtype: type, known: 
     for members in split:
         for outside in range(n - len(members) + 1):
             exact = [_rate(measure, members, s, outside) for s in range(2 ** len(members))]
-            rates = tuple(int(r * measure.scale) * unit for r in exact)
+            rates = tuple(int(r * factor) for r in exact)
             jobs.setdefault((members, rates), []).append(outside)
     if not any(any(rates) for _, rates in jobs):
         return no_blocks(n, dtype)
@@ -84,10 +84,11 @@ def blocks(backward: Backward, measure: Measure, unit: int, dtype: type, known: 
         if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
             # Alone, a task makes mu grow at one rate until it is satisfied.
             cost = known.table[0, known.base[members[0]] :][:size].astype(np.int64) >> backward.shift
-            growth = cost * rates[0]
-            if (growth[cost < INFINITE[dtype] >> backward.shift] >= INFINITE[dtype]).any():
+            reachable = cost < INFINITE[dtype] >> backward.shift
+            if dtype is np.int32 and int(cost[reachable].max(initial=0)) * rates[0] >= INFINITE[dtype]:
                 raise OverflowError
-            return np.minimum(growth, INFINITE[dtype]).astype(dtype)
+            growth = np.minimum(cost, (INFINITE[dtype] - 1) // max(rates[0], 1)) * rates[0]
+            return np.where(reachable, growth, INFINITE[dtype]).astype(dtype)
         return growth_to_go(backward, tasks, dtype, np.array(rates, dtype=np.int64))
 
     entries = len(jobs) * backward.nodes * float(np.mean(backward.sizes)) ** max(map(len, split))
@@ -128,8 +129,10 @@ def _rate(measure: Measure, members: tuple[int, ...], satisfied: int, outside: i
 
 
 @bare_kernel
-def preference_bound(some: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer) -> Integer:
-    """Return the least growth of mu from a product state to the end."""
+def preference_bound(
+    some: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer, infinite: Integer
+) -> Integer:
+    """Return the least growth of mu from a product state to the end, `infinite` at most."""
     bound = np.int64(0)
     for b in range(some.members.shape[0]):
         rest = satisfied & ~some.members[b]
@@ -141,5 +144,5 @@ def preference_bound(some: Blocks, node: Integer, automata: np.ndarray, satisfie
         for j in range(some.tasks.shape[1]):
             if some.tasks[b, j] >= 0:
                 entry += some.strides[b, j] * automata[some.tasks[b, j]]
-        bound += some.table[entry]
+        bound = min(bound + some.table[entry], np.int64(infinite))
     return bound

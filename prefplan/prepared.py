@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from prefplan.cost_to_go import Backward
 from prefplan.graph import contract, view, whole_graph
 from prefplan.heuristic import count_entries, no_patterns, pattern_size, patterns
-from prefplan.kernels import INFINITE
+from prefplan.kernels import INFINITE, ProductView
 from prefplan.preference_bound import blocks, no_blocks
 from prefplan.product import Product
 
@@ -47,11 +48,13 @@ class Options:
             to choose.
         preference_bound: whether to bound the growth of mu, and the cost-to-go by it.
         contraction: whether to leave out states that change nothing, where few matter.
+        compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
     """
 
     heuristic: int | None = None
     preference_bound: bool = True
     contraction: bool = True
+    compiled: bool = True
 
 
 def bytes_to_prepare(product: Product) -> float:
@@ -83,13 +86,16 @@ class Prepared:
             max_bytes: memory that all is to fit into.
 
         Raises:
-            OverflowError: if costs are too large to be added up exactly.
+            OverflowError: if 64 bits may not be enough.
         """
         self.product, self.options = product, options
+        if object in (product.costs.dtype, product.extra_price.dtype):
+            raise OverflowError
         # Under a general contract a detour through states that change nothing may be worth its cost.
         contraction = options.contraction and product.problem.measure.contract != "general"
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.view = view(product, self.graph)
+        _require_64_bits(product, self.view)
         self._backward = Backward(product, self.view)
         measure = product.problem.measure
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
@@ -103,8 +109,8 @@ class Prepared:
         if size:
             self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
         if options.preference_bound and measure.bi_objective:
-            unit = product.unit
-            self.blocks = self._fit(lambda dtype: blocks(self._backward, measure, unit, dtype, self.patterns))
+            factor = product.units.factor
+            self.blocks = self._fit(lambda dtype: blocks(self._backward, measure, factor, dtype, self.patterns))
 
     def _fit(self, build: Callable[[Any], Any]) -> Any:
         """Build tables of the narrow type, or where they do not fit, of the wide one."""
@@ -140,18 +146,36 @@ class Prepared:
         self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
 
     def bound_growth(self, mu: int) -> None:
-        """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in quanta."""
+        """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in units."""
         measure = self.product.problem.measure
         growing = self.options.preference_bound and measure.rates and self._size > 1
         if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
             budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
-            unit, size = self.product.unit, min(self._size, BUDGETED if measure.tasks < 9 else BUDGETED + 1)
+            factor, size = self.product.units.factor, min(self._size, BUDGETED if measure.tasks < 9 else BUDGETED + 1)
             most = min(DEEP_ENTRIES, self._max_entries)
             while size > 2 and count_entries(self._backward, size) * len(budgets) > most:
                 size -= 1
             self.budgeted = self._fit(
-                lambda dtype: patterns(self._backward, size, dtype, measure=measure, unit=unit, budgets=budgets)
+                lambda dtype: patterns(self._backward, size, dtype, measure=measure, factor=factor, budgets=budgets)
             )
+
+
+def _require_64_bits(product: Product, view: ProductView) -> None:
+    """Prove that what one step adds to a cost or to mu stays below 2^60.
+
+    Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum leaves int64.
+
+    Raises:
+        OverflowError: if that is not so.
+    """
+    measure, units = product.problem.measure, product.units
+    step = max(1, int(view.costs.max(initial=0)) * (len(view.classes) if view.macro else 1))
+    price = max([1, *product.extra_price.tolist(), *(dfa.skip or 0 for dfa in product.automata)])
+    growth = measure.largest_rate() * units.factor * step
+    growth += sum(measure.violation_weights) * units.price / units.mu * price
+    growth += sum((max(term.weights) * units.factor for term in measure.maxima), Fraction(0))
+    if max(step, growth) >= INFINITE[np.int64]:
+        raise OverflowError
 
 
 def _widened(table: np.ndarray) -> np.ndarray:

@@ -6,14 +6,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from prefplan.automaton import Automaton, automaton
+from prefplan.contracts import Span, check_claim
 from prefplan.errors import FormulaError, PrefplanError, choices
+from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.formula import is_temporal, parse
 from prefplan.measure import TASK_LIMIT, Measure
 from prefplan.preference import Preference
-from prefplan.quanta import Number, decimals_of, exact, fraction_decimals, to_quanta
 from prefplan.transition_system import TransitionSystem, check_names
 from prefplan.weighted_automaton import WeightedAutomaton
+
+LARGEST_TRIED = 10**15
+"""Units of cost up to which a declared contract is tried, where plans may cost as much."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +109,7 @@ class Problem:
         except PrefplanError as error:
             raise type(error)(f"preference.{error}") from None
         object.__setattr__(self, "measure", measure)
+        self._check_claims()
         if not self.measure.weighs_violation:
             for i, task in enumerate(self.tasks):
                 if task.relax or task.skip is not None:
@@ -130,26 +137,45 @@ class Problem:
         if task.skip is not None and exact(task.skip, f"tasks[{i}].skip") < 0:
             raise PrefplanError(f"tasks[{i}].skip: negative cost {task.skip}")
 
+    def _check_claims(self) -> None:
+        """Try contracts that the user declared on costs of the sizes that occur."""
+        largest = self.system.unit * int(max(self.system.costs.tolist(), default=0)) * self.system.size
+        units = self.units
+        for formula in self.measure.formulas:
+            if formula.claimed:
+                span = Span(units.cost, min(largest * len(self.tasks), units.cost * LARGEST_TRIED))
+                check_claim(formula, self.names, "preference", span)
+
     @property
     def names(self) -> tuple[str, ...]:
         """The tasks' names."""
         return tuple(task.name for task in self.tasks)
 
+    @property
+    def resolution(self) -> Number | None:
+        """Of what the model's costs were rounded to a multiple, in the user's units; None if they were not."""
+        return None if self.system.resolution is None else to_number(self.system.resolution)
+
     @cached_property
-    def decimals(self) -> int:
-        """Exponent of the quantum in which all costs of this problem are integers."""
-        prices = [relaxation.cost for task in self.tasks for relaxation in task.relax]
-        prices += [task.skip for task in self.tasks if task.skip is not None]
-        places = [fraction_decimals(term.by) for term in self.measure.tardiness]
-        return max(self.system.decimals, decimals_of(prices), *places, 0)
+    def units(self) -> Units:
+        """Units in which all that the search adds up is whole."""
+        shared = int(np.gcd.reduce(self.system.costs)) if len(self.system.costs) else 0
+        cost = self.system.unit * (shared or 1)
+        prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
+        prices += [exact(task.skip) for task in self.tasks if task.skip is not None]
+        price = common_unit(prices)
+        return Units(cost, price, self.measure.unit(cost, price))
 
     @cached_property
     def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:
         """The tasks' automata with their relaxations."""
+
+        def count(price: Number) -> int:
+            return int(exact(price) / self.units.price)
+
         found = []
         for task, dfa in zip(self.tasks, self.automata, strict=True):
-            prices, _ = to_quanta([relaxation.cost for relaxation in task.relax], self.decimals)
-            bought = tuple((r.assume, parse(r.when), price) for r, price in zip(task.relax, prices, strict=True))
-            skip = None if task.skip is None else to_quanta([task.skip], self.decimals)[0][0]
+            bought = tuple((r.assume, parse(r.when), count(r.cost)) for r in task.relax)
+            skip = None if task.skip is None else count(task.skip)
             found.append(WeightedAutomaton(dfa, bought, skip, self.present))
         return tuple(found)

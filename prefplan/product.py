@@ -8,16 +8,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from prefplan.errors import ModelError
+from prefplan.exact_costs import INT64_LIMIT, multiples
 from prefplan.problem import Problem
 from prefplan.weighted_automaton import Reading, WeightedAutomaton
 
 CODE_LIMIT = 2**62
+
+READINGS_LIMIT = 2**20
+"""Ways to read one label, each task relaxed or not, that are written out for the search."""
 
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
@@ -30,7 +35,7 @@ class Start:
 
     Attributes:
         code: product state after every automaton has read L(s0).
-        violations: (N,) violation costs in quanta.
+        violations: (N,) violation costs in units.
         bought: per task, the relaxations used on L(s0); None for a task that is skipped.
     """
 
@@ -45,10 +50,10 @@ class Product:
     Attributes:
         problem: what it is made from.
         automata: the tasks' weighted automata.
-        unit: quanta in one internal unit of cost, the greatest common divisor of all costs (and deadlines).
+        units: in which costs, prices and mu are whole.
         shift: the low bits of internal costs, that count actions to break ties; 0 if they are not counted.
-        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64: the transition system; a cost is internal units
-            times 2**shift, plus the action itself if actions are counted.
+        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
+            2**shift, plus the action itself if actions are counted; int64, or Python's integers where one does not fit.
         classes: (S,) int32, label class of each state.
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
@@ -57,29 +62,23 @@ class Product:
         skipped: (N,) int32, the state of each dropped task, -1 if it may not be dropped.
         delta: (N, Q, C) int32, state after the free reading of a label class.
         extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
-        extra_state: (X,) int32 and extra_price: (X,) int64 quanta, of the bought readings.
+        extra_state: (X,) int32 and extra_price: (X,) units, of the bought readings; int64 or Python's integers.
     """
 
     def __init__(self, problem: Problem) -> None:
         """Tabulate every automaton over the labels that occur.
 
         Raises:
-            ModelError: if a product state does not fit an integer, or a cost is too large to be added up exactly.
+            ModelError: if a product state does not fit an integer, or a label can be read in too many ways.
         """
         self.problem = problem
         system = problem.system
         self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
         self._tabulate()
-        scale = 10 ** (problem.decimals - system.decimals)
-        largest = int(system.costs.max(initial=0))
-        if largest * scale >= 2**58:
-            raise ModelError(f"a cost of {largest / 10**system.decimals:g} is too large to be added up exactly")
-        costs = system.costs * scale
-        limits = [int(term.by * 10**problem.decimals) for term in problem.measure.tardiness]
-        self.unit = math.gcd(int(np.gcd.reduce(costs)) if len(costs) else 0, *limits) or 1
+        self.units = problem.units
         self.offsets = system.offsets
         self.targets = system.targets
-        self.costs = costs // self.unit
+        costs = system.costs // int(self.units.cost / system.unit)
         self.sizes = np.array([dfa.size for dfa in self.automata], dtype=np.int64)
         states = system.size * math.prod(int(q) for q in self.sizes)
         if states >= CODE_LIMIT:
@@ -87,8 +86,16 @@ class Product:
                 f"{system.size} states and {len(self.automata)} automata of {', '.join(map(str, self.sizes))} states "
                 "make more product states than can be numbered"
             )
-        self.shift = _tie_bits(self.costs, states)
-        self.costs = (self.costs << self.shift) + (self.shift > 0)
+        if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
+            costs = costs.astype(np.int64)
+        readings = int(self.most_readings.max(initial=1))
+        if readings > READINGS_LIMIT:
+            raise ModelError(
+                f"a label can be read in {readings:,} ways, each task relaxed or not; at most {READINGS_LIMIT:,} are "
+                "looked at: fewer tasks may have relax"
+            )
+        self.shift = _tie_bits(costs, states)
+        self.costs = (costs << self.shift) + (self.shift > 0)
         self.strides = np.cumprod(np.concatenate([[system.size], self.sizes[:-1]])).astype(np.int64)
         self.accepting = np.array(
             [-1 if dfa.automaton.accepting is None else dfa.automaton.accepting for dfa in self.automata],
@@ -139,12 +146,18 @@ class Product:
                     self.extra_first[i, q, c + 1] = len(states)
             base += dfa.size
         self.extra_state = np.array(states, dtype=np.int32)
-        self.extra_price = np.array(prices, dtype=np.int64)
+        self.extra_price = multiples(map(Fraction, prices), Fraction(1))
 
     @property
     def ends(self) -> np.ndarray:
         """The accepting and the skipped state of each automaton, (N, 2) int32, or -1."""
         return np.stack([self.accepting, self.skipped], axis=1)
+
+    @property
+    def most_readings(self) -> np.ndarray:
+        """(C,) in how many ways a label class can be read at the most."""
+        each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
+        return np.multiply.reduce(each, axis=0)
 
     @property
     def relaxed(self) -> bool:
@@ -164,6 +177,11 @@ class Product:
             if dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
                 some.append((skipping, dfa.skip, None))
             ways.append(some)
+        if math.prod(map(len, ways)) > READINGS_LIMIT:
+            raise ModelError(
+                f"the start can be read in {math.prod(map(len, ways)):,} ways, each task skipped, relaxed or neither; "
+                f"at most {READINGS_LIMIT:,} are looked at: fewer tasks may have skip or relax"
+            )
         return tuple(
             Start(
                 system.start

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -115,6 +116,11 @@ def loads(text: str, *, name: str = "scenario", path: Path | None = None, measur
         data = tomllib.loads(text, parse_float=Decimal)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: not TOML: {error}") from None
+    except RecursionError:
+        raise ScenarioError(f"{path}: lists or tables are nested too deep") from None
+    except ValueError as error:
+        # Python reads integers of at most some thousand digits.
+        raise ScenarioError(f"{path}: a number is too long: {str(error).partition(';')[0]}") from None
     return replace(from_dict(data, name=name, path=path, measured=measured), text=text)
 
 
@@ -168,7 +174,7 @@ class _Table(BaseModel):
 
 
 def _number(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, (int, float, Decimal)):
+    if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
         raise PydanticCustomError("number", "must be a number, not {value}", {"value": repr(value)})
     return value
 
@@ -202,10 +208,11 @@ class _Graph(_Table):
     transitions: Annotated[tuple[_Transition, ...], _Tuple]
     labels: dict[str, list[str]] = {}
     propositions: list[str] = []
+    resolution: _Cost | None = None
 
     def build(self) -> GraphModel:
         edges = tuple(Transition(t.source, t.target, t.action, t.cost) for t in self.transitions)
-        return GraphModel(self.start, edges, self.labels, frozenset(self.propositions))
+        return GraphModel(self.start, edges, self.labels, frozenset(self.propositions), self.resolution)
 
 
 class _Grid(_Table):

@@ -6,13 +6,15 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from prefplan import biobjective
 from prefplan.biobjective import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE
-from prefplan.extraction import Waypoint
+from prefplan.extraction import Waypoint, extract
+from prefplan.front import Plan
 from prefplan.kernels import INFINITE, Successors
 from prefplan.label_store import (
     COUNT,
@@ -34,13 +36,16 @@ from prefplan.label_store import (
 )
 from prefplan.limits import Limits
 from prefplan.prepared import Prepared
-from prefplan.product import Start
+from prefplan.product import Product, Start
 
 SLICE = 100_000
 """Labels popped between two looks at the clock: a few tens of milliseconds."""
 
-BUCKETS = 2**22
+BUCKETS = 2**21
 """Estimates that spread further than this are kept in a heap."""
+
+PRODUCT_LIMIT = 2**61
+"""Products of a cost and a weight stay below this."""
 
 LONG = 40_000
 """Expansions after which bounds under budgets of growth are worth their tables."""
@@ -53,16 +58,14 @@ class Found:
     """A non-dominated goal.
 
     Attributes:
-        cost: total cost, internal units.
-        mu: preference value, quanta.
-        path: product states at which labels were made.
-        start: how the path begins.
+        cost: total cost, units.
+        mu: exact preference value in the user's units: a fraction, or a float where a Python function gave it.
+        plan: the way there.
     """
 
     cost: int
-    mu: float
-    path: tuple[Waypoint, ...]
-    start: Start
+    mu: Fraction | float
+    plan: Plan
 
 
 @dataclass(frozen=True)
@@ -75,13 +78,18 @@ class Work:
     bytes: int = 0
 
 
+def in_units(product: Product, mu: Fraction) -> Fraction:
+    """Return a preference value, its constant part left out, in units of mu."""
+    return (mu - product.problem.measure.constant) / product.units.mu
+
+
 class Search(ABC):
     """What all searches have in common: product states, the open list, and the loop around the kernel."""
 
     labels: Any
 
     def __init__(self, prepared: Prepared, max_cost: float) -> None:
-        """Make the first labels; `max_cost` is an inclusive bound in internal units."""
+        """Make the first labels; `max_cost` is an inclusive bound in units."""
         self.prepared = prepared
         self.product = prepared.product
         self.dtype: Any = prepared.dtype
@@ -90,7 +98,7 @@ class Search(ABC):
         self.reset()
 
     def _up_to(self, cost: float) -> int:
-        """Return the largest label cost that is worth at most some internal units."""
+        """Return the largest label cost that is worth at most some units."""
         shift = self.product.shift
         return (int(min(cost, INFINITE[np.int64] >> shift)) + 1 << shift) - 1
 
@@ -102,20 +110,20 @@ class Search(ABC):
     def _run(self, pops: int) -> int:
         """Run the kernel until so many labels are popped or something happens, and return what."""
 
-    @abstractmethod
-    def _mu(self, label: int) -> float:
-        """Return a label's mu in quanta."""
-
     def _growth(self) -> biobjective.Growth:
-        measure, unit = self.product.problem.measure, self.product.unit
-        late, scale = measure.tardiness, 10**self.product.problem.decimals
+        measure, units = self.product.problem.measure, self.product.units
+        late, maximum = measure.tardiness, measure.maximum_table(units.factor)
+        slopes = [int(term.weight * units.factor) for term in late]
+        offsets = [min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT) for term in late]
+        prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
         return biobjective.Growth(
-            rate=measure.rate_table() * unit,
-            maximum=measure.maximum_table() * unit,
+            rate=measure.rate_table(units.factor),
+            maximum=maximum,
             late_task=np.array([term.task for term in late], dtype=np.int64),
-            late_by=np.array([int(term.by * scale) // unit for term in late], dtype=np.int64),
-            late_weight=np.array([int(term.weight * measure.scale) * unit for term in late], dtype=np.int64),
-            violation=measure.violation_weights(),
+            late_slope=np.array(slopes, dtype=np.int64),
+            late_offset=np.array(offsets, dtype=np.int64),
+            violation=np.array(prices, dtype=np.int64),
+            cost_limit=PRODUCT_LIMIT // max(1, *slopes, int(maximum.max(initial=0))),
         )
 
     def reset(self) -> None:
@@ -180,8 +188,9 @@ class Search(ABC):
                 limits.floor = math.inf
                 return
             if end == GOAL:
-                pending = self._found(int(self.counters[FOUND]))
-                self._goal_found(pending)
+                goal = self._found(int(self.counters[FOUND]))
+                if self._accept(goal):
+                    pending = goal
             elif end == PAUSED:
                 self._slice_done()
             elif not self._make_room(end, limits):
@@ -194,9 +203,9 @@ class Search(ABC):
                 limits.ended = "time"
                 return
 
-    def _goal_found(self, goal: Found) -> None:
-        """Take note of a goal."""
-        return None
+    @abstractmethod
+    def _accept(self, goal: Found) -> bool:
+        """Take note of a goal; return whether it is one, by its exact mu."""
 
     def _slice_done(self) -> None:
         """Take note of a slice."""
@@ -204,7 +213,7 @@ class Search(ABC):
 
     def _found(self, label: int) -> Found:
         graph, view = self.prepared.graph, self.prepared.view
-        cost, mu = int(self.labels.cost[label]) >> self.product.shift, self._mu(label)
+        cost = int(self.labels.cost[label]) >> self.product.shift
         labels = []
         while label != NONE:
             labels.append(label)
@@ -215,7 +224,8 @@ class Search(ABC):
         costs = self.labels.cost[labels].tolist()
         nodes = (codes % graph.size).tolist()
         path = tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
-        return Found(cost, mu, path, self._start_of(labels[0], path[0]))
+        plan, mu = extract(self.product, graph, path, self._start_of(labels[0], path[0]))
+        return Found(cost, mu, plan)
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
         """Return how a label without parent begins: of those ways that lead to its state the one of its mu."""
@@ -257,7 +267,7 @@ class Search(ABC):
     def _widen(self) -> None:
         """Start again with 64-bit labels."""
         if self.dtype is np.int64:
-            raise OverflowError("costs are too large to be added up exactly")
+            raise OverflowError
         if self.prepared.dtype is not np.int64:
             self.prepared.widen()
         self.dtype = np.int64
@@ -265,7 +275,7 @@ class Search(ABC):
 
     def _more_buckets(self) -> None:
         """Give the open list more buckets, or turn it into a heap."""
-        size = 2 * len(self.queue.heads)
+        size = 8 * len(self.queue.heads)
         if size <= BUCKETS:
             self.queue = self.queue._replace(heads=_longer(self.queue.heads, size, NONE))
             return
@@ -289,7 +299,7 @@ class BiObjectiveSearch(Search):
         self,
         prepared: Prepared,
         *,
-        max_mu: float = math.inf,
+        max_mu: Fraction | None = None,
         max_cost: float = math.inf,
         cost_only: bool = False,
         first_only: bool = False,
@@ -298,12 +308,12 @@ class BiObjectiveSearch(Search):
 
         Args:
             prepared: what to search.
-            max_mu: inclusive bound, quanta of mu.
-            max_cost: inclusive bound, internal units.
+            max_mu: inclusive bound in the user's units.
+            max_cost: inclusive bound, units of cost.
             cost_only: find a cheapest goal, whatever its mu (A*).
             first_only: find the first goal of the front only.
         """
-        self._max_mu = max_mu
+        self._max_mu = INFINITE[np.int64] if max_mu is None else math.floor(in_units(prepared.product, max_mu))
         self._cost_only, self._first_only = cost_only, first_only or cost_only
         super().__init__(prepared, max_cost)
 
@@ -337,15 +347,14 @@ class BiObjectiveSearch(Search):
         )
         return int(end)
 
-    def _mu(self, label: int) -> float:
-        return int(self.labels.mu[label])
-
-    def _goal_found(self, goal: Found) -> None:
+    def _accept(self, goal: Found) -> bool:
+        assert self._cost_only or math.floor(in_units(self.product, Fraction(goal.mu))) == self.bounds[0]
         if self._cost_only:
             self.bounds[1] = -1
         elif self._first_only:
             self.bounds[1] = self._up_to(goal.cost)
         self._slice_done()
+        return True
 
     def _slice_done(self) -> None:
         if not self._bounded and not self._cost_only and self.counters[EXPANDED] > LONG:

@@ -75,7 +75,9 @@ def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 @kernel
 def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer) -> bool:
-    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether all of them fit.
+    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether they fit its type.
+
+    Costs that do not fit are treated as in `dijkstra`.
 
     Args:
         stages: the product.
@@ -205,8 +207,8 @@ def _write(row: np.ndarray, costs: np.ndarray, infinite: Integer) -> bool:
     for node in range(costs.shape[0]):
         if costs[node] >= FAR:
             row[node] = infinite
-        elif costs[node] >= infinite:
+        elif costs[node] >= infinite and row.itemsize == 4:
             return False
         else:
-            row[node] = costs[node]
+            row[node] = min(costs[node], infinite - 1)
     return True

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -34,11 +34,21 @@ class OrderRate:
     groups: tuple[tuple[int, ...], ...]
     weight: Fraction = Fraction(1)
 
+    @property
+    def weights_used(self) -> tuple[Fraction, ...]:
+        """Numbers of which every rate is a sum."""
+        return (self.weight,)
+
+    @property
+    def most(self) -> int:
+        """How many times their sum the largest rate may be."""
+        return sum(map(len, self.groups))
+
     def rate(self, satisfied: int) -> Fraction:
         """Return the rate of a satisfied set, given as bits."""
         return self._sum(satisfied, satisfied.bit_count(), frozenset(i for group in self.groups for i in group))
 
-    def table(self, tasks: int, scale: int) -> np.ndarray:
+    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
         sets = np.arange(2**tasks)
         count, place = np.bitwise_count(sets).astype(np.int64), 0
@@ -85,12 +95,18 @@ class WeightedRate:
     """Additive: sum_i w_i c_i; it grows by the weights of the unsatisfied tasks."""
 
     weights: tuple[Fraction, ...]
+    most: ClassVar[int] = 1
+
+    @property
+    def weights_used(self) -> tuple[Fraction, ...]:
+        """Numbers of which every rate is a sum."""
+        return self.weights
 
     def rate(self, satisfied: int) -> Fraction:
         """Return the rate of a satisfied set, given as bits."""
         return sum((w for i, w in enumerate(self.weights) if not satisfied >> i & 1), Fraction(0))
 
-    def table(self, tasks: int, scale: int) -> np.ndarray:
+    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
         sets = np.arange(2**tasks)
         return sum((1 - (sets >> i & 1)) * int(w * scale) for i, w in enumerate(self.weights)) + 0 * sets
@@ -114,13 +130,19 @@ class SpreadRate:
 
     weight: Fraction
     members: frozenset[int]
+    most: ClassVar[int] = 1
+
+    @property
+    def weights_used(self) -> tuple[Fraction, ...]:
+        """Numbers of which every rate is a sum."""
+        return (self.weight,)
 
     def rate(self, satisfied: int) -> Fraction:
         """Return the rate of a satisfied set, given as bits."""
         done = sum(satisfied >> i & 1 for i in self.members)
         return self.weight if 0 < done < len(self.members) else Fraction(0)
 
-    def table(self, tasks: int, scale: int) -> np.ndarray:
+    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
         done = np.bitwise_count(np.arange(2**tasks) & sum(1 << i for i in self.members))
         return np.where((done > 0) & (done < len(self.members)), int(self.weight * scale), 0)
@@ -187,6 +209,7 @@ class Formula:
         contract: what may be assumed of it: `additive`, `convex`, `componentwise` or `general`.
         tasks: how many tasks there are.
         weight: factor.
+        claimed: whether the contract is the user's claim, tried but not shown.
     """
 
     tree: Expression | None
@@ -194,6 +217,7 @@ class Formula:
     contract: str
     tasks: int
     weight: Fraction = Fraction(1)
+    claimed: bool = False
 
     @property
     def costs(self) -> tuple[int, ...]:
@@ -333,7 +357,7 @@ def _convex(tree: Expression, factor: Fraction, tasks: int) -> Term | None:
         for (zero, nothing), (form, constant) in (known, known[::-1]):
             if not zero and nothing == 0 and len(form) == 1:
                 ((task, slope),) = form.items()
-                if slope > 0 and constant <= 0 and _is_decimal(constant / slope):
+                if slope > 0 and constant <= 0:
                     return Tardiness(task, -constant / slope, factor * slope)
     weights = [Fraction(0)] * tasks
     for form, constant in known:
@@ -342,15 +366,6 @@ def _convex(tree: Expression, factor: Fraction, tasks: int) -> Term | None:
         ((task, slope),) = form.items()
         weights[task] = max(weights[task], factor * slope)
     return Maximum(tuple(weights))
-
-
-def _is_decimal(value: Fraction) -> bool:
-    """Return whether a number has finitely many decimal places, so that it is a whole number of quanta."""
-    rest = value.denominator
-    for prime in (2, 5):
-        while rest % prime == 0:
-            rest //= prime
-    return rest == 1
 
 
 def derived_contract(tree: Expression) -> str:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import networkx as nx
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.quanta import Number, exact, from_quanta, to_quanta
+from prefplan.exact_costs import Number, exact, in_common_unit, is_long_float, resolution_of, rounded, to_number
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W"})
@@ -29,12 +30,13 @@ class TransitionSystem:
         offsets: (S + 1,) int64.
         targets: (E,) int32, state each edge leads to.
         actions: (E,) int32, index into `action_names`.
-        costs: (E,) int64 >= 0, in quanta of 10**-decimals.
-        decimals: exponent of the cost quantum.
+        costs: (E,) >= 0, whole multiples of `unit`: int64, or Python's integers where one does not fit.
+        unit: one such multiple in the user's units.
         labels: (S,) int32, index into `label_sets`.
         action_names: names of the actions.
         label_sets: distinct sets of propositions; a state's label is one of them.
         propositions: every name that may be used in a formula over this system.
+        resolution: of what the costs were rounded to a multiple, in the user's units; None if they were not.
     """
 
     states: Sequence[Hashable]
@@ -43,11 +45,12 @@ class TransitionSystem:
     targets: np.ndarray
     actions: np.ndarray
     costs: np.ndarray
-    decimals: int
+    unit: Fraction
     labels: np.ndarray
     action_names: tuple[str, ...]
     label_sets: tuple[frozenset[str], ...]
     propositions: frozenset[str]
+    resolution: Fraction | None = None
 
     @property
     def size(self) -> int:
@@ -62,6 +65,10 @@ class TransitionSystem:
         """Return the indices of the edges that leave a state, in the model's action order."""
         return range(self.offsets[state], self.offsets[state + 1])
 
+    def cost(self, edge: int) -> Number:
+        """Return what an edge costs in the user's units."""
+        return to_number(int(self.costs[edge]) * self.unit)
+
     def step(self, state: int, action: str) -> tuple[int, Number]:
         """Return the state an action leads to and its cost in the user's units.
 
@@ -70,7 +77,7 @@ class TransitionSystem:
         """
         for edge in self.edges(state):
             if self.action_names[self.actions[edge]] == action:
-                return int(self.targets[edge]), from_quanta(int(self.costs[edge]), self.decimals)
+                return int(self.targets[edge]), self.cost(edge)
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
 
     def without(self, barred: Collection[tuple[frozenset[str], str]]) -> TransitionSystem:
@@ -100,6 +107,7 @@ class TransitionSystem:
         start: Hashable,
         labels: Mapping[Any, Iterable[str]] | None = None,
         propositions: Iterable[str] = (),
+        resolution: Number | None = None,
     ) -> TransitionSystem:
         """Build a system from (source, action, target, cost) tuples; the order of a state's actions is kept.
 
@@ -108,6 +116,8 @@ class TransitionSystem:
             start: the start state; may have no edge.
             labels: propositions true in a state; states not listed have none.
             propositions: names that may be used although no label carries them.
+            resolution: round costs to multiples of this; by default only floats of more than 12 digits are,
+                where sums would not fit 64 bits, to 12 digits of the largest cost.
 
         Raises:
             ModelError: for a negative cost, the same action twice in a state, a label on an unknown state, or
@@ -117,6 +127,7 @@ class TransitionSystem:
         action_index: dict[str, int] = {}
         edges: list[tuple[int, int, int]] = []
         costs: list[Number] = []
+        values: dict[Number, Fraction] = {}
         seen: set[tuple[int, int]] = set()
         for source, action, target, cost in transitions:
             s = index.setdefault(source, len(index))
@@ -124,7 +135,9 @@ class TransitionSystem:
             a = action_index.setdefault(action, len(action_index))
             if (s, a) in seen:
                 raise ModelError(f"action {action!r} leaves state {source!r} twice")
-            if exact(cost, f"action {action!r} from state {source!r}") < 0:
+            if not isinstance(cost, Hashable) or cost not in values:
+                values[cost] = exact(cost, f"action {action!r} from state {source!r}")
+            if values[cost] < 0:
                 raise ModelError(f"action {action!r} from state {source!r}: negative cost {cost}")
             seen.add((s, a))
             edges.append((s, a, t))
@@ -138,7 +151,10 @@ class TransitionSystem:
             label_of[index[state]] = frozenset(names)
         known = frozenset(propositions).union(*label_of.values())
         check_names(known, where="propositions")
-        quanta, decimals = to_quanta(costs)
+        step = _resolution(resolution, values)
+        if step is not None:
+            values = {c: rounded(v, step) if resolution or is_long_float(c) else v for c, v in values.items()}
+        multiples, unit = in_common_unit([values[cost] for cost in costs])
         order = sorted(range(len(edges)), key=lambda e: edges[e][0])
         sources = np.array([edges[e][0] for e in order], dtype=np.int64)
         distinct = list(dict.fromkeys([frozenset[str](), *label_of.values()]))
@@ -149,16 +165,24 @@ class TransitionSystem:
             offsets=np.searchsorted(sources, np.arange(len(index) + 1)).astype(np.int64),
             targets=np.array([edges[e][2] for e in order], dtype=np.int32),
             actions=np.array([edges[e][1] for e in order], dtype=np.int32),
-            costs=np.array([quanta[e] for e in order], dtype=np.int64),
-            decimals=decimals,
+            costs=multiples[order],
+            unit=unit,
             labels=np.array([position[label_of.get(s, frozenset())] for s in range(len(index))], dtype=np.int32),
             action_names=tuple(action_index),
             label_sets=tuple(distinct),
             propositions=known,
+            resolution=step,
         )
 
     @classmethod
-    def from_networkx(cls, graph: nx.DiGraph, *, start: Hashable, propositions: Iterable[str] = ()) -> TransitionSystem:
+    def from_networkx(
+        cls,
+        graph: nx.DiGraph,
+        *,
+        start: Hashable,
+        propositions: Iterable[str] = (),
+        resolution: Number | None = None,
+    ) -> TransitionSystem:
         """Build a system from a networkx graph.
 
         Args:
@@ -166,6 +190,7 @@ class TransitionSystem:
                 `cost` (1 unless given) and `action` (the target's name unless given).
             start: the start node.
             propositions: names that may be used although no label carries them.
+            resolution: as in `from_transitions`.
 
         Raises:
             ModelError: if the start is not a node, or as in `from_transitions`.
@@ -189,6 +214,7 @@ class TransitionSystem:
             start=start,
             labels={node: names for node, names in labels.items() if node in linked},
             propositions=everything,
+            resolution=resolution,
         )
 
     def to_networkx(self) -> nx.MultiDiGraph:
@@ -202,9 +228,18 @@ class TransitionSystem:
                     self.states[state],
                     self.states[self.targets[edge]],
                     action=self.action_names[self.actions[edge]],
-                    cost=from_quanta(int(self.costs[edge]), self.decimals),
+                    cost=self.cost(edge),
                 )
         return graph
+
+
+def _resolution(wanted: Number | None, values: Mapping[Number, Fraction]) -> Fraction | None:
+    if wanted is None:
+        return resolution_of(values.keys(), values.values())
+    resolution = exact(wanted, "resolution")
+    if resolution <= 0:
+        raise ModelError(f"resolution: must be positive, not {wanted}")
+    return resolution
 
 
 def check_names(names: Iterable[Any], *, where: str) -> None:

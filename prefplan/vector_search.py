@@ -8,26 +8,26 @@ from fractions import Fraction
 import numpy as np
 
 from prefplan import multiobjective
-from prefplan.contracts import value_at
+from prefplan.contracts import text_of_costs, value_at
+from prefplan.errors import PreferenceError
 from prefplan.extraction import Waypoint
 from prefplan.prepared import Prepared
 from prefplan.product import Start
 from prefplan.programs import callback, compile_programs, no_callback
-from prefplan.search import Search
+from prefplan.search import Found, Search, in_units
 
 
 class VectorSearch(Search):
     """Search with keys of several entries."""
 
-    def __init__(self, prepared: Prepared, *, max_mu: float = math.inf, max_cost: float = math.inf) -> None:
-        """Make the search ready; bounds as in `BiObjectiveSearch`, mu's may be a fraction of a quantum."""
+    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None = None, max_cost: float = math.inf) -> None:
+        """Make the search ready; bounds as in `BiObjectiveSearch`."""
         problem = prepared.product.problem
         measure = problem.measure
         self._max_mu = max_mu
         functions = [formula.function for formula in measure.formulas if formula.function is not None]
         self._callback = callback(functions[0], measure.tasks) if functions else no_callback()
-        self._programs = compile_programs(measure.formulas)
-        scale = 10**problem.decimals
+        self._programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
         general = measure.contract == "general"
         every = tuple(range(measure.tasks))
         costs = every if general else sorted({i for formula in measure.formulas for i in formula.costs})
@@ -39,8 +39,7 @@ class VectorSearch(Search):
         ordered, carried, equal = multiobjective.ORDERED, multiobjective.CARRIED, multiobjective.EQUAL
         compare = [ordered] * (1 + len(measure.maxima) + len(values))
         compare += [equal if general else carried if by_value or i not in named else ordered for i in costs]
-        compare += [equal if general else carried if by_value or i not in priced else ordered for i in paid]
-        exact = measure.integral and problem.decimals == 0
+        compare += [carried if not general and (by_value or i not in priced) else ordered for i in paid]
         self._key = multiobjective.Key(
             compare=np.array(compare, dtype=np.int8),
             same_cost=general,
@@ -48,18 +47,18 @@ class VectorSearch(Search):
             values=np.array(values, dtype=np.int64),
             costs=np.array(costs, dtype=np.int64),
             violations=np.array(paid, dtype=np.int64),
-            unit=prepared.product.unit / scale,
-            price=1 / scale,
-            weight=float(measure.scale * scale),
-            tolerance=0.0 if exact or not measure.formulas else 1e-9,
         )
         self._best = np.empty(2, dtype=np.float64)
+        self._least: Fraction | float | None = None
         self._scratch = multiobjective.Scratch(np.zeros(len(compare)), np.zeros(measure.tasks), np.zeros(measure.tasks))
         super().__init__(prepared, max_cost)
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
-        self._best[:] = math.inf, self._max_mu if self._max_mu < math.inf else 1e300
+        self._least = None
+        self._best[:] = math.inf, 1e300
+        if self._max_mu is not None:
+            self._best[1] = float_above(in_units(self.prepared.product, self._max_mu))
         super().reset()
 
     def _new_labels(self, count: int) -> multiobjective.VectorLabels:
@@ -91,10 +90,18 @@ class VectorSearch(Search):
             self.infinite,
             pops,
         )
+        if end == multiobjective.FALLS:
+            at = text_of_costs(self._vector(), self.product.problem.names)
+            raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")
         return int(end)
 
-    def _mu(self, label: int) -> float:
-        return float(self.labels.mu[label])
+    def _accept(self, goal: Found) -> bool:
+        mu = goal.mu
+        if (self._least is not None and mu >= self._least) or (self._max_mu is not None and mu > self._max_mu):
+            return False
+        self._least = mu
+        self._best[0] = float_above(in_units(self.product, Fraction(mu)))
+        return True
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
         first = len(self._key.compare) - len(self._key.violations)
@@ -111,7 +118,20 @@ class VectorSearch(Search):
             raise error
         measure, names = self.product.problem.measure, self.product.problem.names
         for formula in measure.formulas:
-            costs = [Fraction(float(c)) for c in self._scratch.costs]
-            violations = [Fraction(float(v)) for v in self._scratch.violations]
-            value_at((costs, violations), formula, names, "preference")
+            value_at(self._vector(), formula, names, "preference")
         super()._widen()
+
+    def _vector(self) -> tuple[list[Fraction], list[Fraction]]:
+        """Return task costs and violation costs of the label that was made last, in the user's units."""
+        units = self.product.units
+        costs = [Fraction(float(c)) * units.cost for c in self._scratch.costs]
+        return costs, [Fraction(float(v)) * units.price for v in self._scratch.violations]
+
+
+def float_above(value: Fraction) -> float:
+    """Return a float that is no less than a number, and the number itself where it is one."""
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return math.inf
+    return nearest if nearest >= value else math.nextafter(nearest, math.inf)

@@ -8,9 +8,9 @@ where plans begin with a past (`prefplan.history`), it waits in yet another one 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
 
 from prefplan.automaton import Automaton
+from prefplan.diagram import cheapest_leaves
 from prefplan.formula import Formula, holds, propositions_of
 
 
@@ -20,7 +20,7 @@ class Reading:
 
     Attributes:
         state: automaton state afterwards.
-        price: violation cost in quanta.
+        price: violation cost in units.
         bought: indices of the relaxations used.
     """
 
@@ -35,8 +35,8 @@ class WeightedAutomaton:
 
     Attributes:
         automaton: the task's minimal DFA; its states are 0 .. n-1.
-        relaxations: (assumed proposition, condition, price in quanta) each.
-        skip: price in quanta of the extra state n, or None.
+        relaxations: (assumed proposition, condition, price in units) each.
+        skip: price in units of the extra state n, or None.
         present: the proposition that ends the past, or None.
     """
 
@@ -80,15 +80,13 @@ class WeightedAutomaton:
         free = Reading(self.automaton.step(state, label))
         if state == self.automaton.accepting:
             return [free]
-        usable = [
-            i for i, (assumed, when, _) in enumerate(self.relaxations) if assumed not in label and holds(when, label)
-        ]
-        best = {free.state: free}
-        for size in range(1, len(usable) + 1):
-            for bought in combinations(usable, size):
-                seen = label | {self.relaxations[i][0] for i in bought}
-                after = self.automaton.step(state, seen)
-                price = sum(self.relaxations[i][2] for i in bought)
-                if after not in best or price < best[after].price:
-                    best[after] = Reading(after, price, bought)
-        return list(best.values())
+        offers: dict[str, tuple[int, int]] = {}
+        for i, (assumed, when, price) in enumerate(self.relaxations):
+            if assumed not in label and holds(when, label):
+                offers[assumed] = min(offers.get(assumed, (price, i)), (price, i))
+        bought = {free.state: free} | {
+            after: Reading(after, price, used)
+            for after, (price, _, used) in cheapest_leaves(self.automaton.transitions[state], label, offers).items()
+            if after != free.state
+        }
+        return sorted(bought.values(), key=lambda reading: (len(reading.bought), reading.bought))

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from prefplan.exact_costs import exact, to_number
 from prefplan.formula import holds, parse
 from prefplan.measure import Measure
 from prefplan.problem import Task
-from prefplan.quanta import exact, to_number
 from prefplan.trace import Label, satisfied_at
 from sim.cost_checks import check_action_costs, check_number
 from sim.log import Claims, Log, LoggedAction
@@ -81,12 +81,12 @@ def certify(log: Log) -> Certificate:
     costs = check_action_costs(log, world, trace)
     spent = [Fraction(0)]
     for action in about.actions:
-        spent.append(spent[-1] + Fraction(exact(action.cost)))
+        spent.append(spent[-1] + exact(action.cost))
     ends = {task.name: _satisfied(task, trace, claims) for task in scenario.tasks}
     skipped = {bought.task for bought in claims.relaxations if bought.assume is None} if purchases.holds else set()
     task_costs = {name: spent[-1] if end is None else spent[end] for name, end in ends.items()}
     violations = {
-        task.name: sum((Fraction(exact(b.cost)) for b in claims.relaxations if b.task == task.name), Fraction(0))
+        task.name: sum((exact(b.cost) for b in claims.relaxations if b.task == task.name), Fraction(0))
         for task in scenario.tasks
     }
     measure = Measure.of(scenario.preference.terms(list(ends)), len(ends))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 
+from prefplan.exact_costs import exact, to_number
 from prefplan.models.action_costs import ACTION_KINDS, MeasuredCosts, Pair
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.models.slots import free_slot, location_of, pose, slots_at_start
-from prefplan.quanta import exact
 from prefplan.trace import Label
 from sim.log import Log
 from sim.recorded_world import RecordedWorld
@@ -47,7 +47,7 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
         if pair in table and action.start < surprised:
             right = {table[pair]}
         if exact(action.cost) not in right:
-            said = f"{right.pop()}" if len(right) == 1 else "what its kind costs"
+            said = f"{to_number(right.pop())}" if len(right) == 1 else "what its kind costs"
             return Check(name, False, f"action {k} `{action.action}` costs {said}, not {action.cost}")
         dropped = kind == "transport" and f"holding_{arguments[0]}" not in trace[k]
         hand = "" if dropped else goal
@@ -93,8 +93,8 @@ def check_number(name: str, claim: int | float | None, derived: int | float) -> 
 
 
 def _costs(
-    world: RecordedWorld, table: dict[tuple[str, str, str], Decimal], kind: str, hand: str, goal: str
-) -> set[Decimal]:
+    world: RecordedWorld, table: dict[tuple[str, str, str], Fraction], kind: str, hand: str, goal: str
+) -> set[Fraction]:
     """Return what an action may cost."""
     costs = world.model.costs
     if not isinstance(costs, MeasuredCosts):

@@ -10,7 +10,6 @@ import json
 import zipfile
 import zlib
 from dataclasses import asdict, dataclass, fields
-from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,9 @@ import mujoco
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
+from prefplan.exact_costs import exact, to_number
 from prefplan.front import Purchase
 from prefplan.models.action_costs import ActionCosts, MeasuredCosts
-from prefplan.quanta import exact, to_number
 from sim.errors import LogError
 from sim.rollout import FRAME_RATE, Event, Rollout, Step
 from sim.scene import Scene
@@ -164,14 +163,14 @@ def log_of(
 
 
 def _logged(step: Step) -> LoggedAction:
-    cost = to_number(Fraction(exact(step.cost)))
+    cost = to_number(exact(step.cost))
     return LoggedAction(step.action, step.start, step.end, cost, tuple(sorted(step.observed.label)))
 
 
 def _measured(costs: ActionCosts) -> tuple[tuple[str, str, str, int | float], ...]:
     if not isinstance(costs, MeasuredCosts):
         return ()
-    return tuple((*pair, to_number(Fraction(exact(cost)))) for pair, cost in costs.entries.items())
+    return tuple((*pair, to_number(exact(cost))) for pair, cost in costs.entries.items())
 
 
 def encode(log: Log) -> bytes:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from prefplan.exact_costs import Number
 from prefplan.models.manipulation import ManipulationState
-from prefplan.quanta import Number
 from sim.effort import Effort
 from sim.panda import TORQUE_LIMITS, VELOCITY_LIMITS
 

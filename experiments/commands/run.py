@@ -27,9 +27,9 @@ from experiments.progress import Bars
 from experiments.start import loading, tell_if_compiling
 from experiments.status import DONE, FAILED, INTERRUPTED, no_plan
 from prefplan.errors import PrefplanError
+from prefplan.exact_costs import Number
 from prefplan.front import Front, NoPlanError, Plan
 from prefplan.planner import Planner
-from prefplan.quanta import Number
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:

@@ -8,7 +8,6 @@ from experiments.output import number
 from experiments.pictures import node_link
 from experiments.pictures.node_link import Diagram, Edge, Node
 from prefplan.errors import PrefplanError
-from prefplan.quanta import from_quanta
 from prefplan.transition_system import TransitionSystem
 
 MOST_STATES = 40
@@ -47,7 +46,7 @@ def diagram(system: TransitionSystem) -> Diagram:
         actions: dict[int, list[str]] = defaultdict(list)
         for edge in system.edges(state):
             action = system.action_names[system.actions[edge]]
-            cost = number(from_quanta(int(system.costs[edge]), system.decimals))
+            cost = number(system.cost(edge))
             actions[int(system.targets[edge])].append(f"{action} {cost}")
         edges += [Edge(number_of[state], number_of[target], " | ".join(names)) for target, names in actions.items()]
     return node_link.arrange(nodes, edges)

@@ -11,13 +11,13 @@ from experiments.output import condense, number
 from experiments.report.differences import Differences, Parking, differences
 from experiments.report.timeline import Timeline
 from experiments.report.wishes import ordinal, wishes
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.formula import And, Formula, Literal, Next, Or, Until, parse
 from prefplan.front import Plan, Purchase
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.preference import Order
 from prefplan.problem import Task
-from prefplan.quanta import Number, exact, to_number
 from prefplan.scenario import Model, Scenario
 
 
@@ -231,7 +231,7 @@ def _how(bought: Sequence[Purchase]) -> str:
 
 
 def _price(bought: Sequence[Purchase]) -> str:
-    return number(to_number(sum((Fraction(exact(one.cost)) for one in bought), Fraction(0))))
+    return number(to_number(sum((exact(one.cost) for one in bought), Fraction(0))))
 
 
 def _paid(bought: Sequence[Purchase], name: Mapping[str, str]) -> list[str]:
@@ -327,7 +327,7 @@ def _goals(formula: Formula) -> set[str]:
 
 
 def _minus(one: Number, other: Number) -> Number:
-    return to_number(Fraction(exact(one)) - Fraction(exact(other)))
+    return to_number(exact(one) - exact(other))
 
 
 def _all(clauses: Sequence[str]) -> str:

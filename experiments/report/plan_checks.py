@@ -8,10 +8,10 @@ from fractions import Fraction
 
 from experiments.output import number
 from experiments.report.timeline import Timeline
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.formula import holds, parse
 from prefplan.front import Plan
 from prefplan.problem import Problem
-from prefplan.quanta import Number, exact, to_number
 from prefplan.trace import satisfied_at
 
 
@@ -48,7 +48,7 @@ def _checks(problem: Problem, plan: Plan, timeline: Timeline) -> Iterator[PlanCh
     costs, violations = [], []
     for task in problem.tasks:
         mine = [bought for bought in plan.relaxations if bought.task == task.name]
-        paid = sum((Fraction(exact(bought.cost)) for bought in mine), Fraction(0))
+        paid = sum((exact(bought.cost) for bought in mine), Fraction(0))
         violations.append(paid)
         if mine:
             offered = all(
@@ -77,12 +77,12 @@ def _checks(problem: Problem, plan: Plan, timeline: Timeline) -> Iterator[PlanCh
             )
             yield PlanCheck(f"{task.name}", end is not None, after)
         cost = spent[-1] if end is None else spent[end]
-        costs.append(Fraction(exact(cost)))
+        costs.append(exact(cost))
         yield _same(f"cost of {task.name}", plan.task_costs[task.name], cost)
     yield _same("preference", plan.preference, to_number(problem.measure.value(costs, violations)))
 
 
 def _same(name: str, said: Number, found: Number) -> PlanCheck:
     same = abs(float(said) - float(found)) <= 1e-9 * max(1.0, abs(float(found)))
-    words = number(to_number(Fraction(exact(said))))
+    words = number(to_number(exact(said)))
     return PlanCheck(name, same, words if same else f"{words} is said, {number(found)} is right")

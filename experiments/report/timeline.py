@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan, Purchase
 from prefplan.problem import Problem
-from prefplan.quanta import Number, exact, to_number
 
 Label = frozenset[str]
 
@@ -55,7 +55,7 @@ class Timeline:
         """(K + 1,) spent after k actions."""
         total, found = Fraction(0), [Fraction(0)]
         for cost in self.costs:
-            total += Fraction(exact(cost))
+            total += exact(cost)
             found.append(total)
         return tuple(map(to_number, found))
 

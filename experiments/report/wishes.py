@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from experiments.output import number
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.preference import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
-from prefplan.quanta import Number, exact, to_number
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 
@@ -79,8 +79,8 @@ def wishes(preference: Preference, plan: Plan) -> tuple[Wish, ...]:
 
     The amounts add up to the preference; where it is not a sum over tasks, nothing is returned.
     """
-    costs = {name: Fraction(exact(cost)) for name, cost in plan.task_costs.items()}
-    paid = {name: Fraction(exact(cost)) for name, cost in plan.violation_costs.items()}
+    costs = {name: exact(cost) for name, cost in plan.task_costs.items()}
+    paid = {name: exact(cost) for name, cost in plan.violation_costs.items()}
     found = _wishes(preference, costs, paid)
     return () if found is None else tuple(found)
 
@@ -93,7 +93,7 @@ def _wishes(preference: Preference, costs: dict[str, Fraction], paid: dict[str, 
             amounts = paid if over == "violation" else costs
             words = "not relaxed" if over == "violation" else "early"
             return [
-                Wish(name, words + _times(weight), None, to_number(Fraction(exact(weight)) * amounts[name]))
+                Wish(name, words + _times(weight), None, to_number(exact(weight) * amounts[name]))
                 for name, weight in weights.items()
             ]
         case Deadline(deadlines, over):
@@ -101,8 +101,8 @@ def _wishes(preference: Preference, costs: dict[str, Fraction], paid: dict[str, 
             words = "for at most" if over == "violation" else "by"
             found = []
             for name, due in deadlines.items():
-                missed = max(Fraction(0), amounts[name] - Fraction(exact(due.by)))
-                adds = to_number(Fraction(exact(due.weight)) * missed)
+                missed = max(Fraction(0), amounts[name] - exact(due.by))
+                adds = to_number(exact(due.weight) * missed)
                 found.append(Wish(name, f"{words} {number(due.by)}{_times(due.weight)}", to_number(missed), adds))
             return found
         case Sum(parts):
@@ -111,8 +111,8 @@ def _wishes(preference: Preference, costs: dict[str, Fraction], paid: dict[str, 
                 some = _wishes(part, costs, paid)
                 if some is None:
                     return None
-                times = Fraction(exact(weight))
-                together += [replace(wish, adds=to_number(times * Fraction(exact(wish.adds)))) for wish in some]
+                times = exact(weight)
+                together += [replace(wish, adds=to_number(times * exact(wish.adds))) for wish in some]
             return together
     return None
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from experiments.tally import tally
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.problem import Problem
-from prefplan.quanta import Number, exact, to_number
 from sim.closed_loop import ClosedLoop
 
 NEWS = {"fault": "fault", "replan": "planned anew", "retry": "tried again", "ended": "given up"}
@@ -79,10 +79,10 @@ def standing(problem: Problem, loop: ClosedLoop, *, ended: str | None = None) ->
 def _preference(problem: Problem, plan: Plan, costs: list[Number], done: int) -> Number:
     """Return mu of what the tasks cost so far, and of what was paid so far to relax them."""
     paid = [
-        sum((Fraction(exact(b.cost)) for b in plan.relaxations if b.task == name and b.step <= done), Fraction(0))
+        sum((exact(b.cost) for b in plan.relaxations if b.task == name and b.step <= done), Fraction(0))
         for name in problem.names
     ]
-    return to_number(problem.measure.value([Fraction(exact(cost)) for cost in costs], paid))
+    return to_number(problem.measure.value([exact(cost) for cost in costs], paid))
 
 
 def _news(time: float, kind: str, detail: dict[str, object]) -> str:

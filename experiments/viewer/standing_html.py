@@ -6,7 +6,7 @@ from html import escape
 
 from experiments.output import number
 from experiments.viewer.standing import Progress, Standing
-from prefplan.quanta import Number
+from prefplan.exact_costs import Number
 
 STYLE = """<style>
 .standing { font-size: 0.85em; line-height: 1.45; padding: 0 0.75em 0.75em }

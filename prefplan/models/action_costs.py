@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from prefplan.errors import ModelError, choices
+from prefplan.exact_costs import Number, exact, in_common_unit
 from prefplan.models.slots import location_of
-from prefplan.quanta import Number, exact, to_quanta
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation import ManipulationModel
@@ -72,7 +73,7 @@ def check_costs(costs: ActionCosts) -> None:
             raise ModelError(f"costs.{kind}: negative cost {costs[kind]}")
 
 
-def cost_matrix(model: ManipulationModel, hands: Sequence[str]) -> tuple[np.ndarray, int]:
+def cost_matrix(model: ManipulationModel, hands: Sequence[str]) -> tuple[np.ndarray, Fraction]:
     """Return the cost of every kind of action between every two poses of the hand.
 
     A pose that was never measured, such as that of an object that fell, costs what the nearest measured one does; one
@@ -83,18 +84,17 @@ def cost_matrix(model: ManipulationModel, hands: Sequence[str]) -> tuple[np.ndar
         hands: names of the H poses.
 
     Returns:
-        (4, H, H) int64 by kind, hand before and hand after, in quanta, `UNMEASURED` where unknown; and the exponent of
-        the quantum.
+        (4, H, H) by kind, hand before and hand after, multiples of a unit, `UNMEASURED` where unknown; and that unit.
     """
     costs = model.costs
     if not isinstance(costs, MeasuredCosts):
-        kinds, decimals = to_quanta([costs[kind] for kind in ACTION_KINDS])
-        return np.broadcast_to(np.array(kinds, dtype=np.int64)[:, None, None], (4, len(hands), len(hands))), decimals
-    values, decimals = to_quanta(costs.entries.values())
-    entries = dict(zip(costs.entries, values, strict=True))
+        kinds, unit = in_common_unit([exact(costs[kind]) for kind in ACTION_KINDS])
+        return np.broadcast_to(kinds[:, None, None], (4, len(hands), len(hands))), unit
+    values, unit = in_common_unit([exact(cost) for cost in costs.entries.values()])
+    entries = dict(zip(costs.entries, values.tolist(), strict=True))
     measured = sorted({hand for pair in entries for hand in pair[1:]})
     nearest = {hand: _nearest(model, hand, measured) for hand in hands}
-    matrix = np.full((len(ACTION_KINDS), len(hands), len(hands)), UNMEASURED, dtype=np.int64)
+    matrix = np.full((len(ACTION_KINDS), len(hands), len(hands)), UNMEASURED, dtype=values.dtype)
     for (k, kind), (i, before), (j, after) in product(enumerate(ACTION_KINDS), enumerate(hands), enumerate(hands)):
         options = [
             (far + near, entries[kind, a, b])
@@ -103,7 +103,7 @@ def cost_matrix(model: ManipulationModel, hands: Sequence[str]) -> tuple[np.ndar
         ]
         if options:
             matrix[k, i, j] = min(options)[1]
-    return matrix, decimals
+    return matrix, unit
 
 
 def unmeasured(action: str, before: str) -> ModelError:

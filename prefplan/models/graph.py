@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.quanta import Number, exact
+from prefplan.exact_costs import Number, exact
 from prefplan.transition_system import TransitionSystem
 
 
@@ -29,6 +29,7 @@ class GraphModel:
         transitions: in the order in which a state's actions are tried.
         labels: propositions by state; states not listed have none.
         propositions: names that may be used in formulas although no state carries them.
+        resolution: of what costs are rounded to a multiple, as in `TransitionSystem.from_transitions`.
 
     Raises:
         ModelError: (on construction) for a start or label that names no state.
@@ -38,6 +39,7 @@ class GraphModel:
     transitions: tuple[Transition, ...]
     labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
     propositions: frozenset[str] = frozenset()
+    resolution: Number | None = None
 
     def __post_init__(self) -> None:
         """Check that every state named exists, and every transition is well formed."""
@@ -64,4 +66,5 @@ class GraphModel:
             start=self.start,
             labels=self.labels,
             propositions=self.propositions,
+            resolution=self.resolution,
         )

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from prefplan.errors import ModelError
+from prefplan.exact_costs import Number, exact, in_common_unit
 from prefplan.limits import available_memory
-from prefplan.quanta import Number, exact, to_quanta
 from prefplan.transition_system import TransitionSystem, check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
@@ -87,7 +87,7 @@ class GridModel:
             exists.append(inside & free[ny, nx])
             target.append(number[ny, nx])
         there = np.stack(exists, axis=1)
-        quanta, decimals = to_quanta([self.cost])
+        count, unit = in_common_unit([exact(self.cost)])
         labels, label_sets = self._labels(free)
         return TransitionSystem(
             states=_Cells(x, y),
@@ -95,8 +95,8 @@ class GridModel:
             offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
             targets=np.stack(target, axis=1)[there].astype(np.int32),
             actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[there],
-            costs=np.full(int(there.sum()), quanta[0], dtype=np.int64),
-            decimals=decimals,
+            costs=np.full(int(there.sum()), count[0], dtype=count.dtype),
+            unit=unit,
             labels=labels,
             action_names=tuple(MOVES),
             label_sets=label_sets,

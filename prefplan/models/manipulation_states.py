@@ -235,7 +235,7 @@ class _Builder:
 
     def build(self) -> TransitionSystem:
         """Generate the reachable states layer by layer and gather their edges, sorted by source."""
-        matrix, decimals = cost_matrix(self.model, self.hands)
+        matrix, unit = cost_matrix(self.model, self.hands)
         layer = np.array([self.start_code()], dtype=np.int64)
         codes = Numbering(self.weights[-1] * self.radices[-1])
         codes.add(layer)
@@ -266,7 +266,7 @@ class _Builder:
             targets=target[order].astype(np.int32),
             actions=action[order],
             costs=np.concatenate(costs)[order],
-            decimals=decimals,
+            unit=unit,
             labels=labels,
             action_names=tuple(action_names),
             label_sets=label_sets,

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from prefplan.errors import ModelError
+from prefplan.exact_costs import Number
 from prefplan.models.action_costs import ACTION_KINDS, QUANTITIES, MeasuredCosts, Pair
 from prefplan.models.manipulation import ManipulationModel
 from prefplan.models.slots import hand_poses
-from prefplan.quanta import Number
 
 COSMETIC = frozenset({"rgba"})
 """Attributes of objects that change nothing that is measured."""

@@ -85,7 +85,7 @@ def assert_is_heading(found: dict[str, Any]) -> None:
 def test_a_front_as_json(run: Run, detour: Path) -> None:
     result = run("front", "detour.toml", "--json")
     assert (result.status, result.err) == (0, "")
-    assert list(result.json) == ["scenario", "tasks", "contract", "complete", "front", "stats"]
+    assert list(result.json) == [*HEADING, "complete", "front", "stats"]
     assert_is_heading(result.json)
     assert [{key: point[key] for key in POINT} for point in result.json["front"]] == [
         {"cost": 3.5, "preference": 2.5, "task_costs": {"pay": 3.5, "buy": 1}, "plan": ["shop", "bank"]},
@@ -100,7 +100,7 @@ def test_whole_costs_are_whole_numbers_in_json(run: Run, detour: Path) -> None:
 def test_a_plan_as_json(run: Run, detour: Path) -> None:
     result = run("plan", "detour.toml", "--json")
     assert (result.status, result.err) == (0, "")
-    assert list(result.json) == ["scenario", "tasks", "contract", "complete", "plan", "stats"]
+    assert list(result.json) == [*HEADING, "complete", "plan", "stats"]
     assert_is_heading(result.json)
     assert result.json["plan"]["plan"] == ["shop", "bank"]
 
@@ -145,7 +145,7 @@ def test_without_a_plan_the_status_is_3_and_json_says_why(
         detour.write_text(DETOUR.replace("F bread", change))
     result = run(*arguments, "detour.toml", "--json")
     assert result.status == 3
-    assert list(result.json) == ["scenario", "tasks", "contract", "complete", "front", "reason", "stats"]
+    assert list(result.json) == [*HEADING, "complete", "front", "reason", "stats"]
     assert_is_heading(result.json)
     assert (result.json["front"], result.json["reason"]) == ([], reason)
 
@@ -179,6 +179,8 @@ def test_a_limit_before_any_plan_is_known_has_status_4(
         "scenario",
         "tasks",
         "contract",
+        "claimed",
+        "resolution",
         "complete",
         "plan",
         "ended",
@@ -193,6 +195,8 @@ def test_a_plan_within_its_limits_is_the_same_plan(run: Run, detour: Path) -> No
     limited = run("plan", "detour.toml", "--max-seconds", "600", "--max-memory", "1000", "--json")
     assert (limited.status, limited.json["plan"]) == (0, run("plan", "detour.toml", "--json").json["plan"])
 
+
+HEADING = ("scenario", "tasks", "contract", "claimed", "resolution")
 
 GENERAL = 'kind = "expression"\nexpression = "pay * buy"\ncontract = "general"'
 

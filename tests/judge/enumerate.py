@@ -12,6 +12,7 @@ So the answer is exact for every mu that never falls along a trajectory, up to t
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterator
 from itertools import combinations, count, product
 from typing import NamedTuple
@@ -150,7 +151,13 @@ class _Step(NamedTuple):
     depth: int
 
 
-def exact_plans(problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number) -> list[Witness]:
+class TooManyError(Exception):
+    """There are more labels than a judge will look at."""
+
+
+def exact_plans(
+    problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number, max_labels: float = math.inf
+) -> list[Witness]:
     """Return one plan for each point of the front of cost at most `max_cost`, by rising cost.
 
     Args:
@@ -158,6 +165,10 @@ def exact_plans(problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number
         mu: preference function of (task costs, violation costs) that never falls along a trajectory, nor in a
             violation cost; the problem's own when None.
         max_cost: greatest total cost, in the user's units, inclusive.
+        max_labels: labels to make at the most.
+
+    Raises:
+        TooManyError: there would be more.
     """
     value = mu or problem.mu()
     space = Product(problem)
@@ -183,6 +194,8 @@ def exact_plans(problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number
         if any(all(x <= y for x, y in zip(rival, spent, strict=True)) for rival in rivals):
             return
         rivals.append(tuple(spent))
+        if len(seen) > max_labels:
+            raise TooManyError
         heapq.heappush(heap, (g, next(ticket), node, costs, tuple(spent), step, skips))
 
     untouched: tuple[Number | None, ...] = (None,) * len(problem.tasks)

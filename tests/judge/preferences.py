@@ -9,6 +9,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
 from fractions import Fraction
 from itertools import permutations, product
 from typing import Any
@@ -34,9 +35,12 @@ EXPRESSIONS = {
 }
 
 
-def exact(value: float | Fraction) -> Number:
-    """Return a number as written: 0.1 is one tenth."""
-    fraction = Fraction(str(value))
+def exact(value: float | Decimal | Fraction) -> Number:
+    """Return a number as written: 0.1 is one tenth; of a float's digits the first 15 count."""
+    text = str(value)
+    if isinstance(value, float) and not value.is_integer():
+        text = f"{value:.15g}"
+    fraction = Fraction(text)
     return fraction.numerator if fraction.denominator == 1 else fraction
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -53,6 +54,7 @@ class GraphProblem:
         tasks: the tasks, in order.
         preference: the `[preference]` table of the scenario.
         bygone: states in which no plan ends.
+        floats: what floats a scenario has in place of some numbers, none unless said.
     """
 
     start: str
@@ -61,6 +63,7 @@ class GraphProblem:
     tasks: tuple[JudgedTask, ...]
     preference: Mapping[str, Any] = field(default_factory=lambda: {"kind": "order"})
     bygone: frozenset[str] = frozenset()
+    floats: Mapping[Number, float] = field(default_factory=dict)
 
     @cached_property
     def outgoing(self) -> dict[str, list[Edge]]:
@@ -93,7 +96,7 @@ class GraphProblem:
         transitions = []
         for edge in self.edges:
             action = {} if edge.action == edge.target else {"action": edge.action}
-            transitions.append({"from": edge.source, "to": edge.target, **action, "cost": _written(edge.cost)})
+            transitions.append({"from": edge.source, "to": edge.target, **action, "cost": self._written(edge.cost)})
         model = {
             "kind": "graph",
             "start": self.start,
@@ -103,25 +106,37 @@ class GraphProblem:
         }
         return {
             "model": model,
-            "tasks": [_task_table(task) for task in self.tasks],
-            "preference": dict(self.preference),
+            "tasks": [self._task_table(task) for task in self.tasks],
+            "preference": self._table(self.preference),
         }
 
+    def _task_table(self, task: JudgedTask) -> dict[str, Any]:
+        table: dict[str, Any] = {"name": task.name, "formula": to_text(task.formula)}
+        if task.relax:
+            table["relax"] = [
+                {"assume": entry.assume, "when": to_text(entry.when), "cost": self._written(entry.cost)}
+                for entry in task.relax
+            ]
+        if task.skip is not None:
+            table["skip"] = self._written(task.skip)
+        return table
 
-def _task_table(task: JudgedTask) -> dict[str, Any]:
-    table: dict[str, Any] = {"name": task.name, "formula": to_text(task.formula)}
-    if task.relax:
-        table["relax"] = [
-            {"assume": entry.assume, "when": to_text(entry.when), "cost": _written(entry.cost)} for entry in task.relax
-        ]
-    if task.skip is not None:
-        table["skip"] = _written(task.skip)
-    return table
+    def _table(self, value: Any) -> Any:
+        """Return a table of a scenario with its numbers as a file would hold them."""
+        if isinstance(value, Mapping):
+            return {key: self._table(below) for key, below in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [self._table(below) for below in value]
+        return self._written(value) if isinstance(value, (int, Fraction)) else value
 
-
-def _written(number: Number) -> int | float:
-    """Return a number as a scenario file would hold it."""
-    return float(number) if isinstance(number, Fraction) else number
+    def _written(self, number: Number) -> int | float | Decimal:
+        """Return a number as a scenario file would hold it: a decimal, unless a float stands for it."""
+        if number in self.floats:
+            return self.floats[number]
+        if not isinstance(number, Fraction):
+            return number
+        with localcontext(prec=100):
+            return Decimal(number.numerator) / Decimal(number.denominator)
 
 
 def grid_problem(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
+import json
 import random
 from collections.abc import Sequence
-from typing import Any
+from decimal import Decimal
 
-from judge.enumerate import cheapest_cost, exact_front
+from judge.enumerate import cheapest_cost, exact_plans
+from judge.numbers import to_resolution
 from judge.preferences import Number, exact
 from judge.problems import GraphProblem
 from judge.replay import replay
@@ -21,79 +22,101 @@ WAYS = (
     Options(heuristic=1, contraction=False),
     Options(heuristic=2, preference_bound=False),
     Options(heuristic=3, contraction=False),
+    Options(compiled=False),
 )
+
+MAX_LABELS = 100_000
+"""Labels of a problem that the judge looks at."""
 
 
 def verdict(problem: GraphProblem, ways: Sequence[Options] = WAYS) -> str | None:
-    """Return what is wrong with the planner's answers, or None."""
+    """Return what is wrong with the planner's answers, or None.
+
+    Raises:
+        TooManyError: the problem is too large for the judge.
+    """
     planned = from_dict(problem.scenario(), name="problem").problem()
+    if planned.resolution is not None:
+        problem = to_resolution(problem, float(planned.resolution))
     least = cheapest_cost(problem)
     if least is None:
         front = Planner(planned).front(max_cost=100)
         return None if not front and front.reason else f"found {list(front)} where no plan exists"
-    limit = 2 * least + 12
-    expected = exact_front(problem, max_cost=limit)
+    limit = 2 * least + 12 * min((edge.cost for edge in problem.edges if edge.cost), default=0)
+    plans = exact_plans(problem, max_cost=limit, max_labels=MAX_LABELS)
+    expected = [(plan.cost, plan.preference) for plan in plans]
     for options in ways:
         planner = Planner(planned, options=options)
-        front = planner.front(max_cost=_number(limit))
+        front = planner.front(max_cost=limit)
         points = [(plan.cost, plan.preference) for plan in front]
-        if not _same(points, expected):
+        if points != [(printed(cost), printed(mu)) for cost, mu in expected]:
             return f"{options}: front {points}, expected {expected}"
         for plan in front:
             if wrong := misjudged(problem, plan):
                 return f"{options}: {wrong}"
-        if wrong := _misbounded(planner, expected, limit):
+        if wrong := _misbounded(planner, expected, limit) or _unbound(planner, list(front), limit):
             return f"{options}: {wrong}"
     return None
 
 
 def misjudged(problem: GraphProblem, plan: Plan) -> str | None:
     """Return how a plan differs from what replaying it gives, or None."""
+    prices = {printed(entry.cost): entry.cost for task in problem.tasks for entry in task.relax}
+    prices |= {printed(task.skip): task.skip for task in problem.tasks if task.skip is not None}
     relaxations = [
-        {"task": bought.task, "step": bought.step, "cost": bought.cost}
+        {"task": bought.task, "step": bought.step, "cost": prices[bought.cost]}
         | ({"skip": True} if bought.assume is None else {"assume": bought.assume})
         for bought in plan.relaxations
     ]
     told = replay(problem, plan.actions, relaxations)
-    same = _close(told.cost, plan.cost) and _close(told.mu, plan.preference) and told.ends
+    same = printed(told.cost) == plan.cost and printed(told.mu) == plan.preference and told.ends
     names = problem.names
-    same &= all(_close(told.task_costs[k], plan.task_costs[name]) for k, name in enumerate(names))
-    same &= all(_close(told.violations[k], plan.violation_costs[name]) for k, name in enumerate(names))
+    same &= all(printed(told.task_costs[k]) == plan.task_costs[name] for k, name in enumerate(names))
+    same &= all(printed(told.violations[k]) == plan.violation_costs[name] for k, name in enumerate(names))
     return None if same else f"{plan} is judged {told}"
+
+
+READ_BACK = (lambda number: number, lambda number: Decimal(str(number)), lambda number: json.loads(json.dumps(number)))
+"""How what is printed comes back as a bound: from Python, from the command line, and from JSON."""
+
+
+def _unbound(planner: Planner, plans: Sequence[Plan], limit: Number) -> str | None:
+    """Return how a bound equal to what is printed of a plan does not admit it, or None; one plan is tried."""
+    if not plans:
+        return None
+    rng = random.Random(str(plans))
+    plan, read = rng.choice(plans), rng.choice(READ_BACK)
+    cost, mu = read(plan.cost), read(plan.preference)
+    last = planner.front(max_cost=cost)[-1]
+    if (last.cost, last.preference) != (plan.cost, plan.preference):
+        return f"cost bounded by {cost!r}: last {(last.cost, last.preference)}, expected {plan}"
+    found = planner.cheapest(max_preference=mu, max_cost=limit)
+    if (found.cost, found.preference) != (plan.cost, plan.preference):
+        return f"mu bounded by {mu!r}: {(found.cost, found.preference)}, expected {plan}"
+    return None
 
 
 def _misbounded(planner: Planner, expected: list[tuple[Number, Number]], limit: Number) -> str | None:
     """Return a bound on mu under which the planner's cheapest plan is not the expected one, or None."""
     rng = random.Random(str(expected))
-    bounds = {mu for _, mu in expected} | {mu + rng.choice((-1, 1)) for _, mu in expected}
-    for bound in sorted(bounds):
+    for bound in sorted({mu + rng.choice((-1, 1)) for _, mu in expected}):
         if bound < 0:
             continue
-        wanted = next(((cost, mu) for cost, mu in expected if mu <= bound), None)
+        wanted = next(((printed(cost), printed(mu)) for cost, mu in expected if mu <= bound), None)
         try:
-            plan = planner.cheapest(max_preference=_number(bound), max_cost=_number(limit))
+            plan = planner.cheapest(max_preference=bound, max_cost=limit)
             found = (plan.cost, plan.preference)
         except NoPlanError as error:
             found = None
             smallest = error.reason.smallest
-            if error.reason.kind == "bound" and not _close(expected[-1][1], smallest):
+            if error.reason.kind == "bound" and printed(expected[-1][1]) != smallest:
                 return f"smallest mu {smallest}, expected {expected[-1][1]}"
-        if (found is None) != (wanted is None) or (found and wanted and not _same([found], [wanted])):
+        if found != wanted:
             return f"cheapest with mu <= {bound}: {found}, expected {wanted}"
     return None
 
 
-def _number(value: Number) -> Any:
-    return value if isinstance(value, int) else float(value)
-
-
-def _same(points: Sequence[tuple[Any, Any]], expected: Sequence[tuple[Number, Number]]) -> bool:
-    return len(points) == len(expected) and all(
-        _close(a, c) and _close(b, d) for (a, b), (c, d) in zip(points, expected, strict=True)
-    )
-
-
-def _close(a: Any, b: Any) -> bool:
-    if isinstance(a, float) or isinstance(b, float):
-        return math.isclose(float(a), float(b), rel_tol=1e-9, abs_tol=1e-9)
-    return exact(a) == exact(b)
+def printed(value: Number) -> int | float:
+    """Return a number as the planner gives it: an integer where it is whole, else the nearest float."""
+    number = exact(value)
+    return number if isinstance(number, int) else float(number)

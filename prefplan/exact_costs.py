@@ -1,0 +1,177 @@
+"""Exact costs: every number is a rational, and costs are whole multiples of a common unit.
+
+| what the user writes           | what it stands for                                                              |
+| ------------------------------ | ------------------------------------------------------------------------------- |
+| int, Fraction, Decimal         | itself; numbers of a scenario file are decimals                                 |
+| float of whole value           | that integer                                                                    |
+| float, at most 15 digits       | the decimal that a person would write: 0.1 is one tenth                         |
+| float with more digits         | the nearest decimal of 15 significant digits: 0.1 + 0.2 is 0.3                  |
+
+Costs of a model that were computed, floats of more than 12 digits, are rounded to a *resolution* where sums of them
+would leave 64 bits (`resolution_of`); the front is exact for the costs so rounded.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+
+from prefplan.errors import ModelError
+
+Number = int | float | Decimal | Fraction
+
+FLOAT_DIGITS = 15
+"""Significant digits that every decimal keeps when it is stored as a double."""
+
+RESOLVED_DIGITS = 12
+"""Digits that a resolution leaves to the largest cost: a thousand such costs add up to less than 2^53."""
+
+LARGEST_EXPONENT = 400
+"""Powers of ten that a number may have; all doubles lie within 1e-324 and 1.8e308."""
+
+INT64_LIMIT = 2**62
+"""Whole numbers below this are held as int64, larger ones as Python's integers."""
+
+
+def exact(value: Number, where: str = "") -> Fraction:
+    """Return a number as the rational that it stands for.
+
+    Args:
+        value: an int, float, Decimal or Fraction, or numpy's kinds of these.
+        where: key for the error message.
+
+    Raises:
+        ModelError: it is no number, not finite, or beyond 1e400 or below 1e-400.
+    """
+    prefix = f"{where}: " if where else ""
+    if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
+        raise ModelError(f"{prefix}must be a number, not {value!r}")
+    if isinstance(value, numbers.Integral):
+        if abs(int(value)).bit_length() > LARGEST_EXPONENT * math.log2(10):
+            raise ModelError(f"{prefix}must lie between -1e{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}")
+        return Fraction(int(value))
+    if isinstance(value, Fraction):
+        return value
+    # The text of a numpy float of 32 bits has only the digits that it holds.
+    number = value if isinstance(value, Decimal) else Decimal(str(value))
+    if not number.is_finite():
+        raise ModelError(f"{prefix}must be a finite number, not {value}")
+    if not number:
+        return Fraction(0)
+    digits = len(number.as_tuple().digits)
+    if abs(number.adjusted()) > LARGEST_EXPONENT or digits > LARGEST_EXPONENT:
+        raise ModelError(
+            f"{prefix}must be 0 or lie between 1e-{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}, "
+            f"with at most {LARGEST_EXPONENT} digits, not {number:.3e}"
+        )
+    if not isinstance(value, Decimal):
+        if float(value).is_integer():
+            return Fraction(int(value))
+        if digits > FLOAT_DIGITS:
+            number = Decimal(f"{float(value):.{FLOAT_DIGITS}g}")
+    return Fraction(number)
+
+
+def to_number(value: Fraction | float) -> int | float:
+    """Return an exact value as it is printed: an int where it is whole, else the nearest float."""
+    if isinstance(value, Fraction) and (value.denominator == 1 or abs(value) >= 2**1023):
+        return round(value)
+    return float(value)
+
+
+def inclusive(bound: Number, where: str = "") -> Fraction:
+    """Return the largest rational that a bound admits: all that is printed as a number no larger than the bound.
+
+    A printed value is the float nearest to an exact one, so a float or decimal admits all that rounds to it.
+
+    Raises:
+        ModelError: as in `exact`.
+    """
+    limit = exact(bound, where)
+    if isinstance(bound, (numbers.Integral, Fraction)) or abs(limit) >= 2**1022:
+        return limit
+    nearest = float(bound)
+    halfway = (Fraction(nearest) + Fraction(math.nextafter(nearest, math.inf))) / 2
+    if float(halfway) > nearest:
+        # A tie goes to the even neighbour, which is the next float; anything nearer does not.
+        halfway -= abs(halfway) / 2**200
+    return halfway
+
+
+def common_unit(values: Iterable[Fraction]) -> Fraction:
+    """Return the largest rational of which all values are whole multiples; 1 if all are zero."""
+    numerator, denominator = 0, 1
+    for value in values:
+        if value:
+            numerator = math.gcd(numerator, value.numerator)
+            denominator = math.lcm(denominator, value.denominator)
+    return Fraction(numerator, denominator) if numerator else Fraction(1)
+
+
+def multiples(values: Iterable[Fraction], unit: Fraction) -> np.ndarray:
+    """Return values in a unit of which they are whole multiples: int64 where all fit, else Python's integers."""
+    per, of = unit.denominator, unit.numerator
+    counts = [value.numerator * (per // value.denominator) // of for value in values]
+    fits = max(map(abs, counts), default=0) < INT64_LIMIT
+    return np.array(counts, dtype=np.int64 if fits else object)
+
+
+def in_common_unit(values: Iterable[Fraction]) -> tuple[np.ndarray, Fraction]:
+    """Return values as whole multiples of their common unit, and that unit."""
+    values = list(values)
+    unit = common_unit(set(values))
+    return multiples(values, unit), unit
+
+
+def is_long_float(cost: Number) -> bool:
+    """Return whether a cost is a float of more digits than people write: one that was computed."""
+    if not isinstance(cost, (float, np.floating)):
+        return False
+    return len(Decimal(str(cost)).normalize().as_tuple().digits) > RESOLVED_DIGITS
+
+
+def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fraction | None:
+    """Return to multiples of what long floats should be rounded, None where they can be added up as they are.
+
+    Args:
+        costs: as the user gave them.
+        values: the same as rationals.
+    """
+    if not any(is_long_float(cost) for cost in costs):
+        return None
+    largest = max(values)
+    if largest / common_unit(values) < 10**FLOAT_DIGITS:
+        return None
+    magnitude = (Decimal(largest.numerator) / Decimal(largest.denominator)).adjusted()
+    return Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
+
+
+def rounded(value: Fraction, resolution: Fraction) -> Fraction:
+    """Return the nearest multiple of a resolution."""
+    return round(value / resolution) * resolution
+
+
+@dataclass(frozen=True)
+class Units:
+    """In what a search counts.
+
+    Attributes:
+        cost: of total cost and task costs, in the user's units.
+        price: of violation costs.
+        mu: of preference values.
+    """
+
+    cost: Fraction
+    price: Fraction
+    mu: Fraction
+
+    @property
+    def factor(self) -> Fraction:
+        """What a unit of cost is in units of mu."""
+        return self.cost / self.mu
