@@ -239,8 +239,7 @@ class ExactSearch:
             edges.append(at.edge)
             at = at.parent
             states.append(at.automata)
-        plan, mu = account(self.product, edges[::-1], states[::-1], label.start)
-        return Found(label.cost, mu, plan)
+        return Found(label.cost, None, lambda: account(self.product, edges[::-1], states[::-1], label.start))
 
 
 def _no_worse(one: Key, other: Key) -> bool:

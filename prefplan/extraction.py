@@ -138,15 +138,15 @@ def account(
     """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
     problem, system, units = product.problem, product.problem.system, product.units
     names = problem.names
-    spent = [Fraction(0)]
+    spent = [0]
     for edge in edges:
-        spent.append(spent[-1] + (int(product.costs[edge]) >> product.shift) * units.cost)
+        spent.append(spent[-1] + (int(product.costs[edge]) >> product.shift))
     task_costs, violations = [], [Fraction(0)] * len(names)
     purchases: list[Purchase] = []
     for i, (name, dfa) in enumerate(zip(names, product.automata, strict=True)):
         accepting = dfa.automaton.accepting
         done = next((k for k, automata in enumerate(states) if automata[i] == accepting), len(states) - 1)
-        task_costs.append(spent[done])
+        task_costs.append(spent[done] * units.cost)
         bought = start.bought[i]
         if bought is None:
             price = (dfa.skip or 0) * units.price
@@ -164,7 +164,7 @@ def account(
     visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
     mu = problem.measure.value(task_costs, violations)
     plan = Plan(
-        cost=to_number(spent[-1]),
+        cost=to_number(spent[-1] * units.cost),
         preference=to_number(mu),
         task_costs={name: to_number(cost) for name, cost in zip(names, task_costs, strict=True)},
         violation_costs={name: to_number(cost) for name, cost in zip(names, violations, strict=True)},

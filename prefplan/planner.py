@@ -20,7 +20,7 @@ from prefplan.preference import WeightedSum
 from prefplan.prepared import Options, Prepared, bytes_to_prepare
 from prefplan.problem import Problem, Task
 from prefplan.product import Product
-from prefplan.search import BiObjectiveSearch, Search
+from prefplan.search import BiObjectiveSearch, Found, Search, in_units
 from prefplan.vector_search import VectorSearch
 
 
@@ -252,6 +252,7 @@ class Planner:
                     self._account(search, began)
                     if found.cost > yielded:
                         yielded = found.cost
+                        self._check(found)
                         yield found.plan
                         if single:
                             return
@@ -298,6 +299,11 @@ class Planner:
         if cheapest is None:
             return alone
         return BiObjectiveSearch(prepared, max_mu=Fraction(cheapest.mu), max_cost=cheapest.cost)
+
+    def _check(self, found: Found) -> None:
+        """Assert that a plan worked out from the model is worth what the search counted."""
+        assert found.plan.cost == to_number(found.cost * self.problem.units.cost)
+        assert found.label_mu is None or found.label_mu == in_units(self._product, found.mu)
 
     def _account(self, search: Search | ExactSearch, began: float) -> None:
         work, seconds = search.work, time.perf_counter() - began

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -59,13 +60,26 @@ class Found:
 
     Attributes:
         cost: total cost, units.
-        mu: exact preference value in the user's units: a fraction, or a float where a Python function gave it.
-        plan: the way there.
+        label_mu: units of mu that the search counted; None where it knows only a bound.
     """
 
     cost: int
-    mu: Fraction | float
-    plan: Plan
+    label_mu: int | None
+    _extract: Callable[[], tuple[Plan, Any]]
+
+    @cached_property
+    def _extracted(self) -> tuple[Plan, Any]:
+        return self._extract()
+
+    @property
+    def plan(self) -> Plan:
+        """How to get there."""
+        return self._extracted[0]
+
+    @property
+    def mu(self) -> Any:
+        """Exact preference value in the user's units: a fraction, or a float where a Python function gave it."""
+        return self._extracted[1]
 
 
 @dataclass(frozen=True)
@@ -203,6 +217,10 @@ class Search(ABC):
                 limits.ended = "time"
                 return
 
+    def _exact_mu(self, label: int) -> int | None:
+        """Return a label's mu in units, None where that is only a bound."""
+        return None
+
     @abstractmethod
     def _accept(self, goal: Found) -> bool:
         """Take note of a goal; return whether it is one, by its exact mu."""
@@ -214,7 +232,7 @@ class Search(ABC):
     def _found(self, label: int) -> Found:
         graph, view = self.prepared.graph, self.prepared.view
         cost = int(self.labels.cost[label]) >> self.product.shift
-        labels = []
+        mu, labels = self._exact_mu(label), []
         while label != NONE:
             labels.append(label)
             label = int(self.labels.parent[label])
@@ -224,8 +242,8 @@ class Search(ABC):
         costs = self.labels.cost[labels].tolist()
         nodes = (codes % graph.size).tolist()
         path = tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
-        plan, mu = extract(self.product, graph, path, self._start_of(labels[0], path[0]))
-        return Found(cost, mu, plan)
+        start = self._start_of(labels[0], path[0])
+        return Found(cost, mu, lambda: extract(self.product, graph, path, start))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
         """Return how a label without parent begins: of those ways that lead to its state the one of its mu."""
@@ -347,8 +365,10 @@ class BiObjectiveSearch(Search):
         )
         return int(end)
 
+    def _exact_mu(self, label: int) -> int:
+        return int(self.labels.mu[label])
+
     def _accept(self, goal: Found) -> bool:
-        assert self._cost_only or math.floor(in_units(self.product, Fraction(goal.mu))) == self.bounds[0]
         if self._cost_only:
             self.bounds[1] = -1
         elif self._first_only:

@@ -84,6 +84,8 @@ class WeightedAutomaton:
         for i, (assumed, when, price) in enumerate(self.relaxations):
             if assumed not in label and holds(when, label):
                 offers[assumed] = min(offers.get(assumed, (price, i)), (price, i))
+        if not offers:
+            return [free]
         bought = {free.state: free} | {
             after: Reading(after, price, used)
             for after, (price, _, used) in cheapest_leaves(self.automaton.transitions[state], label, offers).items()
