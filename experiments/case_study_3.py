@@ -9,21 +9,22 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from experiments import output, scenarios
-from experiments.carry_out import Tell, carry_out, scene_of
-from experiments.console import Console
-from experiments.files import make_folder
-from experiments.outcome import Outcome, show_outcome
+from experiments import scenarios
+from experiments.cli import output
+from experiments.cli.console import Console
+from experiments.cli.files import make_folder
+from experiments.cli.progress import Bars
+from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from experiments.paper.arm import ABOUT, TITLE, planned
 from experiments.paper.findings import Study
 from experiments.paper.show import show
-from experiments.progress import Bars
 from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
-from experiments.status import DONE, FAILED, INTERRUPTED
+from experiments.runs.carry_out import Tell, carry_out, scene_of
+from experiments.runs.outcome import Outcome, show_outcome
 from prefplan import Plan, Scenario, pareto_front
-from sim.clips import compose
-from sim.scene import Scene
+from sim.rendering.clips import compose
+from sim.world.scene import Scene
 
 SCENARIO = "case_study_3"
 

@@ -12,17 +12,17 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from experiments import benchmark_table1
-from experiments.console import Console
-from experiments.files import make_folder
+from experiments.benchmark import table1
+from experiments.cli.console import Console
+from experiments.cli.files import make_folder
+from experiments.cli.start import tell_if_compiling
+from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 from experiments.paper.arm import case_study_3
 from experiments.paper.findings import Study
 from experiments.paper.grids import case_study_1, case_study_2, examples
 from experiments.paper.page import write_page
 from experiments.paper.show import DIFFERENT, show
 from experiments.paper.table import table_1
-from experiments.start import tell_if_compiling
-from experiments.status import BAD_INPUT, DONE, INTERRUPTED
 from prefplan.errors import PrefplanError
 
 
@@ -73,7 +73,7 @@ def _works(options: argparse.Namespace) -> dict[str, Callable[[], Study]]:
 def _benchmark(options: argparse.Namespace) -> Study:
     """Return Table I from times that are taken now."""
     folder = options.out / "table_1"
-    status = benchmark_table1.main(["--out", str(folder), *(["--quick"] if options.quick else [])])
+    status = table1.main(["--out", str(folder), *(["--quick"] if options.quick else [])])
     if status == INTERRUPTED:
         raise KeyboardInterrupt
     if status != DONE:

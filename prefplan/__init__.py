@@ -4,18 +4,18 @@ After P. Amorese and M. Lahijanian, "Optimal Cost-Preference Trade-off Planning 
 IROS 2023.
 """
 
-from prefplan.automaton import Automaton, automaton
 from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
-from prefplan.formula import Formula, parse
 from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, UnfinishedError
+from prefplan.heuristics.preprocessing import Options
+from prefplan.logic.dfa import Automaton, automaton
+from prefplan.logic.formula import Formula, parse
 from prefplan.models.grid import GridModel
-from prefplan.models.manipulation import Location, ManipulationModel, ManipulationState, Object
+from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner, cheapest_plan, pareto_front, preferred_plan
-from prefplan.preference import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
-from prefplan.prepared import Options
+from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
 from prefplan.problem import Problem, Relaxation, Task
-from prefplan.scenario import Scenario, load
-from prefplan.transition_system import TransitionSystem
+from prefplan.scenario.decode import Scenario, load
 
 __all__ = [
     "Automaton",

@@ -13,15 +13,15 @@ import numpy as np
 
 from prefplan.errors import PreferenceError
 from prefplan.exact_costs import Number, exact, inclusive, to_number
-from prefplan.exact_search import ExactSearch
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
+from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.limits import Limits, available_memory
-from prefplan.preference import WeightedSum
-from prefplan.prepared import Options, Prepared, bytes_to_prepare
+from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem, Task
-from prefplan.product import Product
-from prefplan.search import BiObjectiveSearch, Found, Search, in_units
-from prefplan.vector_search import VectorSearch
+from prefplan.product.product_automaton import Product
+from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
+from prefplan.search.exact_search import ExactSearch
+from prefplan.search.vector_search import VectorSearch
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from prefplan.automaton import Automaton, automaton
-from prefplan.contracts import Span, check_claim
 from prefplan.errors import FormulaError, PrefplanError, choices
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.formula import is_temporal, parse
-from prefplan.measure import TASK_LIMIT, Measure
-from prefplan.preference import Preference
-from prefplan.transition_system import TransitionSystem, check_names
-from prefplan.weighted_automaton import WeightedAutomaton
+from prefplan.logic.dfa import Automaton, automaton
+from prefplan.logic.formula import is_temporal, parse
+from prefplan.logic.weighted_dfa import WeightedAutomaton
+from prefplan.models.transition_system import TransitionSystem, check_names
+from prefplan.preferences.contracts import Span, check_claim
+from prefplan.preferences.kinds import Preference
+from prefplan.preferences.objective import TASK_LIMIT, Measure
 
 LARGEST_TRIED = 10**15
 """Units of cost up to which a declared contract is tried, where plans may cost as much."""

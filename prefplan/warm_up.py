@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from prefplan import biobjective
-from prefplan.label_store import rehash
+from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
-from prefplan.preference import Expression, Order, Preference
-from prefplan.prepared import Options, Prepared
+from prefplan.preferences.kinds import Expression, Order, Preference
 from prefplan.problem import Problem, Task
-from prefplan.product import Product
-from prefplan.search import BiObjectiveSearch
-from prefplan.transition_system import TransitionSystem
+from prefplan.product.product_automaton import Product
+from prefplan.search import boa_star
+from prefplan.search.driver import BiObjectiveSearch
+from prefplan.search.labels import rehash
 
 NARROW, WIDE = 1, 2**40
 """A cost that 32-bit labels hold, and one that they do not."""
@@ -20,7 +20,7 @@ NARROW, WIDE = 1, 2**40
 
 def is_compiled() -> bool:
     """Return whether the machine code of the search lies on disk."""
-    return any(Path(biobjective.run.stats.cache_path).glob("biobjective.run-*.nbi"))  # type: ignore[attr-defined]
+    return any(Path(boa_star.run.stats.cache_path).glob("biobjective.run-*.nbi"))  # type: ignore[attr-defined]
 
 
 def warm_up() -> None:

@@ -1,7 +1,7 @@
 """A Franka Panda in MuJoCo that carries plans out.
 
 MuJoCo loads an OpenGL backend as it is imported, and cannot be imported where MUJOCO_GL names one that is missing.
-Physics needs none, so it is then imported without; whoever wants a picture is told by `sim.painter`.
+Physics needs none, so it is then imported without; whoever wants a picture is told by `sim.rendering.renderer`.
 """
 
 import os

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from experiments.cli import main
+from experiments.commands.command_line import main
 
 
 class Result(NamedTuple):

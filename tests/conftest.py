@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from prefplan.models.manipulation import Location, ManipulationModel, Object
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 
 
 def pytest_configure() -> None:
@@ -42,7 +42,7 @@ def gl() -> None:
     """Skip where nothing can be rendered."""
     # MuJoCo takes a second to load, which tests of the planner alone are spared.
     from sim.errors import RenderingError
-    from sim.painter import check_rendering
+    from sim.rendering.renderer import check_rendering
 
     try:
         check_rendering()

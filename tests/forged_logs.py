@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from experiments.carry_out import carry_out, scene_of
-from experiments.evidence import evidence
+from experiments.runs.carry_out import carry_out, scene_of
+from experiments.runs.evidence import evidence
 from prefplan import Scenario, pareto_front
-from sim.certificate import certify
-from sim.log import ARRAYS, Log
+from sim.evidence.certificate import certify
+from sim.evidence.log import ARRAYS, Log
 
 
 def log_of_plan(scenario: Scenario, *, index: int = 0, seed: int | None = None) -> Log:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from prefplan import Problem, Task, TransitionSystem
-from prefplan.preference import Preference
+from prefplan.preferences.kinds import Preference
 
 NAMES = ("phi1", "phi2", "phi3")
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from experiments import scenarios
-from experiments.output import condense, number
+from experiments.cli.output import condense, number
+from experiments.figures.figures import drawing
 from experiments.paper.findings import Finding, Study, fact
-from experiments.pictures.figures import drawing
 from prefplan import Front, Plan, Scenario, pareto_front
-from prefplan.models.manipulation import ManipulationModel
+from prefplan.models.manipulation.model import ManipulationModel
 
 if TYPE_CHECKING:
-    from experiments.outcome import Outcome
-    from sim.scene import Scene
+    from experiments.runs.outcome import Outcome
+    from sim.world.scene import Scene
 
 TITLE = "Case Study 3"
 ABOUT = "A Panda sanitizes and bins two blocks of an arch; the block that is wanted first lies under the other one."
@@ -50,7 +50,7 @@ def case_study_3(out: Path, *, simulate: bool) -> Study:
     if not simulate:
         return Study(TITLE, ABOUT, tuple(findings), texts=tuple(texts))
     # MuJoCo takes a second to load, which planning alone is spared.
-    from experiments.carry_out import carry_out, scene_of
+    from experiments.runs.carry_out import carry_out, scene_of
     from sim.errors import RenderingError
 
     scene = scene_of(scenario)
@@ -119,7 +119,7 @@ def draw_moments(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> None
         RenderingError: no OpenGL.
         PrefplanError: the file cannot be written.
     """
-    from sim.video import render_frame
+    from sim.rendering.video import render_frame
 
     shown = {name: [s for s in o.rollout.steps if s.action.startswith("release")] for name, o in outcomes.items()}
     most = max(len(steps) for steps in shown.values())

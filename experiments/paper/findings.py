@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from experiments.front_comparison import Point, compare
-from experiments.output import number
+from experiments.cli.output import number
+from experiments.regression.front_comparison import Point, compare
 from prefplan.front import Front
 
 AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "paper errs", "measured"

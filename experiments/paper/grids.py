@@ -6,12 +6,12 @@ from fractions import Fraction
 from pathlib import Path
 
 from experiments import scenarios
-from experiments.front_comparison import compare
-from experiments.output import condense, relaxed
+from experiments.cli.output import condense, relaxed
+from experiments.figures import plans
 from experiments.paper.findings import Finding, Study, compared, erratum, fact, point_by_point
-from experiments.pictures import plans
+from experiments.regression.front_comparison import compare
 from prefplan import Front, Order, Problem, Scenario, pareto_front, parse
-from prefplan.trace import is_satisfied
+from prefplan.logic.good_prefix import is_satisfied
 
 FIGURE_3 = ((68, 29), (70, 28), (72, 24), (74, 23), (84, 11), (98, 0))
 """(cost, mu) in the captions of Figure 3 (a) to (f)."""

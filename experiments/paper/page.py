@@ -9,7 +9,7 @@ from pathlib import Path
 
 import jinja2
 
-from experiments.files import write_bytes
+from experiments.cli.files import write_bytes
 from experiments.paper.findings import AGREES, DIFFERS, ERRATUM, MEASURED, Study
 
 CLASSES = {AGREES: "agrees", DIFFERS: "differs", ERRATUM: "errs", MEASURED: "measured"}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from experiments.console import Console
-from experiments.files import make_folder
+from experiments.cli.console import Console
+from experiments.cli.files import make_folder
+from experiments.cli.status import DONE
 from experiments.paper.findings import Study, as_table, remarks
-from experiments.status import DONE
 
 DIFFERENT = 1
 """Exit status when something is not as the paper has it."""

@@ -7,9 +7,9 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from experiments.benchmark_facts import KNOWN, PUBLISHED
-from experiments.benchmark_instances import RANDOM
-from experiments.benchmark_runs import BARE, FRONT, MAX_MIN, OURS, SINGLE, wrong_fronts
+from experiments.benchmark.facts import KNOWN, PUBLISHED
+from experiments.benchmark.instances import RANDOM
+from experiments.benchmark.runs import BARE, FRONT, MAX_MIN, OURS, SINGLE, wrong_fronts
 from experiments.paper.findings import Finding, Study, erratum, fact, measured
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -22,7 +22,7 @@ Times = Mapping[tuple[str, str, int], float]
 
 
 def table_1(out: Path, results: Path = RESULTS) -> Study:
-    """Return Table I from results of `experiments.benchmark_table1`, with their picture in a folder."""
+    """Return Table I from results of `experiments.benchmark.table1`, with their picture in a folder."""
     report = json.loads((results / "table1.json").read_text(encoding="utf-8"))
     times = {
         (cell["kind"], cell["method"], cell["tasks"]): cell["seconds"]["median"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from experiments.output import number, plan_json
+from experiments.cli.output import number, plan_json
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, Told, explain, explain_cheapest, titles
 from experiments.report.formula_words import words_of
@@ -16,7 +16,7 @@ from experiments.report.wishes import wishes
 from prefplan.front import Front, Plan
 from prefplan.models.grid import GridModel
 from prefplan.problem import Task
-from prefplan.scenario import Scenario
+from prefplan.scenario.decode import Scenario
 
 MOVE_TIME = 0.25
 """How long a move on a grid takes on the page, s."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from experiments.report.timeline import Timeline
-from prefplan.formula import parse, propositions_of
-from prefplan.models.manipulation import ManipulationModel
+from prefplan.logic.formula import parse, propositions_of
+from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.problem import Problem
-from prefplan.scenario import Model
+from prefplan.scenario.decode import Model
 
 
 @dataclass(frozen=True)

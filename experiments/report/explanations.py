@@ -7,18 +7,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from experiments.output import condense, number
+from experiments.cli.output import condense, number
 from experiments.report.differences import Differences, Parking, differences
 from experiments.report.timeline import Timeline
 from experiments.report.wishes import ordinal, wishes
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.formula import And, Formula, Literal, Next, Or, Until, parse
 from prefplan.front import Plan, Purchase
+from prefplan.logic.formula import And, Formula, Literal, Next, Or, Until, parse
 from prefplan.models.grid import GridModel
-from prefplan.models.manipulation import ManipulationModel
-from prefplan.preference import Order
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.preferences.kinds import Order
 from prefplan.problem import Task
-from prefplan.scenario import Model, Scenario
+from prefplan.scenario.decode import Model, Scenario
 
 
 @dataclass(frozen=True)

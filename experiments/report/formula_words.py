@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from prefplan.formula import TRUE, And, Constant, Formula, Literal, Next, Or, Until, parse
+from prefplan.logic.formula import TRUE, And, Constant, Formula, Literal, Next, Or, Until, parse
 
 
 def words_of(text: str) -> str:

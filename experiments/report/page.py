@@ -12,17 +12,17 @@ from typing import Any
 import jinja2
 import vl_convert
 
-from experiments.files import make_folder, write_bytes
-from experiments.output import ended_early, number
-from experiments.overview import introduction
-from experiments.pictures import automaton as automaton_picture
-from experiments.pictures import grid_map
+from experiments.cli.files import make_folder, write_bytes
+from experiments.cli.output import ended_early, number
+from experiments.cli.overview import introduction
+from experiments.figures import automaton as automaton_picture
+from experiments.figures import grid_map
 from experiments.report.data import page_data
 from experiments.report.recordings import Recording
 from experiments.report.wishes import in_words
 from prefplan.front import Front
 from prefplan.models.grid import GridModel
-from prefplan.scenario import Scenario
+from prefplan.scenario.decode import Scenario
 
 PARTS = "page"
 """Folder of what the page is made of, here and in the report."""

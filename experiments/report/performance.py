@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.carry_out import Tell, scene_of
 from experiments.report.recordings import Recording, record
+from experiments.runs.carry_out import Tell, scene_of
 from prefplan.front import Plan
-from prefplan.scenario import Scenario
+from prefplan.scenario.decode import Scenario
 from sim.errors import RenderingError
-from sim.painter import check_rendering
+from sim.rendering.renderer import check_rendering
 
 
 @dataclass(frozen=True)

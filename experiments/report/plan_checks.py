@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
-from experiments.output import number
+from experiments.cli.output import number
 from experiments.report.timeline import Timeline
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.formula import holds, parse
 from prefplan.front import Plan
+from prefplan.logic.formula import holds, parse
+from prefplan.logic.good_prefix import satisfied_at
 from prefplan.problem import Problem
-from prefplan.trace import satisfied_at
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from experiments.carry_out import Tell, carry_out
-from experiments.evidence import prove
-from experiments.files import write_json
-from experiments.outcome import Outcome, outcome_json
+from experiments.cli.files import write_json
+from experiments.runs.carry_out import Tell, carry_out
+from experiments.runs.evidence import prove
+from experiments.runs.outcome import Outcome, outcome_json
 from prefplan.front import Plan
-from prefplan.models.action_costs import MeasuredCosts
-from prefplan.scenario import Scenario
+from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.scenario.decode import Scenario
 from sim.errors import LogError
-from sim.log import Log, read_log
-from sim.perturbation import Perturbation
-from sim.scene import Scene
+from sim.evidence.log import Log, read_log
+from sim.world.randomization import Perturbation
+from sim.world.scene import Scene
 
 
 @dataclass(frozen=True)

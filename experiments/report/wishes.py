@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from experiments.output import number
+from experiments.cli.output import number
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
-from prefplan.preference import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
+from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 

@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from prefplan.errors import ScenarioError, choices
-from prefplan.scenario import Scenario, load
+from prefplan.scenario.decode import Scenario, load
 
 FOLDER = Path(str(files(__package__)))
 

@@ -12,8 +12,8 @@ import numpy as np
 from experiments.viewer.control import Control, Stopped
 from experiments.viewer.standing import Standing, standing
 from prefplan.problem import Problem
-from sim.closed_loop import ClosedLoop
-from sim.workcell import Workcell
+from sim.execution.closed_loop import ClosedLoop
+from sim.simulation.workcell import Workcell
 
 STOPPING = 2.0
 """How long a performance is waited for that nobody wants any more, s."""

@@ -17,7 +17,7 @@ from experiments.viewer.performance import Begin, Performance
 from experiments.viewer.stage import Stage
 from prefplan.errors import PrefplanError
 from prefplan.problem import Problem
-from sim.scene import Scene
+from sim.world.scene import Scene
 
 HOST = "127.0.0.1"
 """Nobody else's machine can look, or click."""

@@ -11,10 +11,10 @@ from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
 from experiments.viewer.performance import Moment
-from sim.cameras import camera
-from sim.materials import Glow, glow_of
-from sim.panda import HIDDEN
-from sim.scene import Scene
+from sim.rendering.cameras import camera
+from sim.robots.panda import HIDDEN
+from sim.world.materials import Glow, glow_of
+from sim.world.scene import Scene
 
 LIGHT = 0.6
 """Strength of the light that a location sheds at work, cd: enough to be seen beside the room's."""

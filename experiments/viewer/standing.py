@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from experiments.tally import tally
+from experiments.runs.tally import tally
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.problem import Problem
-from sim.closed_loop import ClosedLoop
+from sim.execution.closed_loop import ClosedLoop
 
 NEWS = {"fault": "fault", "replan": "planned anew", "retry": "tried again", "ended": "given up"}
 """Events that a spectator is told of, and how."""

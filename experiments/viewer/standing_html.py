@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from experiments.output import number
+from experiments.cli.output import number
 from experiments.viewer.standing import Progress, Standing
 from prefplan.exact_costs import Number
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
 from prefplan.exact_costs import Number, exact
-from prefplan.transition_system import TransitionSystem
+from prefplan.models.transition_system import TransitionSystem
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact, in_common_unit
 from prefplan.limits import available_memory
-from prefplan.transition_system import TransitionSystem, check_names
+from prefplan.models.transition_system import TransitionSystem, check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 

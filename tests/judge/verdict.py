@@ -13,7 +13,7 @@ from judge.preferences import Number, exact
 from judge.problems import GraphProblem
 from judge.replay import replay
 from prefplan import NoPlanError, Options, Plan, Planner
-from prefplan.scenario import from_dict
+from prefplan.scenario.decode import from_dict
 
 #: Every way to search that a front must not depend on.
 WAYS = (

@@ -24,7 +24,7 @@ from prefplan import (
     pareto_front,
 )
 from prefplan.exact_costs import exact, in_common_unit, inclusive, to_number
-from prefplan.preference import Preference
+from prefplan.preferences.kinds import Preference
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import judge
 import pytest
 
 from prefplan import NoPlanError, Order, Plan, Planner, Problem, Relaxation, Task, TransitionSystem, WeightedSum
-from prefplan.history import (
+from prefplan.replanning import (
     Past,
     achievable,
     continue_as_preferred,
@@ -20,7 +20,7 @@ from prefplan.history import (
     damaged,
     violated,
 )
-from prefplan.scenario import from_dict
+from prefplan.scenario.decode import from_dict
 
 KINDS = [("order", False), ("weighted-sum", False), ("max", False), ("deadline", False), ("expression", False)]
 KINDS += [("sum", False), ("weighted-sum", True), ("sum", True)]

@@ -5,10 +5,10 @@ from forged_logs import log_of_plan
 from small_scenes import RELAXED_CUP
 
 from experiments import scenarios
-from prefplan.models.manipulation import ManipulationModel
-from prefplan.scenario import loads
-from sim.log import Log
-from sim.scene import Scene, build_scene
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import loads
+from sim.evidence.log import Log
+from sim.world.scene import Scene, build_scene
 
 
 @pytest.fixture(scope="session")

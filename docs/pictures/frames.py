@@ -1,0 +1,64 @@
+"""Make the README's pictures of Case Study 3 by the cheapest and by the preferred plan: a moment, and a short film."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from experiments import scenarios
+from experiments.runs.captions import captions
+from experiments.runs.carry_out import carry_out, scene_of
+from prefplan import pareto_front
+from sim.rendering.clips import compose
+from sim.rendering.overlay import caption_at
+from sim.rendering.quality import FINAL
+from sim.rendering.video import render_frame, render_video
+from sim.simulation.rollout import FRAME_RATE
+
+OUT = Path(__file__).parents[1]
+
+SHOWN = (880, 495)
+"""Stored, (width, height) in pixels."""
+
+QUALITY = 84
+"""Of the JPEG files: about 50 kB each."""
+
+BEFORE = FRAME_RATE // 2
+"""How many frames before the sanitizer's last one."""
+
+FILMED = (640, 360)
+"""Each of the two films side by side, (width, height) in pixels."""
+
+FPS, SPEED = 4, 4
+"""Pictures a second that are rendered, and how many times as quick they are shown."""
+
+
+def main() -> None:
+    """Carry both plans out; keep of each a moment at which the sanitizer does its last work, and a film of both."""
+    scenario = scenarios.find("case_study_3")
+    scene = scene_of(scenario)
+    front = pareto_front(scenario.problem())
+    OUT.mkdir(exist_ok=True)
+    films, headings = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, plan in {"cheapest": front[0], "preferred": front[-1]}.items():
+            outcome = carry_out(scenario, scene, plan)
+            rollout = outcome.rollout
+            moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
+            lamp = scene.model.locations[rollout.glow[moment]].name
+            texts = captions(scenario.tasks, rollout, outcome.books, plan=plan)
+            caption = caption_at(texts, float(rollout.times[moment]))
+            frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
+            picture = Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
+            picture.save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
+            film = Path(folder, f"{name}.mp4")
+            films.append(render_video(scene, rollout, texts, film, fps=FPS, size=FILMED, quality=FINAL))
+            headings.append(f"{name}: cost {plan.cost}")
+        compose(films, OUT / "trade_off.webp", headings=headings, height=FILMED[1], fps=FPS * SPEED, speed=SPEED)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""Make the README's pictures of reports, one of a grid and one of two films in step, as Chromium shows them."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import time
+from pathlib import Path
+
+from PIL import Image
+from selenium import webdriver
+
+from experiments.cli import main as prefplan
+
+OUT = Path(__file__).parents[1]
+
+REPORTS = Path("out", "readme")
+"""Where the reports are kept; what they filmed is not filmed again."""
+
+WIDTH = 1280
+"""Of the page, in its pixels."""
+
+SHOWN = 1000
+"""Width of the stored picture, pixels."""
+
+QUALITY = 82
+"""Of the JPEG files: at most 200 kB each."""
+
+PICTURES = (
+    # name, scenario, what is chosen, first element shown, page pixels below its top, simulated seconds
+    ("report_grid", "case_study_1", "#plan=4", "main", 1420, 14.0),
+    ("report_films", "case_study_3", "#plan=1&with=0", "#plan", 1270, 10.0),
+)
+
+
+def main() -> None:
+    """Make the reports and take the pictures."""
+    browser = _chromium()
+    try:
+        for name, scenario, chosen, top, height, moment in PICTURES:
+            folder = REPORTS / scenario
+            prefplan(["report", scenario, "--out", str(folder), "--size", "960x540"])
+            picture = _taken(browser, f"{(folder / 'index.html').resolve().as_uri()}{chosen}", top, height, moment)
+            picture.thumbnail((SHOWN, height), Image.Resampling.LANCZOS)
+            picture.convert("RGB").save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
+    finally:
+        browser.quit()
+
+
+def _chromium() -> webdriver.Chrome:
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium") or ""
+    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"):
+        options.add_argument(flag)
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
+
+
+def _taken(browser: webdriver.Chrome, address: str, top: str, height: int, moment: float) -> Image.Image:
+    """Return a picture of a page from the top of an element on, at a moment of what it plays."""
+    size = {"width": WIDTH, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    browser.get(address)
+    browser.execute_script(
+        "const scrub = document.getElementById('scrub'); scrub.value = arguments[0];"
+        "scrub.dispatchEvent(new Event('input'));"
+        "document.getElementById('transport').style.position = 'static';"
+        "window.scrollTo(0, document.querySelector(arguments[1]).getBoundingClientRect().top + window.scrollY - 24);",
+        moment,
+        top,
+    )
+    time.sleep(2)  # for the films to be where they were sought
+    return Image.open(io.BytesIO(browser.get_screenshot_as_png()))
+
+
+if __name__ == "__main__":
+    main()

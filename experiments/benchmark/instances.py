@@ -1,0 +1,49 @@
+"""Instances of the paper's benchmark: tasks F(a & F(b) & F(c)) on a 10 x 10 grid, preferred in the order listed."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Sequence
+
+from experiments.benchmark.facts import FORMULAS, KNOWN, Cell
+from prefplan import Front, GridModel, Order, Problem, Task
+
+SIZE = 10
+
+RANDOM, PAPER = "random cells", "paper's formulas"
+FAMILIES = (RANDOM, PAPER)
+
+
+def instance(family: str, tasks: int, seed: int) -> Problem:
+    """Return an instance: tasks on three random cells each, or the first of a shuffle of the paper's formulas."""
+    if family == RANDOM:
+        draw = random.Random(f"{tasks} tasks, seed {seed}")
+        cells = [divmod(cell, SIZE) for _ in range(tasks) for cell in draw.sample(range(SIZE * SIZE), 3)]
+        return on_grid([formula(*cells[3 * i : 3 * i + 3]) for i in range(tasks)])
+    formulas = list(FORMULAS)
+    random.Random(f"ordering {seed}").shuffle(formulas)
+    return on_grid(formulas[:tasks])
+
+
+def formula(a: Cell, b: Cell, c: Cell) -> str:
+    """Return the task to visit a, and then b and c in either order."""
+    return "F(x{}y{} & F(x{}y{}) & F(x{}y{}))".format(*a, *b, *c)
+
+
+def on_grid(formulas: Sequence[str]) -> Problem:
+    """Return a problem whose propositions `x3y5` are cells of a grid with moves of cost 1, from its corner (0, 0)."""
+    named = {name: (int(x), int(y)) for text in formulas for name, x, y in re.findall(r"(x(\d)y(\d))", text)}
+    model = GridModel((SIZE, SIZE), (0, 0), regions={name: [cell * 2] for name, cell in named.items()})
+    tasks = [Task(f"phi{i}", text) for i, text in enumerate(formulas, start=1)]
+    return Problem(model.transition_system(), tasks, Order())
+
+
+def known(name: str) -> Problem:
+    """Return one of the instances whose fronts are known."""
+    return on_grid([formula(*cells) for cells in KNOWN[name][0]])
+
+
+def points(front: Front) -> tuple[tuple[float, float], ...]:
+    """Return a front as (cost, preference)."""
+    return tuple((float(plan.cost), float(plan.preference)) for plan in front)

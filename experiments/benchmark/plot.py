@@ -1,0 +1,70 @@
+"""A picture of the benchmark: time against the number of tasks, the paper's published times among them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from experiments.benchmark.facts import PUBLISHED
+from experiments.benchmark.instances import FAMILIES
+from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS
+from experiments.benchmark.summary import TITLES
+from experiments.figures.figures import drawing
+
+COLOURS = {OURS: "C0", MAX_MIN: "C1", BARE: "C2"}
+
+MARKS = {OURS: "o", MAX_MIN: "s", BARE: "D"}
+"""So that the methods can be told apart without colours too."""
+
+SIZE = (9.5, 8.0)
+"""Inches."""
+
+NAMES = {OURS: "prefplan", MAX_MIN: "paper's method, our kernels", BARE: "the same without heuristic"}
+
+PUBLISHED_NAMES = {MAX_MIN: "paper, published", BARE: "paper, published, without heuristic"}
+
+
+def draw(report: Mapping[str, Any], path: Path) -> None:
+    """Write a picture with one panel for each family of instances and kind of planning."""
+    with drawing(path, size=SIZE) as figure:
+        panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
+        for row, family in zip(panels, FAMILIES, strict=True):
+            for axes, kind in zip(row, KINDS, strict=True):
+                cells = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
+                _panel(axes, cells, kind)
+                axes.set_title(f"{TITLES[kind]}, {family}")
+        for axes in panels[-1]:
+            axes.set_xlabel("tasks")
+        for axes in panels[:, 0]:
+            axes.set_ylabel("seconds")
+        marks = {
+            label: line for axes in panels.flat for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(marks.values(), marks.keys(), loc="outside lower center", ncols=3)
+
+
+def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
+    """Draw medians with their spread up to the maximum; an arrow stands on a median that is a lower bound."""
+    for method, colour in COLOURS.items():
+        some = [cell for cell in cells if cell["method"] == method]
+        tasks = [cell["tasks"] for cell in some]
+        median = [cell["seconds"]["median"] for cell in some]
+        least, largest = ([cell["seconds"][name] for cell in some] for name in ("min", "max"))
+        axes.plot(tasks, median, f"{MARKS[method]}-", color=colour, label=NAMES[method])
+        axes.fill_between(tasks, least, largest, color=colour, alpha=0.15, linewidth=0)
+        cut = [cell for cell in some if "median" in cell["seconds"]["at_least"]]
+        axes.plot(
+            [cell["tasks"] for cell in cut],
+            [cell["seconds"]["median"] for cell in cut],
+            "^",
+            color=colour,
+            markersize=10,
+            label="at least: some were stopped" if cut else None,
+        )
+    for method, name in PUBLISHED_NAMES.items():
+        times = PUBLISHED[kind, method]
+        axes.plot(list(times), list(times.values()), "--", color=COLOURS[method], linewidth=1, label=name)
+    axes.set_yscale("log")

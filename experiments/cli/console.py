@@ -1,0 +1,36 @@
+"""Where commands print for people: tables with frames and colour on a terminal, plain columns anywhere else."""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn
+
+import rich.console
+from rich.table import Table
+
+UNLIMITED = 10_000
+"""Width of a line that nobody's terminal wraps."""
+
+COLUMN_GAP = (0, 2, 0, 0)
+"""Blanks above, right, below and left of a plain cell."""
+
+
+class Console(rich.console.Console):
+    """Standard output that may be a terminal, a file, or a pipe whose reader leaves early."""
+
+    def __init__(self, *, highlight: bool = True) -> None:
+        """Write to stdout; `highlight` colours numbers and the like on a terminal."""
+        super().__init__(soft_wrap=True, highlight=highlight)
+        if not self.is_terminal:
+            self.width = UNLIMITED
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as rich does, but tables as plain columns where there is no terminal."""
+        if not self.is_terminal:
+            for table in objects:
+                if isinstance(table, Table):
+                    table.box, table.padding, table.pad_edge = None, COLUMN_GAP, False
+        super().print(*objects, **options)
+
+    def on_broken_pipe(self) -> NoReturn:
+        """Raise the BrokenPipeError again, which the program's `main` knows; rich would exit with status 1."""
+        raise

@@ -1,0 +1,176 @@
+"""Fronts and plans as tables for people and as JSON for programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from decimal import Decimal
+from itertools import groupby
+from typing import Any
+
+from rich.console import Console, Group
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from prefplan.exact_costs import Number
+from prefplan.front import Front, Plan, Purchase, Stats, UnfinishedError
+from prefplan.problem import Problem
+from prefplan.scenario.decode import Scenario
+
+
+def number(value: Number) -> str:
+    """Return a cost as a person would write it, with all the digits that make it the same number when it is read."""
+    if isinstance(value, float):
+        return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
+    return str(value) if abs(int(value)) < 10**21 else f"{Decimal(int(value)).normalize():g}"
+
+
+def ended_early(front: Front) -> str:
+    """Return what stopped a search, and how far it got, as a sentence."""
+    why = {"time": "stopped by the time limit", "memory": "stopped by the memory limit", "interrupt": "interrupted"}
+    below = "" if front.complete_below is None else f"; the front is complete below cost {number(front.complete_below)}"
+    return f"{why[front.ended or 'interrupt']}{below}"
+
+
+def condense(actions: Sequence[str]) -> str:
+    """Return a plan on one line; a move repeated n times in a row is written `n x move`, on grids `nMOVE`."""
+    runs = [(action, len(list(run))) for action, run in groupby(actions)]
+    if all(len(action) == 1 for action in actions):
+        return " ".join(action if n == 1 else f"{n}{action}" for action, n in runs)
+    return ", ".join(action if n == 1 else f"{n} x {action}" for action, n in runs)
+
+
+def plan_json(plan: Plan) -> dict[str, Any]:
+    """Return one point of a front as in the documented JSON."""
+    return {
+        "cost": plan.cost,
+        "preference": plan.preference,
+        "task_costs": plan.task_costs,
+        "violation_costs": plan.violation_costs,
+        "plan": list(plan.actions),
+        "relaxations": [_purchase_json(purchase) for purchase in plan.relaxations],
+    }
+
+
+def _purchase_json(purchase: Purchase) -> dict[str, Any]:
+    what = {"skip": True} if purchase.assume is None else {"assume": purchase.assume}
+    return {"task": purchase.task, "step": purchase.step, **what, "cost": purchase.cost}
+
+
+def stats_json(stats: Stats) -> dict[str, Any]:
+    """Return the work a search did as in the documented JSON."""
+    return {
+        "states": stats.states,
+        "expanded": stats.expanded,
+        "generated": stats.generated,
+        "build_seconds": round(stats.build_seconds, 6),
+        "seconds": round(stats.seconds, 6),
+    }
+
+
+def print_json(value: dict[str, Any]) -> None:
+    """Print a JSON object on stdout."""
+    print(json.dumps(value, indent=1))
+
+
+def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
+    """Return a front as the documented JSON object."""
+    result = _heading(scenario) | {"complete": front.complete, "front": [plan_json(plan) for plan in front]}
+    if front.reason:
+        reason = {
+            "kind": front.reason.kind,
+            "tasks": list(front.reason.tasks),
+            "smallest": front.reason.smallest,
+        }
+        result["reason"] = reason
+    if front.ended:
+        result |= {"ended": front.ended, "complete_below": front.complete_below}
+    return result | {"stats": stats_json(front.stats)}
+
+
+def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any]:
+    """Return one plan as the documented JSON object."""
+    return _heading(scenario) | {"complete": True, "plan": plan_json(plan), "stats": stats_json(stats)}
+
+
+def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) -> dict[str, Any]:
+    """Return what is known of one plan whose search a limit ended."""
+    return _heading(scenario) | {
+        "complete": False,
+        "plan": error.best and plan_json(error.best),
+        "ended": error.ended,
+        "complete_below": error.complete_below,
+        "stats": stats_json(stats),
+    }
+
+
+def _heading(scenario: Scenario) -> dict[str, Any]:
+    return {
+        "scenario": scenario.name,
+        "tasks": [task.name for task in scenario.tasks],
+        "contract": scenario.problem().measure.contract,
+        "claimed": scenario.problem().measure.claimed,
+        "resolution": scenario.problem().resolution,
+    }
+
+
+def relaxed(plan: Plan) -> list[str]:
+    """Return a line for every relaxation that a plan uses."""
+    lines = []
+    for bought in plan.relaxations:
+        if bought.assume is None:
+            lines.append(f"  {bought.task} is skipped, for {number(bought.cost)}")
+        else:
+            when = f"after action {bought.step}" if bought.step else "at the start"
+            lines.append(f"  {bought.task} takes {bought.assume} to hold {when}, for {number(bought.cost)}")
+    return lines
+
+
+def assumptions(problem: Problem) -> list[str]:
+    """Return a sentence for everything that a front takes for granted."""
+    notes = []
+    if problem.resolution is not None:
+        notes.append(f"Costs are rounded to multiples of {number(problem.resolution)}; the front is exact for those.")
+    if problem.measure.claimed:
+        notes.append(
+            f"That the preference is {problem.measure.contract} is a claim of the scenario, tried on random costs only."
+        )
+    return notes
+
+
+def show_front(console: Console, scenario: Scenario, front: Front) -> None:
+    """Print a front as a table, the plans below it."""
+    table = Table(title=f"{escape(scenario.name)}: every best trade-off of cost and preference", title_justify="left")
+    table.add_column("#", justify="right")
+    table.add_column("cost", justify="right", style="bold")
+    table.add_column("preference", justify="right", style="bold")
+    for task in scenario.tasks:
+        table.add_column(task.name, justify="right")
+    for i, plan in enumerate(front):
+        table.add_row(
+            str(i), number(plan.cost), number(plan.preference), *(number(c) for c in plan.task_costs.values())
+        )
+    console.print(table)
+    console.print(
+        f"A task's column is its cost: what was spent until it was satisfied. {front.stats.seconds:.2f} s, "
+        f"{front.stats.expanded} labels expanded.",
+        style="dim",
+    )
+    for note in assumptions(scenario.problem()):
+        console.print(note, style="dim")
+    for i, plan in enumerate(front):
+        lines = [Text(f"\nPlan {i} ({len(plan.actions)} actions)"), Text(condense(plan.actions) or "(nothing to do)")]
+        console.print(Group(*lines, *map(Text, relaxed(plan))))
+
+
+def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
+    """Print one plan, an action a line where it is short, with what was spent and which task is satisfied then."""
+    console.print(f"{scenario.name}: cost {number(plan.cost)}, preference {number(plan.preference)}", style="bold")
+    for name, cost in plan.task_costs.items():
+        console.print(f"  {name} satisfied at cost {number(cost)}")
+    console.print(Text(condense(plan.actions) or "(nothing to do)"))
+    for line in relaxed(plan):
+        console.print(Text(line))
+    for note in assumptions(scenario.problem()):
+        console.print(note, style="dim")

@@ -1,0 +1,36 @@
+"""While libraries load: Ctrl-C ends the program quietly, and a long wait is explained."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+INTERRUPTED = 130
+"""As in `experiments.cli.status`, which takes longer to load."""
+
+
+def tell_if_compiling() -> None:
+    """Say on stderr what the first search takes so long for."""
+    from prefplan.warm_up import is_compiled
+
+    if not is_compiled():
+        print("prefplan: compiling the search, once; this takes about a minute", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """End the process at once on Ctrl-C: libraries swallow a KeyboardInterrupt while they load, or trace it."""
+    before = signal.signal(signal.SIGINT, _end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    print("prefplan: interrupted", file=sys.stderr, flush=True)
+    os._exit(INTERRUPTED)

@@ -1,0 +1,99 @@
+"""The command line: one program, `prefplan`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from experiments.cli.arguments import Command, Parser
+from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
+from experiments.commands.execution import film, measure, report, run, sweep, verify, view
+from experiments.commands.machine import completion, doctor
+from experiments.commands.planning import automaton, check, draw, front, init, plan
+from experiments.commands.planning import list as list_command
+from prefplan.errors import PrefplanError
+from prefplan.front import UnfinishedError
+
+COMMANDS = (
+    init,
+    list_command,
+    check,
+    front,
+    plan,
+    run,
+    report,
+    film,
+    view,
+    verify,
+    sweep,
+    measure,
+    automaton,
+    draw,
+    doctor,
+    completion,
+)
+"""In the order of the help text."""
+
+EPILOG = """\
+examples:
+  prefplan front example                       every best trade-off, and its plan
+  prefplan plan example --max-preference 3     the cheapest plan that is good enough
+  prefplan run case_study_3 --plan preference  carry the preferred plan out and film it
+
+exit status:
+  0    done
+  2    wrong call or input: a sentence on stderr says what would be right
+  3    no plan exists, or none within the bounds given
+  4    the execution failed, a run was refuted, or a limit ended the search before any plan was known
+  130  interrupted by Ctrl-C
+
+`prefplan COMMAND --help` shows the arguments of a command and more examples. Commands with --json print one JSON
+object on stdout and nothing else. Colour and framed tables are for terminals only; NO_COLOR=1 turns colour off.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program and return its exit status."""
+    status = DONE
+    try:
+        status = _carry_out(arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader has what it wants; nothing more can be flushed to it, at exit either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return status
+
+
+def _carry_out(arguments: Sequence[str] | None) -> int:
+    try:
+        options = parser().parse_args(arguments)
+        command: Command = options.command
+        return command(options)
+    except SystemExit as end:  # argparse has printed the help, or what is wrong with the call
+        return int(end.code or 0)
+    except UnfinishedError as error:
+        print(f"prefplan: {error}", file=sys.stderr)
+        return FAILED
+    except PrefplanError as error:
+        print(f"prefplan: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("prefplan: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    parser = Parser(
+        prog="prefplan",
+        description="Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", title="commands")
+    for command in COMMANDS:
+        command.add(commands)
+    parser.set_defaults(program=parser)
+    return parser

@@ -1,0 +1,63 @@
+"""`prefplan film`: finished videos side by side, quicker or smaller."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from experiments.cli.arguments import Commands, add_command, number, positive
+from experiments.cli.files import make_folder
+from experiments.cli.start import loading
+from experiments.cli.status import DONE
+from prefplan.errors import PrefplanError
+
+FPS = {".mp4": 30, ".gif": 12, ".webp": 15}
+"""Pictures a second, by a file's ending."""
+
+SPEED = {".mp4": 1.0, ".gif": 4.0, ".webp": 4.0}
+"""How many times as quick, unless it is said: who reads a page has seconds for its moving pictures."""
+
+HEIGHT = {".mp4": 540, ".gif": 270, ".webp": 270}
+"""In pixels, likewise."""
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Put finished videos side by side, or make a short GIF or WebP of them."
+    examples = (
+        "prefplan film out/tidy/cost.mp4 out/tidy/preference.mp4 both.mp4",
+        "prefplan film out/tidy/cost.mp4 short.webp --speed 6",
+    )
+    parser = add_command(commands, film, summary, *examples)
+    parser.add_argument(
+        "videos", nargs="+", metavar="VIDEO", type=Path, help="a finished one, or several to stand side by side"
+    )
+    parser.add_argument("file", metavar="FILE", type=Path, help="the film to write; it ends in .mp4, .gif or .webp")
+    parser.add_argument("--speed", type=number, metavar="N", help="N times as quick (default: 1; GIF and WebP: 4)")
+    parser.add_argument("--height", type=positive, metavar="PIXELS", help="default: 540; GIF and WebP: 270")
+
+
+def film(options: argparse.Namespace) -> int:
+    """Carry out `prefplan film`."""
+    with loading():
+        from sim.rendering.clips import compose
+    path: Path = options.file
+    ending = path.suffix.lower()
+    if ending not in FPS:
+        raise PrefplanError(f"{path}: films are written to files that end in {', '.join(FPS)}, not {path.suffix!r}")
+    speed = SPEED[ending] if options.speed is None else float(options.speed)
+    if speed == 0:
+        raise PrefplanError("--speed 0: a film that stands still; 1 is as quick as it happened")
+    height = options.height or HEIGHT[ending]
+    make_folder(path.parent)
+    headings = [video.stem for video in options.videos] if len(options.videos) > 1 else []
+    compose(
+        options.videos,
+        path.with_suffix(ending),
+        headings=headings,
+        height=height + height % 2,
+        fps=FPS[ending],
+        speed=speed,
+    )
+    print(path.with_suffix(ending))
+    return DONE

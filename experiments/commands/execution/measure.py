@@ -1,0 +1,138 @@
+"""`prefplan measure`: what each action of a scenario takes in simulation, for costs that are measured."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from rich.table import Table
+
+from experiments import scenarios
+from experiments.cli import output
+from experiments.cli.arguments import Commands, add_command, add_json, add_scenario, positive
+from experiments.cli.console import Console
+from experiments.cli.files import make_folder, write_json
+from experiments.cli.progress import Bars
+from experiments.cli.start import loading
+from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from prefplan.errors import ModelError
+from prefplan.models.manipulation.action_costs import ACTION_KINDS, QUANTITIES
+from prefplan.models.manipulation.measured_costs import (
+    Measurement,
+    Measurements,
+    measurements_file,
+    read_measurements,
+    to_json,
+)
+
+if TYPE_CHECKING:
+    from sim.execution.cost_measurement import Failure
+    from sim.world.scene import Scene
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Measure in simulation what each action takes, for scenarios whose costs are measured."
+    examples = (
+        "prefplan measure case_study_3_energy --jobs 4",
+        "prefplan measure case_study_3_energy --out measured.json",
+    )
+    parser = add_command(commands, measure, summary, *examples)
+    add_scenario(parser)
+    add_json(parser)
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="where to write it (default: SCENARIO.measured.json beside the scenario, where it is looked for)",
+    )
+    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="processes to use (default: 2)")
+
+
+def measure(options: argparse.Namespace) -> int:
+    """Carry out `prefplan measure`; what an earlier run measured of the same, moved in the same way, is kept."""
+    with loading():
+        from experiments.runs.carry_out import scene_of
+        from sim.execution.cost_measurement import measure_all, sources, trials
+
+    scenario = scenarios.find(options.scenario, measured=False)
+    done: list[Measurement] = []
+    failures: list[Failure] = []
+    interrupted = False
+    with Bars() as bars:
+        scene = scene_of(scenario)
+        file = options.out or measurements_file(scenario.path)
+        make_folder(file.parent)
+        wanted = trials(scene.model)
+        digest = sources()
+        done += _measured_before(file, scene, digest)
+        for one in done:
+            wanted.pop(one.pair, None)
+        before, total = len(done), len(done) + len(wanted)
+        try:
+            bars("measuring", before, total, "")
+            for result in measure_all(scene, wanted, jobs=options.jobs):
+                if isinstance(result, Measurement):
+                    done.append(result)
+                else:
+                    failures.append(result)
+                bars("measuring", len(done) + len(failures), total, " ".join(result.pair))
+        except KeyboardInterrupt:
+            interrupted = True
+        finally:
+            contents = to_json(scene.model, Measurements(tuple(done), scene.robot, digest))
+            write_json(file, contents)
+    if options.json:
+        output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
+    else:
+        _show(Console(highlight=False), scenario.name, file, done, before=before)
+    for failure in failures:
+        print(f"prefplan: not measured: {failure.reason}", file=sys.stderr)
+    if interrupted:
+        left = total - len(done) - len(failures)
+        print(f"prefplan: interrupted; the same command measures the other {left} actions", file=sys.stderr)
+        return INTERRUPTED
+    return FAILED if failures else DONE
+
+
+def _measured_before(file: Path, scene: Scene, sources: str) -> tuple[Measurement, ...]:
+    """Return what a file holds of a scene; nothing if it is damaged, or of what is or moves otherwise."""
+    try:
+        found = read_measurements(file, scene.model)
+    except ModelError:
+        return ()
+    return found.actions if (found.robot, found.sources) == (scene.robot, sources) else ()
+
+
+def _json(
+    name: str, file: Path, contents: dict[str, Any], failures: Sequence[Failure], *, complete: bool
+) -> dict[str, Any]:
+    failed = [dict(zip(("action", "from", "to"), one.pair, strict=True)) | {"reason": one.reason} for one in failures]
+    return {
+        "scenario": name,
+        "file": str(file),
+        "complete": complete,
+        "actions": contents["actions"],
+        "failed": failed,
+    }
+
+
+def _show(console: Console, name: str, file: Path, done: Sequence[Measurement], *, before: int) -> None:
+    """Print how much was measured, and the range of each quantity."""
+    table = Table(title=f"{name}: what an action takes, least and most", title_justify="left")
+    table.add_column("action")
+    table.add_column("pairs", justify="right")
+    for quantity, unit in QUANTITIES.items():
+        table.add_column(f"{quantity} ({unit})", justify="right")
+    for kind in ACTION_KINDS:
+        some = [one.quantities for one in done if one.pair[0] == kind]
+        if some:
+            columns = [[float(cast(float, quantities[quantity])) for quantities in some] for quantity in QUANTITIES]
+            table.add_row(kind, str(len(some)), *(f"{min(values):.2f} .. {max(values):.2f}" for values in columns))
+    if done:
+        console.print(table)
+    again = f"; {before} of them before, delete the file to measure them anew" if before else ""
+    console.print(f"{len(done)} actions are in {file}{again}")

@@ -1,0 +1,184 @@
+"""`prefplan sweep`: a plan carried out many times, each time in a slightly different world."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import sys
+import time
+from contextlib import closing
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from experiments import scenarios
+from experiments.cli import output
+from experiments.cli.arguments import (
+    Commands,
+    add_command,
+    add_json,
+    add_max_cost,
+    add_perturb,
+    add_scenario,
+    positive,
+    which_plan,
+    whole,
+)
+from experiments.cli.console import Console
+from experiments.cli.files import make_folder, write_json
+from experiments.cli.progress import Bars
+from experiments.cli.start import loading, tell_if_compiling
+from experiments.cli.status import DONE, INTERRUPTED, no_plan
+from experiments.commands.execution.run import choose
+from prefplan.front import Front, NoPlanError
+from prefplan.planner import Planner
+from prefplan.scenario.decode import Scenario
+
+if TYPE_CHECKING:
+    from experiments.sweep.job import Sweep
+    from experiments.sweep.records import Records
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Carry a plan out many times, in worlds that differ a little, and say how often it works."
+    examples = (
+        "prefplan sweep case_study_3 --rollouts 20",
+        "prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10",
+    )
+    parser = add_command(commands, sweep, summary, *examples)
+    add_scenario(parser)
+    add_json(parser)
+    parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="how many (default: 100)")
+    parser.add_argument("--jobs", type=positive, metavar="J", help="processes at work (default: one a core)")
+    parser.add_argument(
+        "--plan",
+        type=which_plan,
+        default="cost",
+        metavar="cost|preference|INDEX",
+        help="which plan of the front, as in `prefplan run` (default: cost)",
+    )
+    add_max_cost(parser)
+    parser.add_argument("--seed", type=whole, default=0, metavar="S", help="what all is drawn from (default: 0)")
+    add_perturb(parser)
+    parser.add_argument(
+        "--faults", choices=["random"], help="let one to three things go wrong in each rollout, as `run --fault` does"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder for the records; a sweep that was ended there goes on (default: out/SCENARIO/sweep_PLAN)",
+    )
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="let a Dask cluster do it, e.g. tcp://127.0.0.1:8786, not this machine"
+    )
+
+
+def sweep(options: argparse.Namespace) -> int:
+    """Carry out `prefplan sweep`."""
+    with loading():
+        from experiments.cli.perturb import perturbation_of
+        from experiments.runs.carry_out import scene_of
+        from experiments.sweep.job import Sweep, pack
+        from experiments.sweep.records import Records
+        from experiments.sweep.summary import show_summary, summarise
+
+    scenario = scenarios.find(options.scenario)
+    perturbation = perturbation_of(options.perturb, seed=options.seed)
+    folder = options.out or Path("out", scenario.name, f"sweep_{options.plan}")
+    tell_if_compiling()
+    interrupted = False
+    with Bars() as bars:
+        scene_of(scenario)
+        make_folder(folder)
+        bars("planning", 0, 0, "")
+        planner = Planner(scenario.problem())
+        try:
+            plan = choose(planner, options.plan, max_cost=options.max_cost)
+        except NoPlanError as error:
+            if options.json:
+                output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
+            return no_plan(error.reason)
+        bars("planning", 1, 1, "")
+        job = Sweep(
+            packed=pack(scenario),
+            given=options.scenario,
+            which=options.plan,
+            plan=plan,
+            seed=options.seed,
+            perturbation=perturbation,
+            faults=options.faults == "random",
+            folder=folder,
+            max_cost=options.max_cost,
+        )
+        header = define(scenario, job)
+        with Records(folder / "rollouts.jsonl", header) as records:
+            try:
+                work(job, records, options, bars)
+            except KeyboardInterrupt:
+                interrupted = True
+        # Ctrl-C may have come between writing a record and counting it: what the file holds is what there is.
+        with Records(records.path, header) as records:
+            finished = [records.done[i] for i in sorted(records.done) if i < options.rollouts]
+    result = summarise(header, finished, rollouts=options.rollouts)
+    write_json(folder / "summary.json", result)
+    if options.json:
+        output.print_json(result)
+    else:
+        console = Console(highlight=False)
+        show_summary(console, result)
+        console.print(f"\nRecords: {records.path}", style="dim")
+    if interrupted:
+        print("prefplan: interrupted; the same command goes on", file=sys.stderr)
+        return INTERRUPTED
+    return DONE
+
+
+def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
+    """Return all that defines a sweep but for how many rollouts it has: the same definition, the same rollouts."""
+    return {
+        "prefplan": version("prefplan"),
+        "mujoco": version("mujoco"),
+        "scenario": scenario.name,
+        "scenario_sha256": hashlib.sha256(scenario.path.read_bytes()).hexdigest(),
+        "plan": job.which,
+        "cost": job.plan.cost,
+        "preference": job.plan.preference,
+        "actions": list(job.plan.actions),
+        "seed": job.seed,
+        "perturb": str(job.perturbation),
+        "faults": "random" if job.faults else None,
+    }
+
+
+def work(job: Sweep, records: Records, options: argparse.Namespace, bars: Bars) -> None:
+    """Carry out every rollout that has no record yet."""
+    from joblib import cpu_count
+
+    from experiments.sweep.workers import on_cluster, on_this_machine
+
+    missing = [number for number in range(options.rollouts) if number not in records.done]
+    done = options.rollouts - len(missing)
+    good = sum(records.done[number]["completed"] for number in range(options.rollouts) if number in records.done)
+    bars("sweeping", done, options.rollouts, "")
+    if not missing:
+        return
+    if options.cluster:
+        results = on_cluster(job, missing, address=options.cluster)
+    else:
+        results = on_this_machine(job, missing, jobs=options.jobs or cpu_count())
+    began = time.monotonic()
+    with closing(results):
+        for new, record in enumerate(results, start=1):
+            records.add(record)
+            good += record["completed"]
+            left = (time.monotonic() - began) / new * (len(missing) - new)
+            rate = good / (done + new)
+            bars("sweeping", done + new, options.rollouts, f"{rate:.1%} completed, {duration(left)} left")
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as h:mm:ss."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"

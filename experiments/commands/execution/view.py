@@ -1,0 +1,93 @@
+"""`prefplan view`: a plan carried out live in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import sys
+import webbrowser
+
+from experiments import scenarios
+from experiments.cli.arguments import Commands, add_command, add_fault, add_max_cost, add_plan, add_scenario, whole
+from experiments.cli.progress import Bars
+from experiments.cli.start import loading, tell_if_compiling
+from experiments.cli.status import DONE, no_plan
+from experiments.commands.execution.run import choose
+from prefplan.errors import PrefplanError
+from prefplan.front import NoPlanError
+from prefplan.planner import Planner
+
+INSTALL = 'pip install "prefplan[viewer]"'
+"""What the libraries behind this command come with."""
+
+
+NAMES: dict[str | int, str] = {"cost": "the cheapest plan", "preference": "the preferred plan"}
+"""What the panel calls what `--plan` says; otherwise it is a number."""
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Carry a plan out live in the browser: play, pause, step by action. Ctrl-C ends it, with status 0."
+    examples = ("prefplan view case_study_3 --plan preference", "prefplan view case_study_3 --fault slip@3 --port 0")
+    parser = add_command(commands, view, summary, *examples)
+    add_scenario(parser)
+    add_plan(parser)
+    add_max_cost(parser)
+    parser.add_argument(
+        "--seed", type=whole, metavar="N", help="start otherwise than nominal: each object up to 5 mm and 5 degrees off"
+    )
+    add_fault(parser)
+    parser.add_argument(
+        "--port", type=port, metavar="P", help="of the page, 0 for any free one (default: 8080, or the next free one)"
+    )
+    parser.add_argument("--no-browser", action="store_true", help="print the address, but open no browser")
+
+
+def view(options: argparse.Namespace) -> int:
+    """Carry out `prefplan view`."""
+    if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
+        raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
+    with loading():
+        from experiments.cli.perturb import faults_of
+        from experiments.runs.carry_out import begin, scene_of
+        from experiments.viewer.session import watch
+
+    scenario = scenarios.find(options.scenario)
+    faults = faults_of(options.fault, scenario)
+    tell_if_compiling()
+    with Bars() as bars:
+        scene = scene_of(scenario, faults=faults)
+        bars("planning", 0, 0, "")
+        problem = scenario.problem()
+        try:
+            plan = choose(Planner(problem), options.plan, max_cost=options.max_cost)
+        except NoPlanError as error:
+            return no_plan(error.reason)
+
+    def ready(address: str) -> None:
+        print(f"{scenario.name}: {address} (Ctrl-C ends it)", flush=True)
+        if _has_screen() and not options.no_browser:
+            webbrowser.open(address)
+
+    watch(
+        problem,
+        scene,
+        lambda tell: begin(problem, scene, plan, seed=options.seed, faults=faults, choice=options.plan, tell=tell),
+        title=f"{scenario.name}: {NAMES.get(options.plan, f'plan {options.plan}')}",
+        port=options.port,
+        ready=ready,
+    )
+    return DONE
+
+
+def port(text: str) -> int:
+    """Return a port's number."""
+    if text.isascii() and text.isdigit() and int(text) < 1 << 16:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0 to 65535")
+
+
+def _has_screen() -> bool:
+    """Return whether a browser has where to open; without, Python would start one for text in the terminal."""
+    return sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

@@ -1,0 +1,45 @@
+"""`prefplan automaton`: a task's automaton."""
+
+from __future__ import annotations
+
+import argparse
+
+from experiments.cli.arguments import Commands, add_command
+from experiments.cli.console import Console
+from experiments.cli.start import loading
+from experiments.cli.status import DONE
+from experiments.figures import automaton_text
+from prefplan.logic.dfa import automaton as minimal_automaton
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Print a task's automaton."
+    examples = (
+        "prefplan automaton 'F (grocer & F p2)'",
+        "prefplan automaton '!pizza U cheese' --format dot",
+    )
+    parser = add_command(commands, automaton, summary, *examples)
+    parser.add_argument("formula", metavar="FORMULA", help="a co-safe formula of ! & | -> X F U, names, true, false")
+    parser.add_argument(
+        "--format",
+        choices=["table", *automaton_text.WRITERS],
+        default="table",
+        help="for people, for other tools, or for Graphviz (default: table)",
+    )
+    parser.add_argument("--plot", metavar="FILE", help="draw it too; the file ends in .png, .svg or .pdf")
+
+
+def automaton(options: argparse.Namespace) -> int:
+    """Carry out `prefplan automaton`."""
+    found = minimal_automaton(options.formula)
+    if options.plot is not None:
+        with loading():
+            from experiments.figures.automaton import draw
+            from experiments.figures.figures import picture_file
+        draw({found.text: found}, picture_file(options.plot))
+    if options.format == "table":
+        automaton_text.show_table(Console(), found)
+    else:
+        print(automaton_text.WRITERS[options.format](found), end="")
+    return DONE

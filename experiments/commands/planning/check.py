@@ -1,0 +1,72 @@
+"""`prefplan check`: a scenario validated and summed up, without planning."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import asdict
+
+from rich.table import Table
+from rich.text import Text
+
+from experiments import scenarios
+from experiments.cli import output
+from experiments.cli.arguments import Commands, add_command, add_json, add_scenario
+from experiments.cli.console import Console
+from experiments.cli.output import number
+from experiments.cli.start import tell_if_compiling
+from experiments.cli.status import DONE, no_plan
+from experiments.commands.planning import checkup
+from prefplan.front import Reason
+from prefplan.scenario.decode import Scenario
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Check a scenario without planning: what it holds, and whether each task alone can be achieved."
+    more = "Likely mistakes are warnings on stderr. The exit status is 3 if some task cannot be achieved even alone."
+    parser = add_command(
+        commands, check, summary, "prefplan check example", "prefplan check case_study_2 --json", more=more
+    )
+    add_scenario(parser)
+    add_json(parser)
+
+
+def check(options: argparse.Namespace) -> int:
+    """Carry out `prefplan check`."""
+    scenario = scenarios.find(options.scenario)
+    tell_if_compiling()
+    found = checkup.check(scenario)
+    if options.json:
+        heading = {"scenario": scenario.name, "path": str(scenario.path)}
+        output.print_json(heading | asdict(found) | {"meaning": checkup.SEARCHES[found.contract]})
+    else:
+        _show(Console(highlight=False), scenario, found)
+    for warning in found.warnings:
+        print(f"prefplan: warning: {warning}", file=sys.stderr)
+    return no_plan(Reason("task", found.impossible)) if found.impossible else DONE
+
+
+def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
+    unreachable = found.states - found.reachable
+    beyond = f" ({unreachable} cannot be reached)" if unreachable else ""
+    console.print(f"{scenario.name}: a {found.kind} model", style="bold", markup=False)
+    count = len(found.propositions)
+    console.print(f"  {found.states} states{beyond}, {found.edges} actions in them, {count} propositions")
+    console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
+    if found.scene is not None:
+        console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
+    table = Table(title="Each task alone", title_justify="left")
+    table.add_column("task", style="bold")
+    table.add_column("least cost", justify="right")
+    table.add_column("automaton", justify="right")
+    table.add_column("may be")
+    table.add_column("formula")
+    for task in found.tasks:
+        cost = "impossible" if task.cost is None else number(task.cost)
+        ways = (
+            [f"relaxed in {task.relaxations} ways" if task.relaxations > 1 else "relaxed"] if task.relaxations else []
+        )
+        ways += [] if task.skip is None else [f"skipped for {number(task.skip)}"]
+        table.add_row(task.name, cost, f"{task.automaton_states} states", " or ".join(ways), Text(task.formula))
+    console.print(table)

@@ -1,0 +1,82 @@
+"""`prefplan draw`: pictures of a scenario's plans, automata and transition system."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from experiments import scenarios
+from experiments.cli.arguments import Commands, add_command, add_max_cost, add_scenario
+from experiments.cli.start import loading, tell_if_compiling
+from experiments.cli.status import DONE, no_plan
+from prefplan.errors import ScenarioError
+from prefplan.logic.dfa import automaton
+from prefplan.planner import Planner
+from prefplan.scenario.decode import Scenario
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Draw a scenario's plans, its tasks' automata or its transition system."
+    examples = ("prefplan draw plans case_study_1 plans.pdf", "prefplan draw automata case_study_2 automata.svg")
+    parser = add_command(commands, draw, summary, *examples)
+    parser.add_argument(
+        "what",
+        metavar="WHAT",
+        choices=list(PICTURES),
+        help="plans: a map for every plan of the front, on grids; automata: one for each task; system: a small model",
+    )
+    add_scenario(parser)
+    parser.add_argument("file", metavar="FILE", help="the picture to write; it ends in .png, .svg or .pdf")
+    add_max_cost(parser)
+
+
+def draw(options: argparse.Namespace) -> int:
+    """Carry out `prefplan draw`."""
+    with loading():
+        from experiments.figures.figures import picture_file
+    path = picture_file(options.file)
+    status = PICTURES[options.what](scenarios.find(options.scenario), path, options)
+    if status == DONE:
+        print(path)
+    return status
+
+
+def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
+    from experiments.figures import plans
+    from prefplan.models.grid import GridModel
+
+    if not isinstance(scenario.model, GridModel):
+        raise ScenarioError(
+            f"{scenario.path}: model.kind: only the plans of a grid model can be drawn on a map; "
+            "`prefplan report` shows those of any model"
+        )
+    tell_if_compiling()
+    front = Planner(scenario.problem()).front(max_cost=options.max_cost)
+    if front.reason:
+        return no_plan(front.reason)
+    plans.draw(scenario, front, path)
+    return DONE
+
+
+def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
+    from experiments.figures import automaton as picture
+
+    scenario.problem()
+    picture.draw({f"{task.name}: {task.formula}": automaton(task.formula) for task in scenario.tasks}, path)
+    return DONE
+
+
+def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
+    from experiments.figures import node_link_figure, system
+
+    try:
+        diagram = system.diagram(scenario.problem().system)
+    except system.SystemSizeError as error:
+        raise ScenarioError(f"{scenario.path}: model: {error}") from None
+    node_link_figure.draw({scenario.name: diagram}, path)
+    return DONE
+
+
+PICTURES = {"plans": _plans, "automata": _automata, "system": _system}
+"""What can be drawn."""

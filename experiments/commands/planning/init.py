@@ -1,0 +1,33 @@
+"""`prefplan init`: a scenario file to start from."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from experiments.cli.arguments import Commands, add_command
+from experiments.cli.files import make_folder, write_bytes
+from experiments.cli.status import DONE
+from experiments.starters import KINDS, starter
+from prefplan.errors import PrefplanError
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Write a commented scenario to start from; it plans as it is."
+    parser = add_command(commands, init, summary, "prefplan init rooms", "prefplan init desk --kind manipulation")
+    parser.add_argument("name", metavar="NAME", type=Path, help="name or path of the new file; .toml may be left out")
+    parser.add_argument("--kind", choices=KINDS, default="grid", help="what the robot is (default: grid)")
+
+
+def init(options: argparse.Namespace) -> int:
+    """Carry out `prefplan init`."""
+    file: Path = options.name
+    if file.suffix != ".toml":
+        file = file.with_name(f"{file.name}.toml")
+    if file.exists():
+        raise PrefplanError(f"{file}: is there already; choose another name, or remove it first")
+    make_folder(file.parent)
+    write_bytes(file, starter(options.kind, file=file.name).encode())
+    print(f"Wrote {file}. Next: prefplan check {file}, then prefplan front {file}")
+    return DONE

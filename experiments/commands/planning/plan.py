@@ -1,0 +1,88 @@
+"""`prefplan plan`: one plan of a scenario."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from experiments import scenarios
+from experiments.cli import output
+from experiments.cli.arguments import (
+    Commands,
+    add_command,
+    add_json,
+    add_limits,
+    add_max_cost,
+    add_scenario,
+    in_bytes,
+    number,
+)
+from experiments.cli.console import Console
+from experiments.cli.start import tell_if_compiling
+from experiments.cli.status import DONE, FAILED, no_plan
+from prefplan.front import Front, NoPlanError, UnfinishedError
+from prefplan.planner import Planner
+from prefplan.scenario.decode import Scenario
+
+LIMITS = """\
+A limit may end the search before its plan is known. The cheapest plan is known at the end only: the exit status is then
+4, which does not mean that there is no plan (that is 3). A search for the preferred plan prints the best one by then,
+if any, and says that a better one may exist. With --json, "complete" is false either way."""
+
+
+def add(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command to the program."""
+    summary = "Print one plan: the cheapest, the preferred, or the cheapest that is good enough."
+    examples = (
+        "prefplan plan example --objective preference",
+        "prefplan plan case_study_1 --max-preference 24",
+        "prefplan plan case_study_1 --max-seconds 10 --json",
+    )
+    parser = add_command(commands, plan, summary, *examples, more=LIMITS)
+    add_scenario(parser)
+    add_json(parser)
+    parser.add_argument(
+        "--objective",
+        choices=["cost", "preference"],
+        default="cost",
+        help="what the plan should be best at (default: cost)",
+    )
+    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
+    add_max_cost(parser)
+    add_limits(parser, "the best plan known by then")
+
+
+def plan(options: argparse.Namespace) -> int:
+    """Carry out `prefplan plan`."""
+    scenario = scenarios.find(options.scenario)
+    planner = Planner(scenario.problem())
+    choose = planner.cheapest if options.objective == "cost" else planner.preferred
+    tell_if_compiling()
+    try:
+        chosen = choose(
+            max_preference=options.max_preference,
+            max_cost=options.max_cost,
+            max_seconds=options.max_seconds,
+            max_memory=in_bytes(options.max_memory),
+        )
+    except UnfinishedError as error:
+        return _unfinished(options, scenario, planner, error)
+    except NoPlanError as error:
+        if options.json:
+            output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
+        return no_plan(error.reason)
+    if options.json:
+        output.print_json(output.one_plan_json(scenario, chosen, planner.stats))
+    else:
+        output.show_plan(Console(), scenario, chosen)
+    return DONE
+
+
+def _unfinished(options: argparse.Namespace, scenario: Scenario, planner: Planner, error: UnfinishedError) -> int:
+    """Tell what is known of a search that a limit ended."""
+    if options.json:
+        output.print_json(output.unfinished_json(scenario, error, planner.stats))
+    elif error.best:
+        output.show_plan(Console(), scenario, error.best)
+    print(f"prefplan: {error}", file=sys.stderr)
+    return DONE if error.best else FAILED

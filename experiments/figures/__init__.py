@@ -1,0 +1,1 @@
+"""Figures of fronts, plans, automata and transition systems."""

@@ -1,0 +1,74 @@
+"""A task's automaton as a picture: a double circle accepts, from a dashed one nothing does any more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from experiments.figures import node_link
+from experiments.figures.guards import labels
+from experiments.figures.node_link import Diagram, Edge, Node
+from prefplan.errors import PrefplanError
+from prefplan.logic.dfa import Automaton
+
+MOST_STATES = 40
+"""Nobody can read a larger one."""
+
+
+def diagram(automaton: Automaton) -> Diagram:
+    """Return a laid out automaton; state i is node `qi`.
+
+    Raises:
+        PrefplanError: it has too many states.
+    """
+    if automaton.size > MOST_STATES:
+        raise PrefplanError(
+            f"the automaton of '{automaton.text}' has {automaton.size} states, and only one of up to {MOST_STATES} "
+            "can be drawn so that it can be read"
+        )
+    nodes = [Node(f"q{state}", (str(state),), *_kind(automaton, state)) for state in range(automaton.size)]
+    edges = [
+        Edge(state, target, text)
+        for state in range(automaton.size)
+        for target, text in labels(automaton, state).items()
+        if not (state == target and state in (automaton.accepting, automaton.dead))
+    ]
+    return node_link.arrange(nodes, edges)
+
+
+def svg(automaton: Automaton, *, prefix: str = "") -> str:
+    """Return an automaton as inline SVG in the colour of the text around it.
+
+    Args:
+        automaton: the automaton.
+        prefix: put before every id.
+
+    Returns:
+        The SVG. State i is the group `q<i>` of the class `node`, and `accepting` or `dead` if it is that; what leads
+        from i to j is the group `q<i>-q<j>` of the class `edge`, which has a label unless it is the self-loop of an
+        absorbing state, which is left out. Each is drawn in its `color`.
+
+    Raises:
+        PrefplanError: it has too many states.
+    """
+    return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}", prefix=prefix)
+
+
+def draw(automata: Mapping[str, Automaton], path: Path) -> None:
+    """Write a figure of automata, each below its title.
+
+    Raises:
+        PrefplanError: one has too many states, or the file cannot be written.
+    """
+    # Matplotlib takes a second to load, which whoever wants SVG is spared.
+    from experiments.figures import node_link_figure
+
+    node_link_figure.draw({title: diagram(automaton) for title, automaton in automata.items()}, path)
+
+
+def _kind(automaton: Automaton, state: int) -> tuple[str, str]:
+    if state == automaton.accepting:
+        return "accepting", "the task is satisfied"
+    if state == automaton.dead:
+        return "dead", "the task cannot be satisfied any more"
+    return "plain", ""

@@ -1,0 +1,97 @@
+"""A task's automaton as text: a table for people, HOA for other tools, DOT for drawings."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from experiments.figures.guards import cover, product, targets
+from prefplan.logic.dfa import Automaton
+
+
+def show_table(console: Console, automaton: Automaton) -> None:
+    """Print a row for each state and guard."""
+    table = Table(title=Text(f"{_one_line(automaton.text)}: {_count(automaton.size)}"), title_justify="left")
+    table.add_column("state")
+    table.add_column("when it reads")
+    table.add_column("goes to", justify="right")
+    for state in range(automaton.size):
+        name = " ".join([str(state), *_roles(automaton, state)])
+        for target in targets(automaton, state):
+            for term in cover(automaton, state, target):
+                table.add_row(Text(name), Text(product(term)), str(target))
+                name = ""
+        table.add_section()
+    console.print(table)
+
+
+def hoa(automaton: Automaton) -> str:
+    """Return an automaton in the Hanoi Omega-Automata format, version 1.
+
+    It is deterministic and complete. As a Buchi automaton it accepts the infinite words that satisfy the formula: those
+    with a prefix that leads to the accepting state, which is never left. T. Babiak et al., "The Hanoi Omega-Automata
+    Format", CAV 2015.
+    """
+    number = {name: index for index, name in enumerate(automaton.propositions)}
+    names = "".join(f' "{name}"' for name in automaton.propositions)
+    lines = [
+        "HOA: v1",
+        f'name: "{_one_line(automaton.text)}"',
+        'tool: "prefplan"',
+        f"States: {automaton.size}",
+        "Start: 0",
+        f"AP: {len(number)}{names}",
+        "acc-name: Buchi",
+        "Acceptance: 1 Inf(0)",
+        "properties: trans-labels explicit-labels state-acc deterministic complete terminal",
+        "--BODY--",
+    ]
+    for state in range(automaton.size):
+        lines.append(f"State: {state} {{0}}" if state == automaton.accepting else f"State: {state}")
+        for guard, target in automaton.guards(state):
+            label = "&".join(str(number[name]) if holds else f"!{number[name]}" for name, holds in guard.items())
+            lines.append(f"[{label or 't'}] {target}")
+    return "\n".join([*lines, "--END--", ""])
+
+
+def dot(automaton: Automaton) -> str:
+    """Return an automaton in Graphviz' language: a double circle accepts, from a dashed one nothing does any more."""
+    lines = [
+        "digraph automaton {",
+        f'  label="{_one_line(automaton.text)}"',
+        "  labelloc=t",
+        "  rankdir=LR",
+        "  node [shape=circle]",
+        "  start [shape=point]",
+        "  start -> 0",
+    ]
+    for state in range(automaton.size):
+        if state == automaton.accepting:
+            lines.append(f"  {state} [shape=doublecircle]")
+        elif state == automaton.dead:
+            lines.append(f"  {state} [style=dashed]")
+        else:
+            lines.append(f"  {state}")
+        for target in targets(automaton, state):
+            label = " | ".join(map(product, cover(automaton, state, target)))
+            lines.append(f'  {state} -> {target} [label="{label}"]')
+    return "\n".join([*lines, "}", ""])
+
+
+def _roles(automaton: Automaton, state: int) -> list[str]:
+    roles = {"(start)": 0, "(accepting)": automaton.accepting, "(dead)": automaton.dead}
+    return [role for role, holder in roles.items() if holder == state]
+
+
+def _one_line(text: str) -> str:
+    """Return a formula as it was written, on one line; a formula has neither quotes nor backslashes."""
+    return " ".join(text.split())
+
+
+def _count(states: int) -> str:
+    return "1 state" if states == 1 else f"{states} states"
+
+
+WRITERS = {"hoa": hoa, "dot": dot}
+"""Formats for other programs, by name."""

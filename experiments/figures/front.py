@@ -1,0 +1,104 @@
+"""The Pareto front as a figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.transforms import Bbox
+
+from experiments.cli.output import number
+from experiments.figures.figures import drawing
+from prefplan.front import Front
+from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import Scenario
+
+SIZE = (6.4, 4.4)
+"""Inches."""
+
+ROOM = 0.09
+"""Left about the points, as a share of their spread."""
+
+ROOM_FOR_TEXT = 0.17
+"""The same before the first one, where what it is stands beside each."""
+
+
+def draw(scenario: Scenario, front: Front, path: Path) -> None:
+    """Write a figure of a front with a point at least.
+
+    Raises:
+        PrefplanError: the file cannot be written.
+    """
+    with drawing(path, size=SIZE) as figure:
+        axes = figure.subplots()
+        draw_front(axes, scenario, front)
+        count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
+        axes.set_title(f"{scenario.name}: {count}")
+        # Within the axes it would lie on the border of some front, and its mark of a plan look like one.
+        figure.legend(loc="outside lower center", ncols=4)
+
+
+def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = False) -> None:
+    """Draw a front: its points, what they dominate, and what would be ideal; briefly with numbers only."""
+    costs, mu = (
+        np.array(values, dtype=float) for values in zip(*((plan.cost, plan.preference) for plan in front), strict=True)
+    )
+    left, right = _limits(costs, before=ROOM if brief else ROOM_FOR_TEXT)
+    low, high = _limits(mu)
+    axes.set_xlim(left, right)
+    axes.set_ylim(low, high)
+    # Beyond the points the border of what they dominate goes on to the edges of the picture.
+    x, y = np.array([costs[0], *costs, right]), np.array([high, *mu, mu[-1]])
+    axes.fill_between(x, y, high, step="post", color="C0", alpha=0.10, linewidth=0, label="dominated")
+    axes.step(x, y, where="post", color="C0", linewidth=1.2, zorder=2)
+    if len(front) > 1:
+        axes.plot(costs[0], mu[-1], "*", color="C3", markersize=11, label="ideal, out of reach", zorder=3)
+    axes.plot(costs, mu, "o", color="C0", markersize=6.5, markeredgecolor="white", label="plan", zorder=4)
+    if front.complete_below is not None:
+        axes.axvline(
+            float(front.complete_below), color="C1", linestyle="--", linewidth=1.2, label="complete up to here"
+        )
+    axes.set_xlabel(f"total cost{_unit(scenario)}")
+    texts = [f"{i}: ({number(plan.cost)}, {number(plan.preference)})" for i, plan in enumerate(front)]
+    if brief:
+        axes.set_ylabel("μ", rotation=0)
+        texts = [str(i) for i in range(len(front))]
+    else:
+        axes.set_ylabel("preference μ (lower is better)")
+    _label(axes, texts, costs, mu)
+
+
+def _limits(values: np.ndarray, *, before: float = ROOM) -> tuple[float, float]:
+    spread = float(np.ptp(values)) or abs(float(values[0])) or 1.0
+    return float(values.min()) - before * spread, float(values.max()) + 2.4 * ROOM * spread
+
+
+def _unit(scenario: Scenario) -> str:
+    model = scenario.model
+    if isinstance(model, ManipulationModel) and isinstance(model.costs, MeasuredCosts):
+        return f" ({model.costs.quantity}, {QUANTITIES[model.costs.quantity]})"
+    return ""
+
+
+def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
+    """Write beside each point what it is, the ends first.
+
+    Where that would lie on another text or outside of the axes there is none.
+    """
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    figure.draw_without_rendering()
+    taken: list[Bbox] = []
+    inside = axes.get_window_extent()
+    for i in sorted(range(len(x)), key=lambda i: (0 < i < len(x) - 1, i)):
+        for offset, side, end in (((6, 5), "left", "bottom"), ((-6, -5), "right", "top")):
+            text = axes.annotate(
+                texts[i], (x[i], y[i]), offset, textcoords="offset points", ha=side, va=end, fontsize=8.5, zorder=5
+            )
+            room = text.get_window_extent()
+            if room.x0 > inside.x0 and not any(room.overlaps(other) for other in taken):
+                taken.append(room)
+                break
+            text.remove()

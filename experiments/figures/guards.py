@@ -1,0 +1,75 @@
+"""Short labels for an automaton's edges: guards as irredundant sums of products.
+
+S. Minato, "Fast Generation of Prime-Irredundant Covers from Binary Decision Diagrams", IEICE Trans. Fundamentals,
+1993: no term can be left out, and no literal in a term.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from prefplan.logic.dfa import Automaton
+from prefplan.logic.mtbdd import Branch, Diagram, Diagrams, leaves
+
+Cube = dict[str, bool]
+"""The propositions a term fixes, all of which it asks for."""
+
+LONG = 22
+"""A state's longest label is replaced by `else` if it has more letters than this."""
+
+ELSE = "else"
+
+
+def labels(automaton: Automaton, state: int) -> dict[int, str]:
+    """Return when a state goes to each of its successors, in their order of first appearance.
+
+    The automaton is complete, so one successor may be told by what is left: the one with the longest label.
+    """
+    found = {target: " | ".join(map(product, cover(automaton, state, target))) for target in targets(automaton, state)}
+    longest = max(found, key=lambda target: len(found[target]))
+    if len(found) > 1 and len(found[longest]) > LONG:
+        found[longest] = ELSE
+    return found
+
+
+def cover(automaton: Automaton, state: int, target: int) -> list[Cube]:
+    """Return terms that together say when a state goes to a target; none is superfluous."""
+    family = Diagrams()
+    when = family.map(automaton.transitions[state], lambda end: end == target)
+    return _cover(family, when, when)[0]
+
+
+def targets(automaton: Automaton, state: int) -> list[int]:
+    """Return a state's successors, in their order of first appearance."""
+    return leaves(automaton.transitions[state])
+
+
+def _cover(family: Diagrams, least: Diagram, most: Diagram) -> tuple[list[Cube], Diagram]:
+    """Return terms whose sum lies between two functions, and that sum."""
+    if least is False:
+        return [], False
+    if most is True:
+        return [{}], True
+    unless = family.lift(lambda a, b: a and not b)
+    either = family.lift(lambda a, b: a or b)
+    name = min(d.name for d in (least, most) if isinstance(d, Branch))
+    least_high, least_low = _split(least, name)
+    most_high, most_low = _split(most, name)
+    high, high_sum = _cover(family, unless(least_high, most_low), most_high)
+    low, low_sum = _cover(family, unless(least_low, most_high), most_low)
+    rest = either(unless(least_high, high_sum), unless(least_low, low_sum))
+    both = family.lift(lambda a, b: a and b)
+    free, free_sum = _cover(family, rest, both(most_high, most_low))
+    cubes = [{name: True} | cube for cube in high] + [{name: False} | cube for cube in low] + free
+    return cubes, either(free_sum, family.branch(name, high_sum, low_sum))
+
+
+def _split(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:
+    if isinstance(diagram, Branch) and diagram.name == name:
+        return diagram.high, diagram.low
+    return diagram, diagram
+
+
+def product(cube: Mapping[str, bool]) -> str:
+    """Return a term as text, in the syntax of formulas."""
+    return " & ".join(name if holds else f"!{name}" for name, holds in cube.items()) or "true"

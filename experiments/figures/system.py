@@ -1,0 +1,72 @@
+"""A transition system as a picture: a box for each state with what is true in it, an arrow for each action."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from experiments.cli.output import number
+from experiments.figures import node_link
+from experiments.figures.node_link import Diagram, Edge, Node
+from prefplan.errors import PrefplanError
+from prefplan.models.transition_system import TransitionSystem
+
+MOST_STATES = 40
+"""Nobody can read a larger one."""
+
+MOST_NAMES = 3
+"""Propositions that are shown of a state."""
+
+
+class SystemSizeError(PrefplanError):
+    """A transition system has more states than a picture can show."""
+
+
+def diagram(system: TransitionSystem) -> Diagram:
+    """Return a laid out transition system, without what cannot be reached; the start is node `s0`.
+
+    Raises:
+        SystemSizeError: it has too many states.
+    """
+    number_of = {system.start: 0}
+    order = [system.start]
+    for state in order:
+        for edge in system.edges(state):
+            target = int(system.targets[edge])
+            if target not in number_of:
+                number_of[target] = len(order)
+                order.append(target)
+        if len(order) > MOST_STATES:
+            raise SystemSizeError(
+                f"the transition system has {system.size} states, and only one of up to {MOST_STATES} can be drawn "
+                "so that it can be read"
+            )
+    nodes = [Node(f"s{i}", _text(system, state)) for i, state in enumerate(order)]
+    edges = []
+    for state in order:
+        actions: dict[int, list[str]] = defaultdict(list)
+        for edge in system.edges(state):
+            action = system.action_names[system.actions[edge]]
+            cost = number(system.cost(edge))
+            actions[int(system.targets[edge])].append(f"{action} {cost}")
+        edges += [Edge(number_of[state], number_of[target], " | ".join(names)) for target, names in actions.items()]
+    return node_link.arrange(nodes, edges)
+
+
+def svg(system: TransitionSystem, *, prefix: str = "") -> str:
+    """Return a transition system as inline SVG in the colour of the text around it.
+
+    The states that can be reached are the groups `s0`, `s1`, ... in breadth-first order, what leads from one to
+    another the group `s<i>-s<j>`.
+
+    Raises:
+        SystemSizeError: it has too many states.
+    """
+    return node_link.svg(diagram(system), title=f"Transition system of {system.size} states", prefix=prefix)
+
+
+def _text(system: TransitionSystem, state: int) -> tuple[str, ...]:
+    name = system.states[state]
+    label = sorted(system.label(state))
+    shown = [*label[:MOST_NAMES], *(["..."] if len(label) > MOST_NAMES else [])]
+    text = f"({', '.join(map(str, name))})" if isinstance(name, tuple) else str(name)
+    return (text, "{" + ", ".join(shown) + "}") if shown else (text,)

@@ -1,1 +1,0 @@
-"""Pictures of fronts, plans, automata and transition systems."""

@@ -1,0 +1,22 @@
+"""Where the program `prefplan` begins."""
+
+from __future__ import annotations
+
+import sys
+
+from experiments.cli.start import loading
+
+FAILED = 4
+"""As in `experiments.cli.status`, which takes longer to load."""
+
+
+def main() -> int:
+    """Load the command line, run it and return its exit status."""
+    with loading():
+        try:
+            from experiments.commands.command_line import main as run
+        except ModuleNotFoundError as error:
+            mend = f"{sys.executable} -m pip install {error.name}"
+            print(f"prefplan: the Python package {error.name} is missing; what mends it: {mend}", file=sys.stderr)
+            return FAILED
+    return run()

@@ -1,0 +1,1 @@
+"""Regression tests on outcomes of plans, for users."""

@@ -1,0 +1,144 @@
+"""Assertions on fronts, plans and executions, for regression tests; `pytest_plugin` makes them fixtures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments import scenarios
+from experiments.cli.output import condense, number
+from experiments.commands.execution.run import choose
+from experiments.regression.front_comparison import Point, compare, side_by_side
+from prefplan.errors import PrefplanError
+from prefplan.exact_costs import Number, exact
+from prefplan.front import Front, Plan
+from prefplan.planner import Planner
+from prefplan.problem import Problem
+from prefplan.scenario.decode import Scenario
+
+if TYPE_CHECKING:
+    from experiments.runs.outcome import Outcome
+
+Given = str | Path | Scenario | Problem
+"""A scenario's name or path, a scenario that was read, or a problem made in Python."""
+
+
+def assert_front(scenario: Given, points: Sequence[Point], *, max_cost: Number | None = None) -> Front:
+    """Assert that a Pareto front has exactly these points, and return it.
+
+    Args:
+        scenario: what is planned.
+        points: (cost, preference) of each; empty if there should be no plan.
+        max_cost: as in `prefplan.pareto_front`.
+
+    Raises:
+        AssertionError: the front is another one; the message shows both side by side.
+        PrefplanError: the scenario cannot be used.
+    """
+    __tracebackhide__ = True
+    name, problem = _named(scenario)
+    front = Planner(problem).front(max_cost=max_cost)
+    if not front.complete:
+        raise AssertionError(f"{name}: the search was stopped ({front.ended}), so that its front is not known")
+    rows = compare(points, front)
+    if not all(row.same for row in rows):
+        why = f"\n\n{front.reason}" if front.reason else ""
+        raise AssertionError(f"{name}: the front is not the expected one\n\n{side_by_side(rows)}{why}")
+    return front
+
+
+def assert_plan(
+    scenario: Given,
+    actions: Sequence[str] | None = None,
+    *,
+    plan: str | int = "cost",
+    task_costs: Mapping[str, Number] | None = None,
+    max_cost: Number | None = None,
+) -> Plan:
+    """Assert that one plan takes exactly these actions, or that its tasks cost exactly this, and return it.
+
+    Args:
+        scenario: what is planned.
+        actions: from the first to the last; None if any will do.
+        plan: `cost`, `preference` or its number on the front.
+        task_costs: c_i by task, of all tasks or of some; None if any will do.
+        max_cost: as in `prefplan.pareto_front`.
+
+    Raises:
+        AssertionError: the plan is another one; the message shows the first action, or all the costs, that differ.
+        PrefplanError: the scenario cannot be used or has no such plan, or nothing is asserted.
+    """
+    __tracebackhide__ = True
+    if actions is None and not task_costs:
+        raise PrefplanError("assert_plan: says neither which actions nor which task_costs are right")
+    name, problem = _named(scenario)
+    found = choose(Planner(problem), plan, max_cost=max_cost)
+    if actions is not None and tuple(actions) != found.actions:
+        raise AssertionError(f"{name}: plan {plan!r} is not the expected one\n\n{_parting(actions, found.actions)}")
+    for task, cost in (task_costs or {}).items():
+        if task not in found.task_costs:
+            raise PrefplanError(f"task_costs: {name} has no task {task!r}, only {', '.join(found.task_costs)}")
+        if exact(cost) != exact(found.task_costs[task]):
+            all_costs = ", ".join(f"{task} {number(cost)}" for task, cost in found.task_costs.items())
+            raise AssertionError(
+                f"{name}: plan {plan!r} satisfies {task} at cost {number(found.task_costs[task])}, "
+                f"not {number(cost)} (all: {all_costs})"
+            )
+    return found
+
+
+def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost", seed: int | None = None) -> Outcome:
+    """Assert that the simulated arm carries a plan out and its log confirms that, and return what came of it.
+
+    After a surprise the arm plans anew, as in `prefplan run`; `pursuit.replans` says how often it did.
+
+    Args:
+        scenario: with a manipulation model.
+        plan: `cost`, `preference` or its number on the front.
+        seed: None for the nominal world; otherwise objects start up to 5 mm and 5 degrees off their places.
+
+    Raises:
+        AssertionError: it was not carried out as it was planned; the message says why, and how to watch it.
+        PrefplanError: the scenario cannot be used, or has no such plan.
+    """
+    __tracebackhide__ = True
+    # MuJoCo takes a second to load, which tests of fronts alone are spared.
+    from experiments.runs.carry_out import carry_out, scene_of
+    from experiments.runs.certificates import in_a_line
+    from experiments.runs.evidence import evidence
+    from sim.evidence.certificate import certify
+
+    given = scenario if isinstance(scenario, Scenario) else scenarios.find(str(scenario))
+    scene = scene_of(given)
+    wanted = choose(Planner(given.problem()), plan)
+    outcome = carry_out(given, scene, wanted, seed=seed, choice=plan)
+    certificate = certify(evidence(given, scene, outcome, setting={"seed": seed}))
+    if not (outcome.rollout.completed and certificate.confirmed):
+        why = in_a_line(certificate) if outcome.rollout.completed else f"stopped {outcome.rollout.reason}"
+        drawn = "" if seed is None else f" --seed {seed}"
+        raise AssertionError(
+            f"{given.name}: plan {plan!r} was not carried out: {why}\n\n"
+            f"carried out: {condense(outcome.executed)}\n"
+            f"to watch it: prefplan run {given.path if given is scenario else scenario} --plan {plan}{drawn}"
+        )
+    return outcome
+
+
+def _named(scenario: Given) -> tuple[str, Problem]:
+    if isinstance(scenario, Problem):
+        return "problem", scenario
+    found = scenario if isinstance(scenario, Scenario) else scenarios.find(str(scenario))
+    return found.name, found.problem()
+
+
+def _parting(expected: Sequence[str], found: Sequence[str]) -> str:
+    """Return two plans that differ as text, and the first action at which they do."""
+    pairs = zip_longest(expected, found, fillvalue="(the end)")
+    k, one, other = next((k, one, other) for k, (one, other) in enumerate(pairs) if one != other)
+    return (
+        f"expected: {condense(expected) or 'no action'}\n"
+        f"found:    {condense(found) or 'no action'}\n"
+        f"action {k} is {other!r}, not {one!r}"
+    )

@@ -1,0 +1,87 @@
+"""A front beside the one it should be, point by point."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from experiments.cli.output import condense, number
+from prefplan.exact_costs import Number, exact, to_number
+from prefplan.front import Front, Plan
+
+Point = tuple[Number, Number]
+"""(cost, preference), in the user's units."""
+
+TOLERANCE = 1e-9
+"""Relative, for preference values that are no whole numbers: such as thirds are doubles. All else is exact."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A point that is expected, found, or both.
+
+    Attributes:
+        expected: (cost, preference); None for a point that should not be there.
+        index: of the plan on the front; None for a point that is missing.
+        plan: the plan found.
+    """
+
+    expected: Point | None
+    index: int | None = None
+    plan: Plan | None = None
+
+    @property
+    def found(self) -> Point | None:
+        """(cost, preference) of the plan, if there is one."""
+        return None if self.plan is None else (self.plan.cost, self.plan.preference)
+
+    @property
+    def same(self) -> bool:
+        """Whether the point is expected and found."""
+        return self.expected is not None and self.plan is not None
+
+
+def compare(expected: Sequence[Point], front: Front) -> list[Row]:
+    """Return every point that is expected or found, in order of rising cost.
+
+    Args:
+        expected: points, in any order.
+        front: what was found.
+    """
+    missing = list(expected)
+    rows = []
+    for index, plan in enumerate(front):
+        match = next((point for point in missing if _equal(point, plan)), None)
+        if match is not None:
+            missing.remove(match)
+        rows.append(Row(match, index, plan))
+    return sorted([*rows, *map(Row, missing)], key=_place)
+
+
+def side_by_side(rows: Sequence[Row]) -> str:
+    """Return a comparison as text: `-` marks points that are missing, `+` points too many, whose plans follow."""
+    cells = [("", "expected", "found", "")]
+    for row in rows:
+        mark = " " if row.same else "-" if row.plan is None else "+"
+        plan = "" if row.same or row.plan is None else f"plan {row.index}: {condense(row.plan.actions) or 'no action'}"
+        cells.append((mark, _word(row.expected), _word(row.found), plan))
+    wide, wider = (max(len(line[k]) for line in cells) for k in (1, 2))
+    return "\n".join(f"{mark:1} {one:{wide}}  {other:{wider}}  {plan}".rstrip() for mark, one, other, plan in cells)
+
+
+def _equal(point: Point, plan: Plan) -> bool:
+    if exact(point[0]) != exact(plan.cost):
+        return False
+    if isinstance(plan.preference, float):
+        return math.isclose(point[1], plan.preference, rel_tol=TOLERANCE)
+    return exact(point[1]) == exact(plan.preference)
+
+
+def _place(row: Row) -> tuple[float, float]:
+    cost, mu = row.found or row.expected or (0, 0)
+    return float(cost), -float(mu)
+
+
+def _word(point: Point | None) -> str:
+    return "" if point is None else f"({number(to_number(exact(point[0])))}, {number(to_number(exact(point[1])))})"

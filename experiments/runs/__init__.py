@@ -1,0 +1,1 @@
+"""A plan carried out once: the run, its outcome and its evidence."""

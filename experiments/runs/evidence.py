@@ -1,0 +1,73 @@
+"""The log of an outcome, what is said in it, and its certificate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from experiments.cli.files import write_bytes, write_json
+from experiments.runs.certificates import certificate_json
+from experiments.runs.outcome import Outcome
+from prefplan.exact_costs import Number, exact, to_number
+from prefplan.scenario.decode import Scenario
+from sim.evidence.certificate import certify
+from sim.evidence.log import Claims, Log, encode, log_of, read_log
+from sim.world.scene import Scene
+
+
+def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path, *, setting: dict[str, Any]) -> Outcome:
+    """Write the log of an outcome and the certificate that the written file gets; return the outcome with both.
+
+    Args:
+        scenario: read from a file.
+        scene: what was simulated.
+        outcome: what came of it.
+        path: of the log, `NAME.npz`; the certificate, `NAME.certificate.json`, lies beside it.
+        setting: as in `evidence`.
+
+    Raises:
+        PrefplanError: a file cannot be written.
+    """
+    write_bytes(path, encode(evidence(scenario, scene, outcome, setting=setting)))
+    log = read_log(path)
+    certificate = certify(log)
+    write_json(path.with_suffix(".certificate.json"), certificate_json(log, certificate))
+    return replace(outcome, log=path, certificate=certificate)
+
+
+def evidence(scenario: Scenario, scene: Scene, outcome: Outcome, *, setting: dict[str, Any] | None = None) -> Log:
+    """Return the log of an outcome, from which `sim.evidence.certificate` can check all that is said of it.
+
+    Args:
+        scenario: read from a file.
+        scene: what was simulated.
+        outcome: what came of it.
+        setting: what made this run differ from others, JSON-ready: its seed, faults, perturbation.
+    """
+    return log_of(
+        scene, outcome.rollout, claims_of(outcome), scenario=scenario.name, text=scenario.text, setting=setting
+    )
+
+
+def claims_of(outcome: Outcome) -> Claims:
+    """Return what an outcome says of its run; of one that was not completed, what was spent and bought so far."""
+    bought = tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps))
+    paid = dict.fromkeys(outcome.plan.violation_costs, Fraction(0))
+    for purchase in bought:
+        paid[purchase.task] += exact(purchase.cost)
+    completed = outcome.rollout.completed
+    return Claims(
+        completed=completed,
+        cost=_plain(outcome.books.cost),
+        task_costs={name: _plain(cost) for name, cost in outcome.task_costs.items()},
+        violation_costs={name: to_number(cost) for name, cost in paid.items()},
+        preference=_plain(outcome.plan.preference) if completed else None,
+        relaxations=bought,
+    )
+
+
+def _plain(number: Number) -> int | float:
+    """Return a number as JSON has it."""
+    return to_number(exact(number))

@@ -1,0 +1,173 @@
+"""What came of a plan, for people and as JSON for programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from experiments.cli.output import condense, number, plan_json
+from experiments.runs.certificates import in_a_line
+from experiments.runs.tally import Tally
+from prefplan.exact_costs import Number
+from prefplan.front import Plan
+from prefplan.models.manipulation.action_costs import QUANTITIES
+from prefplan.scenario.decode import Scenario
+from sim.evidence.certificate import Certificate
+from sim.execution.closed_loop import Pursuit
+from sim.execution.faults import Fault
+from sim.simulation.rollout import Rollout
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a plan.
+
+    Attributes:
+        plan: what was meant to happen, as it was planned last.
+        rollout: what happened.
+        books: costs and tasks as they were observed.
+        pursuit: how often it was planned anew, and what was violated.
+        seed: what was left to chance.
+        faults: what was to go wrong, and when it did, s; None where the run ended before.
+        video: the film, or None.
+        no_video: why there is none although one was wanted, in one sentence.
+        interrupted: whether the user ended it early.
+        log: where the run's log is, or None.
+        certificate: what checking the log came to, or None.
+        quantity: what the costs were measured in, one of `QUANTITIES`; None for costs that are only numbers.
+    """
+
+    plan: Plan
+    rollout: Rollout
+    books: Tally
+    pursuit: Pursuit
+    seed: int | None = None
+    faults: tuple[tuple[Fault, float | None], ...] = ()
+    video: Path | None = None
+    no_video: str | None = None
+    interrupted: bool = False
+    log: Path | None = None
+    certificate: Certificate | None = None
+    quantity: str | None = None
+
+    @property
+    def executed(self) -> tuple[str, ...]:
+        """The actions that were carried out."""
+        return tuple(step.action for step in self.rollout.steps)
+
+    @property
+    def task_costs(self) -> dict[str, Number]:
+        """Each task's cost, by name."""
+        return {name: self.books.task_cost(name) for name in self.plan.task_costs}
+
+
+def outcome_json(outcome: Outcome) -> dict[str, Any]:
+    """Return what came of a plan as the documented JSON object."""
+    rollout = outcome.rollout
+    result = {
+        "completed": rollout.completed,
+        "plan": plan_json(outcome.plan),
+        "executed": list(outcome.executed),
+        "task_costs": outcome.task_costs,
+        "replans": outcome.pursuit.replans,
+        "sim_seconds": round(rollout.sim_seconds, 3),
+        "max_placement_error_mm": round(rollout.placement_error * 1000, 3),
+        "video": None if outcome.video is None else str(outcome.video),
+        "log": None if outcome.log is None else str(outcome.log),
+        "certified": None if outcome.certificate is None else outcome.certificate.confirmed,
+        "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in rollout.events],
+    }
+    if outcome.quantity is not None:
+        result["measured"] = {
+            "quantity": outcome.quantity,
+            "predicted": outcome.books.cost,
+            "executed": round(_executed(outcome, outcome.quantity), 3),
+        }
+    if outcome.faults:
+        result["seed"] = outcome.seed
+        result["faults"] = [
+            {"fault": str(fault), "time": None if time is None else round(time, 3)} for fault, time in outcome.faults
+        ]
+    if rollout.reason is not None:
+        result["reason"] = rollout.reason
+    if outcome.pursuit.violated:
+        result["violated"] = list(outcome.pursuit.violated)
+    if outcome.interrupted:
+        result["complete"] = False
+    return result
+
+
+def _executed(outcome: Outcome, quantity: str) -> float:
+    """Return how much of a quantity the actions took in fact."""
+    return float(sum(getattr(step.effort, quantity) for step in outcome.rollout.steps))
+
+
+def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None:
+    """Print what came of a plan, for people."""
+    plan, rollout = outcome.plan, outcome.rollout
+    done = f"{len(outcome.executed)} of {len(plan.actions)} actions"
+    if rollout.completed:
+        console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.books.cost)}", style="bold")
+    else:
+        console.print(f"{scenario.name}: stopped after {done}", style="bold")
+        console.print(f"  {rollout.reason}")
+    for line in _surprises(outcome):
+        console.print(f"  {line}")
+    for name, cost in outcome.task_costs.items():
+        if name in outcome.books.satisfied[-1]:
+            console.print(f"  {name} satisfied at cost {number(cost)}")
+        else:
+            lost = ", and it cannot be any more" if name in outcome.pursuit.violated else ""
+            console.print(f"  {name} not satisfied{lost}")
+    console.print(f"  preference of the plan {number(plan.preference)}")
+    if outcome.quantity is not None:
+        unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
+        console.print(f"  {outcome.quantity} {executed:.1f} {unit}, predicted {number(outcome.books.cost)} {unit}")
+    console.print(f"  placed to within {rollout.placement_error * 1000:.1f} mm")
+    factor = rollout.sim_seconds / rollout.wall_seconds
+    console.print(f"  {rollout.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
+    if outcome.video:
+        console.print(f"  video: {outcome.video}")
+    if outcome.certificate:
+        console.print(f"  {in_a_line(outcome.certificate)}")
+
+
+def _surprises(outcome: Outcome) -> list[str]:
+    """Return a line for everything that went wrong, and for what was done about it."""
+    lines = []
+    for event in outcome.rollout.events:
+        at, detail = f"{event.time:6.1f} s", event.detail
+        if event.kind == "fault":
+            lines.append(f"{at}  fault {detail['fault']}")
+        elif event.kind == "retry":
+            lines.append(f"{at}  {detail['reason']}: tried again")
+        elif event.kind == "replan":
+            ahead = condense(detail["plan"]) or "nothing is left to do"
+            worth = f"cost {number(detail['cost'])}, preference {number(detail['preference'])}"
+            lines.append(f"{at}  {detail['reason']}: planned anew, {worth}: {ahead}")
+            lines += [f"          {name} is violated as it is written" for name in detail.get("violated", ())]
+    lines += [f"fault {fault} never happened: the run ended before" for fault, time in outcome.faults if time is None]
+    if outcome.faults:
+        lines.append(f"seed of the faults {outcome.seed or 0}")
+    return lines
+
+
+def no_outcome_json() -> dict[str, Any]:
+    """Return what is known of a run that was interrupted before there was a plan."""
+    return {
+        "completed": False,
+        "plan": None,
+        "executed": [],
+        "task_costs": {},
+        "replans": 0,
+        "sim_seconds": 0.0,
+        "max_placement_error_mm": 0.0,
+        "video": None,
+        "log": None,
+        "certified": None,
+        "events": [],
+        "complete": False,
+    }

@@ -1,0 +1,169 @@
+"""One rollout of a sweep: a pure function of the sweep and the rollout's number, wherever it is computed."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import shlex
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.runs.carry_out import carry_out
+from experiments.runs.evidence import evidence
+from experiments.runs.outcome import Outcome
+from experiments.sweep.faults import MOST_FAULTS, random_faults
+from prefplan.exact_costs import Number
+from prefplan.front import Plan
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import Scenario
+from sim.evidence.certificate import certify
+from sim.execution.faults import Fault
+from sim.world.randomization import Perturbation
+from sim.world.scene import Scene, build_scene
+
+Record = dict[str, Any]
+"""What is kept of a rollout, JSON-ready."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Rollouts of one plan, each in a world of its own.
+
+    Attributes:
+        packed: the scenario, from `pack`: bytes, so that a worker can tell whether it has its scene already.
+        given: how the scenario was named on the command line.
+        which: which of its plans, as `prefplan run --plan` takes it.
+        plan: the plan itself.
+        seed: what the seeds of the rollouts are drawn from.
+        perturbation: by how much the worlds differ.
+        faults: whether things go wrong on purpose in each, drawn at random.
+        folder: where replayed rollouts go.
+        max_cost: bound on the cost of the plans that `which` chooses from, or None.
+    """
+
+    packed: bytes
+    given: str
+    which: str | int
+    plan: Plan
+    seed: int
+    perturbation: Perturbation
+    faults: bool
+    folder: Path
+    max_cost: Number | None = None
+
+    def rollout_seed(self, number: int) -> int:
+        """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
+        return int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0])
+
+    def rollout_faults(self, number: int, model: ManipulationModel) -> tuple[Fault, ...]:
+        """Return what goes wrong in a rollout."""
+        if not self.faults:
+            return ()
+        return random_faults(model, len(self.plan.actions), seed=self.rollout_seed(number))
+
+    def replay(self, number: int, faults: tuple[Fault, ...] = ()) -> str:
+        """Return the command line that carries a rollout out again and films it."""
+        return shlex.join(
+            [
+                *("prefplan", "run", self.given, "--plan", str(self.which)),
+                *(() if self.max_cost is None else ("--max-cost", str(self.max_cost))),
+                *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
+                *(word for fault in faults for word in ("--fault", str(fault))),
+                *("--out", str(self.folder / f"rollout_{number}")),
+            ]
+        )
+
+
+def pack(scenario: Scenario) -> bytes:
+    """Return a scenario as bytes, without what was derived from it."""
+    return pickle.dumps(replace(scenario))
+
+
+def roll_out(sweep: Sweep, number: int) -> Record:
+    """Carry a rollout out and return what is kept of it; a failure of the program itself is a record, too."""
+    seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
+    faults: tuple[Fault, ...] = ()
+    try:
+        scenario, model = _unpacked(sweep.packed)
+        faults = sweep.rollout_faults(number, model)
+        scene = _scene(sweep.packed, sum(fault.kind == "foreign" for fault in faults))
+        began, cpu = time.perf_counter(), time.thread_time()
+        outcome = carry_out(
+            scenario, scene, sweep.plan, seed=seed, perturbation=perturbation, faults=faults, choice=sweep.which
+        )
+        times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
+        setting = {"seed": seed, "perturbation": str(perturbation), "faults": [str(fault) for fault in faults]}
+        certificate = certify(evidence(scenario, scene, outcome, setting=setting))
+    except Exception as error:  # a thousand rollouts are not lost because of one
+        return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
+    return {
+        **_heading(sweep, number, faults),
+        **_observed(model, outcome),
+        "certified": certificate.confirmed,
+        "agrees": certificate.agrees,
+        "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
+        **{name: round(seconds, 3) for name, seconds in times.items()},
+    }
+
+
+def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
+    """Return the record of a rollout that has no outcome."""
+    nothing: Record = {"certified": None, "agrees": None, "refuted": []}
+    return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **nothing}
+
+
+def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
+    return {
+        "rollout": number,
+        "seed": sweep.rollout_seed(number),
+        "faults": [str(fault) for fault in faults],
+        "replay": sweep.replay(number, faults),
+    }
+
+
+def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
+    rollout = outcome.rollout
+    return {
+        "completed": rollout.completed,
+        "class": None if rollout.reason is None else failure_class(rollout.reason, model),
+        "reason": rollout.reason,
+        "actions": len(rollout.steps),
+        "cost": outcome.books.cost,
+        "replans": outcome.pursuit.replans,
+        "retries": outcome.pursuit.retries,
+        "violated": list(outcome.pursuit.violated),
+        "happened": [str(fault) for fault, when in outcome.faults if when is not None],
+        "sim_seconds": round(rollout.sim_seconds, 3),
+        "placement_error_mm": round(rollout.placement_error * 1000, 3),
+        "speed_share": round(float(rollout.speed_share.max()), 4),
+        "torque_share": round(float(rollout.torque_share.max()), 4),
+        "contacts": sum(event.kind == "contact" for event in rollout.events),
+    }
+
+
+def failure_class(reason: str, model: ManipulationModel) -> str:
+    """Return what a reason has in common with others: the sentence without its names and numbers."""
+    for kind, names in (("LOCATION", model.locations), ("OBJECT", model.objects)):
+        words = "|".join(re.escape(entry.name) for entry in names)
+        reason = re.sub(rf"\b(?:{words})\b", kind, reason)
+    return re.sub(r"-?\d+(?:\.\d+)?", "N", reason)
+
+
+@lru_cache(maxsize=1)
+def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
+    """Return the scenario, its transition system built, and its model: once a process."""
+    scenario: Scenario = pickle.loads(packed)
+    scenario.problem()
+    assert isinstance(scenario.model, ManipulationModel)
+    return scenario, scenario.model
+
+
+@lru_cache(maxsize=MOST_FAULTS + 1)
+def _scene(packed: bytes, spares: int) -> Scene:
+    """Return the scene with room for so many foreign objects, compiled once a process."""
+    return build_scene(_unpacked(packed)[1], spares=spares)

@@ -1,0 +1,151 @@
+"""What the rollouts of a sweep come to: shares with their confidence intervals, measures, and classes of failures."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from statistics import median
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+from scipy.stats import binomtest
+
+from experiments.sweep.job import Record
+
+CONFIDENCE = 0.95
+
+SHOWN = 5
+"""Rollouts of one class of failures that a summary names."""
+
+
+def wilson(count: int, total: int) -> list[float] | None:
+    """Return Wilson's score interval of a share, [low, high] at 95 %; None of nothing."""
+    if not total:
+        return None
+    interval = binomtest(count, total).proportion_ci(CONFIDENCE, method="wilson")
+    return [round(float(interval.low), 6), round(float(interval.high), 6)]
+
+
+def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts: int) -> dict[str, Any]:
+    """Return what a sweep came to as the documented JSON object.
+
+    Args:
+        header: what defines it.
+        records: the finished rollouts.
+        rollouts: how many were asked for.
+    """
+    done, completed = len(records), sum(record["completed"] for record in records)
+    ran = [record for record in records if "sim_seconds" in record]
+    cpu, simulated = sum(record["cpu_seconds"] for record in ran), sum(record["sim_seconds"] for record in ran)
+    return {
+        **header,
+        "rollouts": rollouts,
+        "done": done,
+        "complete": done == rollouts,
+        "completed": completed,
+        "success_rate": round(completed / done, 6) if done else None,
+        "success_interval": wilson(completed, done),
+        "certificates": _certificates(records),
+        "sim_seconds": _spread([record["sim_seconds"] for record in ran]),
+        "placement_error_mm": _spread([record["placement_error_mm"] for record in ran]),
+        "greatest_speed_share": max((record["speed_share"] for record in ran), default=None),
+        "greatest_torque_share": max((record["torque_share"] for record in ran), default=None),
+        "real_time_factor": round(simulated / cpu, 2) if cpu else None,
+        "replans": {"total": sum(r["replans"] for r in ran), "max": max((r["replans"] for r in ran), default=0)},
+        "happened": _happened(ran),
+        "failures": _failures(records),
+    }
+
+
+def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
+    """Return for each kind of fault in how many rollouts it happened, and how many of these were completed."""
+    found: dict[str, dict[str, int]] = {}
+    for record in records:
+        for kind in {re.split("[:@]", fault)[0] for fault in record["happened"]}:
+            row = found.setdefault(kind, {"rollouts": 0, "completed": 0})
+            row["rollouts"] += 1
+            row["completed"] += record["completed"]
+    return dict(sorted(found.items()))
+
+
+def _certificates(records: Sequence[Record]) -> dict[str, Any]:
+    """Return how many rollouts were checked from their logs alone, and of which their logs say otherwise."""
+    checked = [record for record in records if record["agrees"] is not None]
+    refuted = [record for record in checked if not record["certified"]]
+    return {
+        "checked": len(checked),
+        "agree": sum(record["agrees"] for record in checked),
+        "confirmed": len(checked) - len(refuted),
+        "refuted": [{key: record[key] for key in ("rollout", "seed", "refuted", "replay")} for record in refuted],
+    }
+
+
+def _spread(values: list[float]) -> dict[str, float | None]:
+    return {"median": round(median(values), 3), "max": max(values)} if values else {"median": None, "max": None}
+
+
+def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Return the classes of failures, the most frequent first, with the first rollouts of each."""
+    failed = [record for record in records if not record["completed"]]
+    classes = Counter(record["class"] for record in failed)
+    return [
+        {
+            "class": name,
+            "count": count,
+            "interval": wilson(count, len(records)),
+            "rollouts": [
+                {key: record[key] for key in ("rollout", "seed", "reason", "replay")}
+                for record in failed
+                if record["class"] == name
+            ][:SHOWN],
+        }
+        for name, count in classes.most_common()
+    ]
+
+
+def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
+    """Print what a sweep came to, for people."""
+    title = (
+        f"{escape(summary['scenario'])}, plan {summary['plan']}: {summary['done']} of {summary['rollouts']} rollouts"
+    )
+    table = Table(title=title, title_justify="left", show_header=False)
+    table.add_column()
+    table.add_column()
+    table.add_row("perturbed by", summary["perturb"])
+    table.add_row("completed", share(summary["completed"], summary["done"]))
+    if summary["success_interval"]:
+        table.add_row("95 % interval (Wilson)", interval(summary["success_interval"]))
+    certificates = summary["certificates"]
+    table.add_row("certificates agree", share(certificates["agree"], certificates["checked"]))
+    table.add_row("all checks hold", share(certificates["confirmed"], certificates["checked"]))
+    for name, key, unit in (("simulated", "sim_seconds", "s"), ("placed to within", "placement_error_mm", "mm")):
+        spread = summary[key]
+        if spread["max"] is not None:
+            table.add_row(name, f"median {spread['median']:.1f} {unit}, at most {spread['max']:.1f} {unit}")
+    if summary["replans"]["total"]:
+        table.add_row("planned anew", f"{summary['replans']['total']} times, at most {summary['replans']['max']} a run")
+    for kind, row in summary["happened"].items():
+        table.add_row(f"completed with {kind}", share(row["completed"], row["rollouts"]))
+    if summary["real_time_factor"]:
+        table.add_row("speed", f"{summary['real_time_factor']:.1f} x real time a core")
+    console.print(table)
+    for kind in summary["failures"]:
+        console.print(Text(f"\n{kind['count']} x {kind['class']}"))
+        for rollout in kind["rollouts"]:
+            console.print(Text(f"  {rollout['replay']}"))
+    for rollout in certificates["refuted"][:SHOWN]:
+        console.print(Text(f"\nrefuted: {'; '.join(rollout['refuted'])}\n  {rollout['replay']}"))
+
+
+def share(count: int, total: int) -> str:
+    """Return a share as a person would write it."""
+    return f"{count} of {total} ({count / total:.1%})" if total else "none yet"
+
+
+def interval(ends: Sequence[float]) -> str:
+    """Return an interval of shares as a person would write it."""
+    return f"{ends[0]:.1%} to {ends[1]:.1%}"

@@ -1,0 +1,311 @@
+"""Exact cost-to-go for a few tasks at a time, by backward Dijkstra on T x A_K (equation 4 for one task).
+
+An edge of cost w taken while S is the satisfied set makes mu grow by rate(S) w; ways along which it grows too much can
+be left out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.product.contraction import by_way_of
+from prefplan.product.heap import heap_pop, heap_push
+from prefplan.product.product_automaton import Product
+from prefplan.product.successors import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
+
+
+class ReverseView(NamedTuple):
+    """A product turned round: who leads to a node, and which automaton states lead to one.
+
+    Attributes:
+        offsets: (S + 1,) int64, sources: (E,) int32, costs: (E,) int64: edges by target.
+        classes: (S,) int32.
+        first: (N, Q, C + 1) int64: `first[i, q, c] : first[i, q, c + 1]` are the states that reading class c may lead
+            from to q. states: (X,) int32.
+        ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
+        sizes: (N,) int64.
+        shift: the low bits of costs, that count actions and do not make mu grow.
+        near: (S, S) int64, edges as a matrix, FAR for none; empty unless the graph is contracted.
+        active: (N, S) bool, whether a node's label can change an automaton; empty unless the graph is contracted.
+    """
+
+    offsets: np.ndarray
+    sources: np.ndarray
+    costs: np.ndarray
+    classes: np.ndarray
+    first: np.ndarray
+    states: np.ndarray
+    ends: np.ndarray
+    sizes: np.ndarray
+    shift: int
+    near: np.ndarray
+    active: np.ndarray
+
+
+def reverse_view(product: Product, forward: ProductView) -> ReverseView:
+    """Return a product's reverse edges and automaton preimages."""
+    nodes = len(forward.classes)
+    source = np.repeat(np.arange(nodes, dtype=np.int32), np.diff(forward.offsets))
+    order = np.argsort(forward.targets, kind="stable")
+    tasks, most, labels = product.delta.shape
+    first = np.zeros((tasks, most, labels + 1), dtype=np.int64)
+    states: list[int] = []
+    for i in range(tasks):
+        size = int(product.sizes[i])
+        into: list[list[list[int]]] = [[[] for _ in range(labels)] for _ in range(most)]
+        for q in range(size):
+            for c in range(labels):
+                bought = slice(product.extra_first[i, q, c], product.extra_first[i, q, c + 1])
+                for after in {int(product.delta[i, q, c]), *product.extra_state[bought].tolist()}:
+                    into[after][c].append(q)
+        for q in range(most):
+            first[i, q, 0] = len(states)
+            for c in range(labels):
+                states += into[q][c]
+                first[i, q, c + 1] = len(states)
+    return ReverseView(
+        np.searchsorted(forward.targets[order], np.arange(nodes + 1)).astype(np.int64),
+        source[order],
+        forward.costs[order],
+        forward.classes,
+        first,
+        np.array(states, dtype=np.int32),
+        product.ends,
+        product.sizes,
+        forward.shift,
+        forward.near,
+        active_nodes(forward),
+    )
+
+
+def restricted(reverse: ReverseView, tasks: np.ndarray) -> ReverseView:
+    """Return a contracted product with only those edges that end where a label matters to some tasks."""
+    if not len(reverse.near):
+        return reverse
+    matters = reverse.active[tasks].any(axis=0)
+    near = by_way_of(reverse.near, ~matters)
+    near[:, ~matters] = FAR
+    target, source = np.nonzero(near.T < FAR)
+    offsets = np.searchsorted(target, np.arange(len(near) + 1)).astype(np.int64)
+    return reverse._replace(offsets=offsets, sources=source.astype(np.int32), costs=near[source, target])
+
+
+class _Readings(NamedTuple):
+    """Room for the ways in which the automata of k tasks may come to a combination of their states.
+
+    Attributes:
+        before: (M,) int64, combinations before the reading, as part of a cell. satisfied: (M,) int64, their satisfied
+            tasks as bits.
+        low: (k,) int64, high: (k,) int64, at: (k,) int64: scratch.
+    """
+
+    before: np.ndarray
+    satisfied: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    at: np.ndarray
+
+
+@kernel
+def _room(reverse: ReverseView, tasks: np.ndarray) -> _Readings:
+    most = 1
+    for j in range(tasks.shape[0]):
+        most *= reverse.sizes[tasks[j]]
+    k = tasks.shape[0]
+    return _Readings(
+        np.empty(most, dtype=np.int64),
+        np.empty(most, dtype=np.int64),
+        np.empty(k, dtype=np.int64),
+        np.empty(k, dtype=np.int64),
+        np.empty(k, dtype=np.int64),
+    )
+
+
+@bare_kernel
+def _readings(reverse: ReverseView, tasks: np.ndarray, cell: Integer, room: _Readings) -> Integer:
+    """Write the combinations from which reading a cell's label may lead to it, and return how many there are."""
+    first, states, ends, sizes = reverse.first, reverse.states, reverse.ends, reverse.sizes
+    nodes = reverse.classes.shape[0]
+    label = reverse.classes[cell % nodes]
+    rest = cell // nodes
+    k = tasks.shape[0]
+    for j in range(k):
+        q = rest % sizes[tasks[j]]
+        rest //= sizes[tasks[j]]
+        room.low[j] = first[tasks[j], q, label]
+        room.high[j] = first[tasks[j], q, label + 1]
+        room.at[j] = room.low[j]
+        if room.low[j] == room.high[j]:
+            return 0
+    found = 0
+    while True:
+        stride = np.int64(nodes)
+        before = np.int64(0)
+        satisfied = 0
+        for j in range(k):
+            q = states[room.at[j]]
+            before += stride * q
+            stride *= sizes[tasks[j]]
+            if q == ends[tasks[j], 0]:
+                satisfied |= 1 << j
+        room.before[found], room.satisfied[found] = before, satisfied
+        found += 1
+        j = 0
+        while j < k:
+            room.at[j] += 1
+            if room.at[j] < room.high[j]:
+                break
+            room.at[j] = room.low[j]
+            j += 1
+        if j == k:
+            return found
+
+
+@bare_kernel
+def _finished(reverse: ReverseView, tasks: np.ndarray, combination: Integer) -> bool:
+    """Return whether all tasks are satisfied or dropped in a combination of their automata's states."""
+    for j in range(tasks.shape[0]):
+        q = combination % reverse.sizes[tasks[j]]
+        combination //= reverse.sizes[tasks[j]]
+        if q != reverse.ends[tasks[j], 0] and q != reverse.ends[tasks[j], 1]:
+            return False
+    return True
+
+
+@kernel
+def dijkstra(
+    reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer
+) -> bool:
+    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether they fit its type.
+
+    In a table of int64 all of them do: a larger one is entered as the largest finite number, still a lower bound.
+    Cells whose node no edge leads to are at the end of every backward way, and need not wait their turn.
+    """
+    offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
+    nodes = reverse.classes.shape[0]
+    room = _room(reverse, tasks)
+    keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
+    count: Integer = 0
+    for combination in range(table.shape[0] // nodes):
+        if _finished(reverse, tasks, combination):
+            for node in range(nodes):
+                table[node + nodes * combination] = 0
+                if offsets[node] < offsets[node + 1]:
+                    if count == keys.shape[0]:
+                        keys, items = _twice(keys), _twice(items)
+                    count = heap_push(keys, items, count, 0, node + nodes * combination)
+    while count > 0:
+        cost, cell = keys[0], items[0]
+        count = heap_pop(keys, items, count)
+        if table[cell] < cost:
+            continue
+        node = cell % nodes
+        for reading in range(_readings(reverse, tasks, cell, room)):
+            before, factor = room.before[reading], factors[room.satisfied[reading]]
+            for edge in range(offsets[node], offsets[node + 1]):
+                source = sources[edge]
+                new = cost + factor * costs[edge]
+                if new >= infinite and table.itemsize == 8:
+                    new = infinite - 1
+                if new < table[source + before]:
+                    table[source + before] = new
+                    if offsets[source] < offsets[source + 1]:
+                        if count == keys.shape[0]:
+                            keys, items = _twice(keys), _twice(items)
+                        count = heap_push(keys, items, count, new, source + before)
+                elif new >= infinite and table[source + before] == infinite:
+                    return False
+    return True
+
+
+@kernel
+def dijkstra_within_budgets(
+    reverse: ReverseView,
+    tasks: np.ndarray,
+    rates: np.ndarray,
+    budgets: np.ndarray,
+    table: np.ndarray,
+    infinite: Integer,
+) -> bool:
+    """Fill a table by labels (cost, growth), in order of cost; each settles the budgets that nothing met before.
+
+    Costs that do not fit are treated as in `dijkstra`.
+
+    A label that grows no less than an earlier one of its cell is dominated; of those over the largest finite budget
+    only the first matters. Cells whose node no edge leads to need no labels.
+    """
+    offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
+    nodes = reverse.classes.shape[0]
+    room = _room(reverse, tasks)
+    last = budgets.shape[0] - 1
+    strictest = budgets[1] if last > 0 else -1
+    least = np.full(table.shape[1], FAR, dtype=np.int64)
+    last_cost = np.full(table.shape[1], FAR, dtype=np.int64)
+    last_growth = np.full(table.shape[1], FAR, dtype=np.int64)
+    keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
+    cells, growths = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
+    count: Integer = 0
+    made = 0
+    for combination in range(table.shape[1] // nodes):
+        if _finished(reverse, tasks, combination):
+            for node in range(nodes):
+                table[:, node + nodes * combination] = 0
+                if offsets[node] < offsets[node + 1]:
+                    if made == keys.shape[0]:
+                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
+                    cells[made], growths[made] = node + nodes * combination, 0
+                    count = heap_push(keys, items, count, 0, made)
+                    made += 1
+    while count > 0:
+        cost, item = keys[0], items[0]
+        count = heap_pop(keys, items, count)
+        cell, growth = cells[item], growths[item]
+        if growth >= least[cell] or (growth > strictest and least[cell] < FAR):
+            continue
+        least[cell] = growth
+        _settle(table, budgets, cell, cost, growth)
+        node = cell % nodes
+        for reading in range(_readings(reverse, tasks, cell, room)):
+            before, rate = room.before[reading], rates[room.satisfied[reading]]
+            for edge in range(offsets[node], offsets[node + 1]):
+                source = sources[edge]
+                new_cell = source + before
+                new = cost + costs[edge]
+                more = min(growth + rate * (costs[edge] >> reverse.shift), FAR - 1)
+                if new >= infinite:
+                    if table.itemsize == 4:
+                        return False
+                    new = infinite - 1
+                if offsets[source] == offsets[source + 1]:
+                    _settle(table, budgets, new_cell, new, more)
+                    continue
+                if new >= last_cost[new_cell] and more >= last_growth[new_cell]:
+                    continue
+                if more < least[new_cell] and (more <= strictest or least[new_cell] == FAR):
+                    last_cost[new_cell], last_growth[new_cell] = new, more
+                    if made == keys.shape[0]:
+                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
+                    cells[made], growths[made] = new_cell, more
+                    count = heap_push(keys, items, count, new, made)
+                    made += 1
+    return True
+
+
+@bare_kernel
+def _settle(table: np.ndarray, budgets: np.ndarray, cell: Integer, cost: Integer, growth: Integer) -> None:
+    """Enter a cost under every budget that the growth is within."""
+    level = budgets.shape[0] - 1
+    while budgets[level] < growth:
+        level -= 1
+    while level >= 0 and table[level, cell] > cost:
+        table[level, cell] = cost
+        level -= 1
+
+
+@kernel
+def _twice(array: np.ndarray) -> np.ndarray:
+    longer = np.empty(2 * array.shape[0], dtype=array.dtype)
+    longer[: array.shape[0]] = array
+    return longer

@@ -1,0 +1,106 @@
+"""Exact cost-to-go for a few tasks at a time on T x A_K (equation 4 for one task).
+
+The preference's growth on the way can be bounded or itself be what is minimised: an edge of cost w taken while S is the
+satisfied set makes mu grow by rate(S) w.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from prefplan.heuristics.backward_dijkstra import (
+    ReverseView,
+    dijkstra,
+    dijkstra_within_budgets,
+    restricted,
+    reverse_view,
+)
+from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
+from prefplan.product.product_automaton import Product
+from prefplan.product.successors import FAR, INFINITE, ProductView
+
+
+class Backward:
+    """A product made ready for looking back from where tasks are satisfied.
+
+    Attributes:
+        nodes: of the graph.
+        sizes: (N,) int64, states of each automaton.
+        shift: the low bits of costs, that count actions and do not make mu grow.
+        stages: the product for automata that never come back to a state, over a contracted graph; None for others.
+    """
+
+    def __init__(self, product: Product, forward: ProductView) -> None:
+        """Turn a product round."""
+        self.nodes, self.sizes, self.shift = len(forward.classes), product.sizes, forward.shift
+        self._product, self._forward = product, forward
+        self.stages = stages_of(product, forward)
+
+    @cached_property
+    def reverse(self) -> ReverseView:
+        """Who leads to a node, and which automaton states lead to one."""
+        return reverse_view(self._product, self._forward)
+
+
+def cost_to_go(
+    backward: Backward,
+    tasks: np.ndarray,
+    dtype: type,
+    *,
+    rates: np.ndarray | None = None,
+    budgets: np.ndarray | None = None,
+) -> np.ndarray:
+    """Return the least cost until all of some tasks are satisfied or dropped, for every budget of mu's growth.
+
+    Args:
+        backward: the product.
+        tasks: (k,) int64, which tasks.
+        dtype: np.int32 or np.int64.
+        rates: (2^k,) int64 >= 0, growth of mu for a unit of cost while a set of these tasks is satisfied.
+        budgets: (B,) int64, falling: how much mu may grow; one that is not bounded if None.
+
+    Returns:
+        (B, S * Q_1 * ... * Q_k) of the chosen type, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); infinite where it
+        cannot be done.
+
+    Raises:
+        OverflowError: if a finite cost does not fit the type.
+    """
+    if budgets is None or rates is None:
+        return _least(backward, tasks, dtype, np.ones(2 ** len(tasks), dtype=np.int64))[None]
+    table: np.ndarray = np.full((len(budgets), _size(backward, tasks)), INFINITE[dtype], dtype=dtype)
+    edges = restricted(backward.reverse, tasks)
+    if not dijkstra_within_budgets(edges, tasks, rates, budgets, table, INFINITE[dtype]):
+        raise OverflowError
+    return table
+
+
+def growth_to_go(backward: Backward, tasks: np.ndarray, dtype: type, rates: np.ndarray) -> np.ndarray:
+    """Return the least growth of mu until all of some tasks are satisfied or dropped, whatever the cost.
+
+    Arguments, shape and errors are those of `cost_to_go`.
+    """
+    return _least(backward, tasks, dtype, rates, shift=backward.shift)
+
+
+def _least(backward: Backward, tasks: np.ndarray, dtype: type, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
+    """Return least costs, less their lowest bits, those of edges times a factor for what is satisfied."""
+    size = _size(backward, tasks)
+    if (stages := backward.stages) is not None:
+        if shift:
+            stages = stages._replace(near=np.where(stages.near < FAR, stages.near >> shift, FAR))
+        table: np.ndarray = np.empty(size, dtype=dtype)
+        fits = fill_in_order(stages, tasks, factors, table, INFINITE[dtype])
+    else:
+        edges = restricted(backward.reverse, tasks)
+        table = np.full(size, INFINITE[dtype], dtype=dtype)
+        fits = dijkstra(edges._replace(costs=edges.costs >> shift), tasks, factors, table, INFINITE[dtype])
+    if not fits:
+        raise OverflowError
+    return table
+
+
+def _size(backward: Backward, tasks: np.ndarray) -> int:
+    return backward.nodes * int(np.prod(backward.sizes[tasks]))

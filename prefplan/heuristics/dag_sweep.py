@@ -1,0 +1,214 @@
+"""Exact cost-to-go for a few tasks at a time whose automata never come back to a state that they left.
+
+The combinations of such automata's states can be put in an order in which reading a label leads to an earlier one or
+changes nothing. For one combination after the other, a Dijkstra over no more than the nodes whose labels matter then
+gives the cost-to-go, as what follows upon each change is known already. Every other node of a contracted graph is one
+edge away from these. It is what Dijkstra on T x A_K finds, in a tenth of the time or less.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.product.contraction import by_way_of
+from prefplan.product.product_automaton import Product
+from prefplan.product.successors import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
+
+
+class Stages(NamedTuple):
+    """A contracted graph of S nodes and N automata that only go on.
+
+    Attributes:
+        near: (S, S) int64, edges as a matrix, FAR for none.
+        classes: (S,) int32.
+        active: (N, S) bool, whether a node's label can change an automaton.
+        delta: (N, Q, C) int32, state after reading a class.
+        order: (N, Q) int64, states of each automaton, each after all that it leads to.
+        ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
+        sizes: (N,) int64.
+    """
+
+    near: np.ndarray
+    classes: np.ndarray
+    active: np.ndarray
+    delta: np.ndarray
+    order: np.ndarray
+    ends: np.ndarray
+    sizes: np.ndarray
+
+
+def stages_of(product: Product, forward: ProductView) -> Stages | None:
+    """Return a product as seen stage by stage, or None if an automaton can come back or the graph is not contracted."""
+    order = order_of_states(product.delta, product.sizes)
+    if not forward.macro or product.relaxed or not len(order):
+        return None
+    active = active_nodes(forward)
+    return Stages(forward.near, forward.classes, active, product.delta, order, product.ends, product.sizes)
+
+
+def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return the states of some automata, each after all that it leads to, or nothing if one can come back.
+
+    Args:
+        delta: (N, Q, C) int32, state after reading a class.
+        sizes: (N,) int64, how many of the Q states each automaton has.
+
+    Returns:
+        (N, Q) int64, or (0, 0).
+    """
+    order = np.zeros(delta.shape[:2], dtype=np.int64)
+    for i, size in enumerate(sizes.tolist()):
+        leads = np.zeros((size, size), dtype=bool)
+        np.put_along_axis(leads, delta[i, :size].astype(np.int64), True, axis=1)
+        np.fill_diagonal(leads, False)
+        known = np.zeros(size, dtype=bool)
+        for rank in range(size):
+            ready = ~known & ~leads[:, ~known].any(axis=1)
+            if not ready.any():
+                return np.zeros((0, 0), dtype=np.int64)
+            order[i, rank] = ready.argmax()
+            known[order[i, rank]] = True
+    return order
+
+
+@kernel
+def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer) -> bool:
+    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether they fit its type.
+
+    Costs that do not fit are treated as in `dijkstra`.
+
+    Args:
+        stages: the product.
+        tasks: (k,) int64, which tasks.
+        factors: (2^k,) int64 >= 0, by which to multiply costs while a set of these tasks is satisfied.
+        table: (S * Q_1 * ... * Q_k,) int32 or int64, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)).
+        infinite: what to write where there is no way.
+    """
+    nodes, k = stages.classes.shape[0], tasks.shape[0]
+    matters = np.zeros(nodes, dtype=np.bool_)
+    for j in range(k):
+        matters |= stages.active[tasks[j]]
+    doors = np.flatnonzero(matters)
+    near = by_way_of(stages.near, ~matters)
+    steps, relays = _weighted(near, doors, factors), _relays(near, doors)
+    onto = _onto(stages, tasks, doors)
+    ranks, states = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
+    there = np.empty(doors.shape[0], dtype=np.int64)
+    costs = np.empty(nodes, dtype=np.int64)
+    for _ in range(table.shape[0] // nodes):
+        here, stride = 0, nodes
+        satisfied = 0
+        finished = True
+        for j in range(k):
+            q = states[j] = stages.order[tasks[j], ranks[j]]
+            here += stride * q
+            stride *= stages.sizes[tasks[j]]
+            if q == stages.ends[tasks[j], 0]:
+                satisfied |= 1 << j
+            elif q != stages.ends[tasks[j], 1]:
+                finished = False
+        costs[:] = 0 if finished else FAR
+        if not finished:
+            there[:] = doors
+            for j in range(k):
+                for d in range(doors.shape[0]):
+                    there[d] += onto[j, states[j], d]
+            _solve(steps[satisfied], doors, relays, there, here, table, infinite, costs)
+        if not _write(table[here : here + nodes], costs, infinite):
+            return False
+        for j in range(k):
+            ranks[j] += 1
+            if ranks[j] < stages.sizes[tasks[j]]:
+                break
+            ranks[j] = 0
+    return True
+
+
+@kernel
+def _weighted(near: np.ndarray, doors: np.ndarray, factors: np.ndarray) -> np.ndarray:
+    """Return (F, D, S) costs of edges to some nodes from all, times each factor."""
+    steps = np.full((factors.shape[0], doors.shape[0], near.shape[0]), FAR, dtype=np.int64)
+    for f in range(factors.shape[0]):
+        for d in range(doors.shape[0]):
+            for node in range(near.shape[0]):
+                cost = near[node, doors[d]]
+                if cost < FAR:
+                    steps[f, d, node] = factors[f] * cost
+    return steps
+
+
+@kernel
+def _relays(near: np.ndarray, doors: np.ndarray) -> Integer:
+    """Return, as bits, those of some nodes by way of which another may be reached for less than the edge to it."""
+    relays = np.uint64(0)
+    for d in range(doors.shape[0]):
+        via = doors[d]
+        for source in range(near.shape[0]):
+            for target in doors:
+                if near[source, via] + near[via, target] < near[source, target]:
+                    relays |= np.uint64(1) << np.uint64(d)
+    return relays
+
+
+@kernel
+def _onto(stages: Stages, tasks: np.ndarray, doors: np.ndarray) -> np.ndarray:
+    """Return (k, Q, D) what each task adds to the table's index when some nodes' labels are read."""
+    onto = np.zeros((tasks.shape[0], stages.delta.shape[1], doors.shape[0]), dtype=np.int64)
+    stride = stages.classes.shape[0]
+    for j in range(tasks.shape[0]):
+        for q in range(stages.sizes[tasks[j]]):
+            for d in range(doors.shape[0]):
+                onto[j, q, d] = stride * stages.delta[tasks[j], q, stages.classes[doors[d]]]
+        stride *= stages.sizes[tasks[j]]
+    return onto
+
+
+@bare_kernel
+def _solve(
+    steps: np.ndarray,
+    doors: np.ndarray,
+    relays: Integer,
+    there: np.ndarray,
+    here: Integer,
+    table: np.ndarray,
+    infinite: Integer,
+    costs: np.ndarray,
+) -> None:
+    """Write the cost-to-go of all nodes: first by way of changes, then of nodes that change nothing (Dijkstra)."""
+    waiting = np.uint64(0)
+    for d in range(doors.shape[0]):
+        if there[d] == here + doors[d]:
+            waiting |= np.uint64(relays) & np.uint64(1) << np.uint64(d)
+        elif table[there[d]] < infinite:
+            _relax(steps[d], np.int64(table[there[d]]), costs)
+    while waiting:
+        least = np.int64(FAR)
+        best = -1
+        for d in range(doors.shape[0]):
+            if (waiting >> np.uint64(d)) & np.uint64(1) and costs[doors[d]] < least:
+                best, least = d, costs[doors[d]]
+        if best < 0:
+            return
+        waiting ^= np.uint64(1) << np.uint64(best)
+        _relax(steps[best], least, costs)
+
+
+@bare_kernel
+def _relax(steps: np.ndarray, rest: Integer, costs: np.ndarray) -> None:
+    for node in range(costs.shape[0]):
+        costs[node] = min(costs[node], steps[node] + rest)
+
+
+@bare_kernel
+def _write(row: np.ndarray, costs: np.ndarray, infinite: Integer) -> bool:
+    """Write costs into a table, and return whether they fit."""
+    for node in range(costs.shape[0]):
+        if costs[node] >= FAR:
+            row[node] = infinite
+        elif costs[node] >= infinite and row.itemsize == 4:
+            return False
+        else:
+            row[node] = min(costs[node], infinite - 1)
+    return True

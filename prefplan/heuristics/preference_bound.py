@@ -1,0 +1,148 @@
+"""Lower bound of how much the preference value still grows (the second objective; the paper uses 0).
+
+Tasks are split into disjoint blocks. In a block K, with b tasks satisfied outside of it, mu grows by at least
+rate_K(S & K, b) per unit of cost because of the tasks of K; b never falls, and rate_K never falls in b. So the least
+sum of rate_K times cost over all ways to satisfy K, with b as it is now, is a lower bound; it is an exact distance in
+T x A_K, hence consistent, and as the rates of disjoint blocks add up to at most mu's own, so do the bounds.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.heuristics.cost_to_go import Backward, growth_to_go
+from prefplan.heuristics.pattern_database import Patterns, in_parallel
+from prefplan.preferences.objective import Measure
+from prefplan.preferences.terms import OrderRate
+from prefplan.product.successors import INFINITE, Integer, bare_kernel
+
+BLOCK_SIZE = 3
+"""Tasks in a block; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""
+
+BLOCK_ENTRIES = 500_000
+"""Entries of one block's table for one number of tasks satisfied outside."""
+
+
+class Blocks(NamedTuple):
+    """Tables for disjoint blocks of at most k tasks.
+
+    Attributes:
+        tasks: (B, k) int64, padded with -1. strides: (B, k) int64.
+        base: (B, N + 1) int64: entry = base[b, satisfied outside] + node + sum_j strides[j] q_j.
+        members: (B,) int64, the block as bits.
+        table: (entries,) int32 or int64, units of mu.
+    """
+
+    tasks: np.ndarray
+    strides: np.ndarray
+    base: np.ndarray
+    members: np.ndarray
+    table: np.ndarray
+
+
+def no_blocks(tasks: int, dtype: type) -> Blocks:
+    """Return no tables: the bound 0."""
+    none = np.zeros((0, 1), dtype=np.int64)
+    return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=dtype))
+
+
+def blocks(backward: Backward, measure: Measure, factor: Fraction, dtype: type, known: Patterns) -> Blocks:
+    """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
+
+    Args:
+        backward: the product.
+        known: costs-to-go; those of single tasks are put to use.
+        measure: how mu grows.
+        factor: what a unit of cost is in units of mu.
+        dtype: np.int32 or np.int64.
+
+    Raises:
+        OverflowError: if a finite bound does not fit the type.
+    """
+    n = measure.tasks
+    orders = [rate.groups for rate in measure.rates if isinstance(rate, OrderRate)]
+    groups = orders[0] if orders else tuple((i,) for i in range(n))
+    split = _split(backward, groups)
+    jobs: dict[tuple[tuple[int, ...], tuple[int, ...]], list[int]] = {}
+    for members in split:
+        for outside in range(n - len(members) + 1):
+            exact = [_rate(measure, members, s, outside) for s in range(2 ** len(members))]
+            rates = tuple(int(r * factor) for r in exact)
+            jobs.setdefault((members, rates), []).append(outside)
+    if not any(any(rates) for _, rates in jobs):
+        return no_blocks(n, dtype)
+
+    def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
+        members, rates = job
+        tasks = np.array(members, dtype=np.int64)
+        size = backward.nodes * int(np.prod(backward.sizes[tasks]))
+        if not any(rates):
+            return np.zeros(size, dtype=dtype)
+        if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
+            # Alone, a task makes mu grow at one rate until it is satisfied.
+            cost = known.table[0, known.base[members[0]] :][:size].astype(np.int64) >> backward.shift
+            reachable = cost < INFINITE[dtype] >> backward.shift
+            if dtype is np.int32 and int(cost[reachable].max(initial=0)) * rates[0] >= INFINITE[dtype]:
+                raise OverflowError
+            growth = np.minimum(cost, (INFINITE[dtype] - 1) // max(rates[0], 1)) * rates[0]
+            return np.where(reachable, growth, INFINITE[dtype]).astype(dtype)
+        return growth_to_go(backward, tasks, dtype, np.array(rates, dtype=np.int64))
+
+    entries = len(jobs) * backward.nodes * float(np.mean(backward.sizes)) ** max(map(len, split))
+    tables = in_parallel(tabulate, list(jobs), entries=entries, staged=backward.stages is not None)
+    width = max(map(len, split))
+    tasks = np.full((len(split), width), -1, dtype=np.int64)
+    strides = np.zeros((len(split), width), dtype=np.int64)
+    base = np.zeros((len(split), n + 1), dtype=np.int64)
+    for b, members in enumerate(split):
+        tasks[b, : len(members)] = members
+        sizes = backward.sizes[np.array(members[:-1], dtype=np.int64)]
+        strides[b, : len(members)] = np.cumprod(np.concatenate([[backward.nodes], sizes]))
+    first = 0
+    for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
+        base[split.index(members), outsides] = first
+        first += len(table)
+    bits = np.array([sum(1 << i for i in members) for members in split], dtype=np.int64)
+    return Blocks(tasks, strides, base, bits, np.concatenate(tables))
+
+
+def _split(backward: Backward, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
+    """Return blocks of neighbours in the desired order, none splitting a group, of at most three tasks."""
+    found: list[tuple[int, ...]] = []
+    for group in groups:
+        joined = (found[-1] if found else ()) + group
+        entries = backward.nodes * int(np.prod(backward.sizes[list(joined)]))
+        if found and len(joined) <= BLOCK_SIZE and entries <= BLOCK_ENTRIES:
+            found[-1] = joined
+        elif backward.nodes * int(np.prod(backward.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
+            found.append(group)
+    return found
+
+
+def _rate(measure: Measure, members: tuple[int, ...], satisfied: int, outside: int) -> Fraction:
+    """Return the part of mu's rate that a block is to blame for."""
+    inside = sum(1 << i for j, i in enumerate(members) if satisfied >> j & 1)
+    return sum((rate.part(frozenset(members), inside, outside) for rate in measure.rates), Fraction(0))
+
+
+@bare_kernel
+def preference_bound(
+    some: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer, infinite: Integer
+) -> Integer:
+    """Return the least growth of mu from a product state to the end, `infinite` at most."""
+    bound = np.int64(0)
+    for b in range(some.members.shape[0]):
+        rest = satisfied & ~some.members[b]
+        outside = 0
+        while rest:
+            rest &= rest - 1
+            outside += 1
+        entry = some.base[b, outside] + node
+        for j in range(some.tasks.shape[1]):
+            if some.tasks[b, j] >= 0:
+                entry += some.strides[b, j] * automata[some.tasks[b, j]]
+        bound = min(bound + some.table[entry], np.int64(infinite))
+    return bound

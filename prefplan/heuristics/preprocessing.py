@@ -1,0 +1,185 @@
+"""A product made ready to be searched: the graph, and bounds for the width of labels that its costs need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.pattern_database import count_entries, no_patterns, pattern_size, patterns
+from prefplan.heuristics.preference_bound import blocks, no_blocks
+from prefplan.product.contraction import contract, view, whole_graph
+from prefplan.product.product_automaton import Product
+from prefplan.product.successors import INFINITE, ProductView
+
+BUDGETS = (0.75, 0.5, 0.33, 0.2, 0.1, 0.05, 0)
+"""Parts of the preference value to improve on, for which bounds of the cost-to-go are tabulated."""
+
+DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
+"""Entries of all tables that a search of unusual length may call for; those filled stage by stage cost a tenth each."""
+
+BUDGETED = 3
+"""Tasks in a set of the tables under budgets, one more from 9 tasks on."""
+
+UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
+"""Time to fill an entry without stages, and to expand a label, in all and for each set; measured in that to fill one
+with stages, about 20 ns."""
+
+DEEPEST = 5
+"""Tasks in a set, where such a search calls for more."""
+
+ENTRY_BYTES = 8
+
+TABLES_SHARE = 0.5
+"""Part of the memory that tables may take."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to search; the front is the same for all of them.
+
+    Attributes:
+        heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
+            to choose.
+        preference_bound: whether to bound the growth of mu, and the cost-to-go by it.
+        contraction: whether to leave out states that change nothing, where few matter.
+        compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
+    """
+
+    heuristic: int | None = None
+    preference_bound: bool = True
+    contraction: bool = True
+    compiled: bool = True
+
+
+def bytes_to_prepare(product: Product) -> float:
+    """Return about how much memory the reverse graph and the bounds of each task alone need."""
+    largest = len(product.classes) * int(product.sizes.max())
+    return 48 * len(product.targets) + 4 * len(product.classes) * int(product.sizes.sum()) + 2 * 60 * largest
+
+
+class Prepared:
+    """What all searches of a product share.
+
+    Attributes:
+        product: what is searched.
+        graph: over what.
+        view: both, as the kernels see them.
+        patterns: bounds of the cost-to-go.
+        budgeted: the same where mu may grow by so much only; empty until `bound_growth`.
+        blocks: bounds of mu's growth.
+        dtype: type of labels that these bounds fit.
+    """
+
+    def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
+        """Contract the graph and build the bounds.
+
+        Args:
+            product: what is searched.
+            options: how.
+            single: whether one plan is wanted, not the front.
+            max_bytes: memory that all is to fit into.
+
+        Raises:
+            OverflowError: if 64 bits may not be enough.
+        """
+        self.product, self.options = product, options
+        if object in (product.costs.dtype, product.extra_price.dtype):
+            raise OverflowError
+        # Under a general contract a detour through states that change nothing may be worth its cost.
+        contraction = options.contraction and product.problem.measure.contract != "general"
+        self.graph = (contract(product) if contraction else None) or whole_graph(product)
+        self.view = view(product, self.graph)
+        _require_64_bits(product, self.view)
+        self._backward = Backward(product, self.view)
+        measure = product.problem.measure
+        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
+        size = options.heuristic
+        if size is None:
+            size = pattern_size(self._backward, single=single, max_entries=self._max_entries)
+        self._size = min(size, measure.tasks)
+        self.dtype: Any = np.int32
+        self.patterns = self.budgeted = no_patterns(self.dtype)
+        self.blocks = no_blocks(measure.tasks, self.dtype)
+        if size:
+            self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
+        if options.preference_bound and measure.bi_objective:
+            factor = product.units.factor
+            self.blocks = self._fit(lambda dtype: blocks(self._backward, measure, factor, dtype, self.patterns))
+
+    def _fit(self, build: Callable[[Any], Any]) -> Any:
+        """Build tables of the narrow type, or where they do not fit, of the wide one."""
+        try:
+            return build(self.dtype)
+        except OverflowError:
+            if self.dtype is np.int64:
+                raise
+            self.widen()
+            return build(self.dtype)
+
+    def widen(self) -> None:
+        """Turn the tables that there are into those of the wide type."""
+        self.dtype = np.int64
+        self.patterns = self.patterns._replace(table=_widened(self.patterns.table))
+        self.budgeted = self.budgeted._replace(table=_widened(self.budgeted.table))
+        self.blocks = self.blocks._replace(table=_widened(self.blocks.table))
+
+    @property
+    def patience(self) -> float:
+        """Expansions that take as long as tables for sets of one more task; infinite if there can be none."""
+        size, staged = self._size + 1, self._backward.stages is not None
+        entries = count_entries(self._backward, size)
+        most = min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries)
+        fixed = self.options.heuristic is not None
+        if fixed or size > min(DEEPEST, self.product.problem.measure.tasks) or entries > most:
+            return math.inf
+        return entries * (1 if staged else UNSTAGED) / (EXPANSION + EXPANSION_EACH * len(self.patterns.base))
+
+    def deepen(self) -> None:
+        """Build tables for sets of one more task."""
+        self._size += 1
+        self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
+
+    def bound_growth(self, mu: int) -> None:
+        """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in units."""
+        measure = self.product.problem.measure
+        growing = self.options.preference_bound and measure.rates and self._size > 1
+        if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
+            budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
+            factor, size = self.product.units.factor, min(self._size, BUDGETED if measure.tasks < 9 else BUDGETED + 1)
+            most = min(DEEP_ENTRIES, self._max_entries)
+            while size > 2 and count_entries(self._backward, size) * len(budgets) > most:
+                size -= 1
+            self.budgeted = self._fit(
+                lambda dtype: patterns(self._backward, size, dtype, measure=measure, factor=factor, budgets=budgets)
+            )
+
+
+def _require_64_bits(product: Product, view: ProductView) -> None:
+    """Prove that what one step adds to a cost or to mu stays below 2^60.
+
+    Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum leaves int64.
+
+    Raises:
+        OverflowError: if that is not so.
+    """
+    measure, units = product.problem.measure, product.units
+    step = max(1, int(view.costs.max(initial=0)) * (len(view.classes) if view.macro else 1))
+    price = max([1, *product.extra_price.tolist(), *(dfa.skip or 0 for dfa in product.automata)])
+    growth = measure.largest_rate() * units.factor * step
+    growth += sum(measure.violation_weights) * units.price / units.mu * price
+    growth += sum((max(term.weights) * units.factor for term in measure.maxima), Fraction(0))
+    if max(step, growth) >= INFINITE[np.int64]:
+        raise OverflowError
+
+
+def _widened(table: np.ndarray) -> np.ndarray:
+    wide = table.astype(np.int64)
+    if table.dtype == np.int32:
+        wide[table == INFINITE[np.int32]] = INFINITE[np.int64]
+    return wide

@@ -1,0 +1,201 @@
+"""Minimal DFA of a task's good prefixes (Definition 6), by formula progression.
+
+After reading some labels, what is left of a formula is a positive Boolean combination of subformulas that must hold
+from now on. Such a combination has exactly one irredundant disjunctive form, an *antichain*: a set of sets of
+obligations none of which contains another. Antichains are the states. There are finitely many, and every infinite
+word that satisfies a co-safe formula reaches the antichain `true` after finitely many letters.
+
+Transitions are decision diagrams over the formula's propositions: letters are never listed, so a formula may have
+many propositions.
+
+A state is *satisfied* when every infinite continuation satisfies the formula, i.e. when no infinite path avoids
+`true`. As a state has finitely many successors, that is the least fixpoint of "all successors are satisfied"
+(Koenig's lemma). Merging states by partition refinement then gives the minimal automaton.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+
+from prefplan.errors import FormulaError
+from prefplan.logic.formula import And, Constant, Formula, Literal, Next, Or, Until, parse, propositions_of
+from prefplan.logic.mtbdd import Diagram, Diagrams, leaf, leaves, paths
+
+STATE_LIMIT = 20_000
+"""Progression stops at this many states: the construction is doubly exponential in the worst case."""
+
+Antichain = frozenset[frozenset[int]]
+"""Sets of obligations, each a number of a subformula."""
+
+_TRUE: Antichain = frozenset({frozenset()})
+_FALSE: Antichain = frozenset()
+
+
+@dataclass(frozen=True)
+class Automaton:
+    """Deterministic finite automaton A = (Q, q0, 2^AP, delta, F) of a formula's good prefixes (Definition 6).
+
+    States are 0 .. n-1, numbered breadth-first from the initial state 0.
+
+    Attributes:
+        text: the formula as it was written.
+        propositions: AP, sorted: those that the formula mentions.
+        transitions: delta, one decision diagram a state, with states at its leaves.
+        accepting: F: the one absorbing state in which the task is satisfied, or None if there is no good prefix.
+        dead: the one absorbing state from which the task can no longer be satisfied, or None.
+    """
+
+    text: str
+    propositions: tuple[str, ...]
+    transitions: tuple[Diagram, ...]
+    accepting: int | None
+    dead: int | None
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return len(self.transitions)
+
+    def step(self, state: int, label: frozenset[str]) -> int:
+        """Return the state after reading a label."""
+        return leaf(self.transitions[state], label)
+
+    def guards(self, state: int) -> Iterator[tuple[dict[str, bool], int]]:
+        """Yield each guard, as the propositions it fixes, with the state it leads to."""
+        return paths(self.transitions[state])
+
+
+def automaton(formula: str | Formula) -> Automaton:
+    """Return the minimal DFA that accepts exactly the good prefixes of a co-safe formula.
+
+    Args:
+        formula: the formula, or its text.
+
+    Raises:
+        FormulaError: if the text is not a co-safe formula, or its automaton would be too large.
+    """
+    text = str(formula)
+    tree = parse(formula) if isinstance(formula, str) else formula
+    diagrams = Diagrams()
+    transitions, goal = _progress(tree, text, diagrams)
+    satisfied = set() if goal is None else _unavoidable(transitions, goal)
+    return _minimise(transitions, satisfied, diagrams, text, tuple(sorted(propositions_of(tree))))
+
+
+def _irredundant(clauses: set[frozenset[int]]) -> Antichain:
+    kept: list[frozenset[int]] = []
+    for clause in sorted(clauses, key=len):
+        if not any(other <= clause for other in kept):
+            kept.append(clause)
+    return frozenset(kept)
+
+
+def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Diagram], int | None]:
+    """Return the transitions between antichains, and the number of the antichain `true` if it is reached."""
+    either = diagrams.lift(lambda a, b: _irredundant(set(a | b)))
+    both = diagrams.lift(lambda a, b: _irredundant({x | y for x in a for y in b}))
+    subformulas: list[Formula] = []
+
+    @cache
+    def obligations(f: Formula) -> Diagram:
+        """Return a formula as the antichain of what must hold from the next letter on."""
+        match f:
+            case Constant(value):
+                return _TRUE if value else _FALSE
+            case And(left, right):
+                return both(obligations(left), obligations(right))
+            case Or(left, right):
+                return either(obligations(left), obligations(right))
+        subformulas.append(f)
+        return frozenset({frozenset({len(subformulas) - 1})})
+
+    @cache
+    def read(f: Formula) -> Diagram:
+        """Return what is left of a formula after one letter, for every letter."""
+        match f:
+            case Literal(name, positive):
+                return diagrams.branch(name, _TRUE if positive else _FALSE, _FALSE if positive else _TRUE)
+            case Next(operand):
+                return obligations(operand)
+            case Until(left, right):
+                return either(read(right), both(read(left), obligations(f)))
+            case And(left, right):
+                return both(read(left), read(right))
+            case Or(left, right):
+                return either(read(left), read(right))
+        return obligations(f)
+
+    queue: list[Antichain] = [obligations(formula)]  # type: ignore[list-item]
+    number = {queue[0]: 0}
+
+    def enter(state: Antichain) -> int:
+        if state not in number:
+            number[state] = len(queue)
+            queue.append(state)
+            if len(queue) > STATE_LIMIT:
+                raise FormulaError(f"'{text}' needs an automaton of more than {STATE_LIMIT} states")
+        return number[state]
+
+    transitions: list[Diagram] = []
+    for state in queue:
+        after: Diagram = _FALSE
+        for clause in sorted(map(sorted, state)):
+            together: Diagram = _TRUE
+            for obligation in clause:
+                together = both(together, read(subformulas[obligation]))
+            after = either(after, together)
+        transitions.append(diagrams.map(after, enter))
+    return transitions, number.get(_TRUE)
+
+
+def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
+    """Return the states from which every infinite path meets the goal."""
+    predecessors: list[list[int]] = [[] for _ in transitions]
+    missing = []
+    for state, diagram in enumerate(transitions):
+        after = leaves(diagram)
+        missing.append(len(after))
+        for end in after:
+            predecessors[end].append(state)
+    found, queue = {goal}, [goal]
+    for state in queue:
+        for before in predecessors[state]:
+            missing[before] -= 1
+            if missing[before] == 0 and before not in found:
+                found.add(before)
+                queue.append(before)
+    return found
+
+
+def _minimise(
+    transitions: list[Diagram], satisfied: set[int], diagrams: Diagrams, text: str, names: tuple[str, ...]
+) -> Automaton:
+    """Merge equivalent states by partition refinement and number them breadth-first."""
+    goal = min(satisfied, default=None)
+    transitions = [goal if state in satisfied else diagram for state, diagram in enumerate(transitions)]
+    block = [int(state in satisfied) for state in range(len(transitions))]
+    while True:
+        into: Callable[[int], int] = block.__getitem__
+        keys: dict[tuple[int, Diagram], int] = {}
+        refined = [
+            keys.setdefault((block[state], diagrams.map(diagram, into)), len(keys))
+            for state, diagram in enumerate(transitions)
+        ]
+        if len(keys) == len(set(block)):
+            break
+        block = refined
+    representative = {b: state for state, b in reversed(list(enumerate(block)))}
+    queue, number = [block[0]], {block[0]: 0}
+    merged = []
+    for b in queue:
+        merged.append(diagrams.map(transitions[representative[b]], block.__getitem__))
+        for end in leaves(merged[-1]):
+            if end not in number:
+                number[end] = len(number)
+                queue.append(end)
+    numbered = tuple(diagrams.map(diagram, number.__getitem__) for diagram in merged)
+    accepting = None if goal is None else number[block[goal]]
+    dead = next((s for s, diagram in enumerate(numbered) if diagram == s != accepting), None)
+    return Automaton(text, names, numbered, accepting, dead)

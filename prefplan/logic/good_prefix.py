@@ -1,0 +1,106 @@
+"""What a finite trace of labels says about a co-safe formula, decided on the formula itself.
+
+A trace satisfies a formula when it is a *good prefix*: every infinite continuation satisfies the formula. So what is
+looked for is a continuation that falsifies it. To falsify a formula at a position:
+
+- `a`: a does not hold there; `!a`: it does
+- `f & g`: falsify f or falsify g
+- `f | g`: falsify both
+- `X f`: falsify f at the next position
+- `f U g`: falsify g, and either falsify f or falsify `f U g` at the next position
+
+What is left for later is never due, so the falsifying words are those along which obligations can be passed on for
+ever. There are finitely many sets of obligations: such a word exists exactly when some set comes round again.
+
+Nothing here is shared with the automata that the search follows, so that either can judge the other.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+
+from prefplan.logic.formula import And, Constant, Formula, Literal, Next, Or, Until, holds, is_temporal
+
+Label = frozenset[str]
+
+_Obligations = frozenset[Formula]
+"""Formulas to falsify from some position on."""
+
+
+def satisfied_at(formula: Formula, trace: Sequence[Label]) -> int | None:
+    """Return the first position whose label makes the trace up to it satisfy a formula, or None.
+
+    Args:
+        formula: from `prefplan.logic.formula.parse`.
+        trace: the labels read, the start's first.
+    """
+    # Whatever continues a good prefix is one too.
+    position = bisect_left(range(len(trace)), True, key=lambda k: is_satisfied(formula, trace[: k + 1]))
+    return position if position < len(trace) else None
+
+
+def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
+    """Return whether every infinite continuation of a trace satisfies a formula.
+
+    The search goes depth first through (position, obligations); beyond the trace all positions are alike. It ends with
+    a continuation that falsifies the formula where it meets obligations that it is about to pass on.
+    """
+    start = (0, frozenset({formula}))
+    path, done = {start}, set()
+    stack = [(start, _passed_on(start[1], trace[0] if trace else None))]
+    while stack:
+        here, ways = stack[-1]
+        following = min(here[0] + 1, len(trace))
+        for obligations in ways:
+            there = (following, obligations)
+            if there in path:
+                return False
+            if there not in done:
+                path.add(there)
+                stack.append((there, _passed_on(obligations, trace[following] if following < len(trace) else None)))
+                break
+        else:
+            stack.pop()
+            path.remove(here)
+            done.add(here)
+    return True
+
+
+def _passed_on(obligations: _Obligations, label: Label | None) -> Iterator[_Obligations]:
+    """Yield what is left to falsify at the next position, for every way to falsify some formulas at this one.
+
+    Args:
+        obligations: the formulas.
+        label: what holds at this position; None for whatever suits.
+    """
+    pending = [(tuple(obligations), frozenset[Literal](), frozenset[Formula]())]
+    met = set(pending)
+    while pending:
+        now, literals, later = pending.pop()
+        if not now:
+            yield later
+            continue
+        formula, rest = now[0], now[1:]
+        ways: list[tuple[tuple[Formula, ...], frozenset[Literal], frozenset[Formula]]] = []
+        if isinstance(formula, Constant) or (label is not None and not is_temporal(formula)):
+            if not holds(formula, label or frozenset()):
+                ways = [(rest, literals, later)]
+        else:
+            match formula:
+                case Literal(name, positive):
+                    # Falsifying a and !a together is what no label does.
+                    if Literal(name, not positive) not in literals:
+                        ways = [(rest, literals | {formula}, later)]
+                case And(left, right):
+                    ways = [((right, *rest), literals, later), ((left, *rest), literals, later)]
+                case Or(left, right):
+                    ways = [((left, right, *rest), literals, later)]
+                case Next(operand):
+                    ways = [(rest, literals, later | {operand})]
+                case Until(left, right):
+                    ways = [((right, left, *rest), literals, later), ((right, *rest), literals, later | {formula})]
+        for way in ways:
+            if way not in met:
+                met.add(way)
+                pending.append(way)

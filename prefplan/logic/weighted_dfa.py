@@ -1,0 +1,94 @@
+"""Weighted DFA of a task that may be relaxed (the paper's Remarks 1 to 6).
+
+To every transition of the task's automaton belong the readings that relaxations allow: a label read as if some more
+propositions were true, for a price. A task that may be skipped has one more state, entered before the first action;
+where plans begin with a past (`prefplan.replanning`), it waits in yet another one until the past is over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from prefplan.logic.dfa import Automaton
+from prefplan.logic.formula import Formula, holds, propositions_of
+from prefplan.logic.mtbdd import cheapest_leaves
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read a label.
+
+    Attributes:
+        state: automaton state afterwards.
+        price: violation cost in units.
+        bought: indices of the relaxations used.
+    """
+
+    state: int
+    price: int = 0
+    bought: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class WeightedAutomaton:
+    """A task's automaton with relaxations.
+
+    Attributes:
+        automaton: the task's minimal DFA; its states are 0 .. n-1.
+        relaxations: (assumed proposition, condition, price in units) each.
+        skip: price in units of the extra state n, or None.
+        present: the proposition that ends the past, or None.
+    """
+
+    automaton: Automaton
+    relaxations: tuple[tuple[str, Formula, int], ...] = ()
+    skip: int | None = None
+    present: str | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of states, the skipped one and the one before it included."""
+        return self.automaton.size + (self.skip is not None) * (1 if self.present is None else 2)
+
+    @property
+    def skipped(self) -> int | None:
+        """The state of a task that was dropped."""
+        return None if self.skip is None else self.automaton.size
+
+    def skipping(self, label: frozenset[str]) -> int | None:
+        """Return the state of a task that is dropped as a label is read, or was before."""
+        waits = self.present is not None and self.present not in label
+        return None if self.skip is None else self.automaton.size + waits
+
+    @property
+    def propositions(self) -> frozenset[str]:
+        """Those on which readings depend."""
+        conditions = (propositions_of(when) | {assumed} for assumed, when, _ in self.relaxations)
+        present = set() if self.skip is None or self.present is None else {self.present}
+        return frozenset(self.automaton.propositions).union(present, *conditions)
+
+    def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
+        """Return the ways to read a label, the free one first, the others the cheapest for each state they lead to.
+
+        Nothing is ever bought once the task is satisfied or dropped. Ties go to fewer relaxations, then to the order
+        in which they were written.
+        """
+        if state == self.skipped:
+            return [Reading(state)]
+        if state > self.automaton.size and (then := self.skipping(label)) is not None:
+            return [Reading(then)]
+        free = Reading(self.automaton.step(state, label))
+        if state == self.automaton.accepting:
+            return [free]
+        offers: dict[str, tuple[int, int]] = {}
+        for i, (assumed, when, price) in enumerate(self.relaxations):
+            if assumed not in label and holds(when, label):
+                offers[assumed] = min(offers.get(assumed, (price, i)), (price, i))
+        if not offers:
+            return [free]
+        bought = {free.state: free} | {
+            after: Reading(after, price, used)
+            for after, (price, _, used) in cheapest_leaves(self.automaton.transitions[state], label, offers).items()
+            if after != free.state
+        }
+        return sorted(bought.values(), key=lambda reading: (len(reading.bought), reading.bought))

@@ -1,0 +1,81 @@
+"""The cost of every action between every two poses of the hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+
+from prefplan.errors import ModelError
+from prefplan.exact_costs import exact, in_common_unit
+from prefplan.models.manipulation.action_costs import ACTION_KINDS, UNMEASURED, MeasuredCosts
+from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.slots import location_of
+
+
+def cost_matrix(model: Description, hands: Sequence[str]) -> tuple[np.ndarray, Fraction]:
+    """Return the cost of every kind of action between every two poses of the hand.
+
+    A pose that was never measured, such as that of an object that fell, costs what the nearest measured one does; one
+    that is over no location is as good as the start pose.
+
+    Args:
+        model: its costs and locations.
+        hands: names of the H poses.
+
+    Returns:
+        (4, H, H) by kind, hand before and hand after, multiples of a unit, `UNMEASURED` where unknown; and that unit.
+    """
+    costs = model.costs
+    if not isinstance(costs, MeasuredCosts):
+        kinds, unit = in_common_unit([exact(costs[kind]) for kind in ACTION_KINDS])
+        return np.broadcast_to(kinds[:, None, None], (4, len(hands), len(hands))), unit
+    values, unit = in_common_unit([exact(cost) for cost in costs.entries.values()])
+    entries = dict(zip(costs.entries, values.tolist(), strict=True))
+    measured = sorted({hand for pair in entries for hand in pair[1:]})
+    nearest = {hand: _nearest(model, hand, measured) for hand in hands}
+    matrix = np.full((len(ACTION_KINDS), len(hands), len(hands)), UNMEASURED, dtype=values.dtype)
+    for (k, kind), (i, before), (j, after) in product(enumerate(ACTION_KINDS), enumerate(hands), enumerate(hands)):
+        options = [
+            (far + near, entries[kind, a, b])
+            for (a, far), (b, near) in product(nearest[before].items(), nearest[after].items())
+            if (kind, a, b) in entries
+        ]
+        if options:
+            matrix[k, i, j] = min(options)[1]
+    return matrix, unit
+
+
+def unmeasured(action: str, before: str) -> ModelError:
+    """Return the error of an action that has no measured cost.
+
+    Args:
+        action: as in plans, e.g. `transit left`.
+        before: the hand's pose before it.
+    """
+    return ModelError(
+        f"costs.measured: {action!r} with the hand at {before!r} was not measured; `prefplan measure` measures it"
+    )
+
+
+def _nearest(model: Description, hand: str, measured: Sequence[str]) -> dict[str, float]:
+    """Return the measured poses that may stand in for one, each with its distance in m."""
+    if hand in measured or not measured:
+        return {hand: 0.0}
+    here = _point(model, hand)
+    if here is None:
+        return {other: float(other != model.start) for other in measured}
+    points = {other: _point(model, other) for other in measured}
+    return {other: math.dist(here, point) for other, point in points.items() if point is not None}
+
+
+def _point(model: Description, name: str) -> tuple[float, float] | None:
+    """Return the (x, y) of a pose's location in m, of one on others their middle; None if there is no such location."""
+    place = next((place for place in model.locations if place.name == location_of(name)), None)
+    if place is None or place.at is not None:
+        return None if place is None else place.at
+    below = [point for point in (_point(model, support) for support in place.on) if point is not None]
+    return (sum(x for x, _ in below) / len(below), sum(y for _, y in below) / len(below)) if below else None

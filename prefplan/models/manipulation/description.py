@@ -1,0 +1,227 @@
+"""What a manipulation model is made of: locations, objects, costs, and a symbolic state of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from prefplan.errors import ModelError, choices
+from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, check_costs
+from prefplan.models.transition_system import check_names
+
+
+@dataclass(frozen=True)
+class Location:
+    """A place where objects rest.
+
+    Attributes:
+        at: (x, y) on the table in metres, robot base frame; None when it lies on other locations.
+        on: locations that must all hold an object before something can be put here.
+        capacity: how many objects have room.
+        marks: what happens to an object released here: `<object>_<marks>` holds from then on.
+        kind: what it looks like in simulation; None for a plain spot.
+        closed: True if nothing can be put here: a place where something happens to lie.
+        clear_of: locations that keep objects from being put here, or taken from here if it is closed, while they hold
+            any.
+    """
+
+    name: str
+    at: tuple[float, float] | None = None
+    on: tuple[str, ...] = ()
+    capacity: int = 1
+    marks: str | None = None
+    kind: str | None = None
+    closed: bool = False
+    clear_of: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Object:
+    """A thing the arm may move.
+
+    Attributes:
+        start: name of the location where it rests at first.
+        fixed: True if it is never grasped.
+        rgba: colour in simulation, each in 0 .. 1; None for a default.
+        kind: its shape in simulation, such as `cube`.
+        size: its lengths in metres, which and how many its kind says; None for a cube of usual size.
+    """
+
+    name: str
+    start: str
+    fixed: bool = False
+    rgba: tuple[float, float, float, float] | None = None
+    kind: str = "cube"
+    size: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class ManipulationState:
+    """One symbolic state.
+
+    Attributes:
+        hand: location the hand is over, or the start pose's name.
+        held: object in the hand, or None.
+        places: (object, location) for every object that rests somewhere, in the model's order.
+        marks: (object, mark) for every mark an object carries.
+        slots: (object, slot) for every object at a location with several, in the model's order, as far as slots are
+            told apart: see `prefplan.models.manipulation.slots`.
+        hand_slot: the slot that the hand is over, if its location has several and they are told apart; None also for
+            the middle between them.
+    """
+
+    hand: str
+    held: str | None
+    places: tuple[tuple[str, str], ...]
+    marks: frozenset[tuple[str, str]] = frozenset()
+    slots: tuple[tuple[str, int], ...] = ()
+    hand_slot: int | None = None
+
+    @property
+    def place(self) -> dict[str, str]:
+        """The location of every object that rests somewhere."""
+        return dict(self.places)
+
+    @property
+    def label(self) -> frozenset[str]:
+        """The propositions true in this state."""
+        names = {f"{thing}_{place}" for thing, place in (*self.places, *self.marks)}
+        return frozenset(names | ({f"holding_{self.held}"} if self.held else set()))
+
+    def __str__(self) -> str:
+        """Return the state on one line."""
+        parts = [f"hand at {self.hand}"]
+        if self.held:
+            parts.append(f"holding {self.held}")
+        parts += [f"{o} on {place}" for o, place in self.places]
+        parts += [f"{o} {mark}" for o, mark in sorted(self.marks)]
+        return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class Description:
+    """Locations, objects and action costs: a manipulation model without its state space.
+
+    Attributes:
+        start: where the hand is at first: a location, or any other word for a pose it leaves for good.
+        costs: cost of each action kind, `transit grasp transport release`, or measured ones.
+        locations: in the order of the file.
+        objects: in the order of the file.
+        propositions: names that may be used in formulas although no state carries them.
+        begin: the state it begins in, if that is not the hand at `start` and every object where it starts.
+
+    Raises:
+        ModelError: (on construction) for names that clash, unknown supports, overfull or unsupported starts,
+            or missing or negative costs. The message starts with the key as in a scenario file.
+    """
+
+    start: str
+    costs: ActionCosts
+    locations: tuple[Location, ...]
+    objects: tuple[Object, ...]
+    propositions: frozenset[str] = field(default_factory=frozenset)
+    begin: ManipulationState | None = None
+
+    def __post_init__(self) -> None:
+        """Check that the parts fit together."""
+        check_costs(self.costs)
+        _check_locations(self.locations)
+        _check_objects(self)
+        _check_propositions(self)
+
+    def location(self, name: str) -> Location:
+        """Return the location of that name."""
+        return next(place for place in self.locations if place.name == name)
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """The distinct marks that locations leave, in the order of the file."""
+        return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
+
+    @property
+    def rooms(self) -> dict[str, int]:
+        """How many slots of each location are told apart: all where costs are measured, otherwise they are one."""
+        apart = isinstance(self.costs, MeasuredCosts)
+        return {place.name: place.capacity if apart else 1 for place in self.locations}
+
+    @property
+    def initial_state(self) -> ManipulationState:
+        """The state to begin in: unless it is given, the hand at `start`, every object where it starts, no marks."""
+        places = tuple((thing.name, thing.start) for thing in self.objects)
+        return self.begin or ManipulationState(self.start, None, places)
+
+
+def _check_locations(locations: tuple[Location, ...]) -> None:
+    if not locations:
+        raise ModelError("locations: at least one is needed")
+    names = [place.name for place in locations]
+    check_names(names, where="locations")
+    for place in locations:
+        where = f"locations.{place.name}"
+        if names.count(place.name) > 1:
+            raise ModelError(f"{where}: defined twice")
+        if (place.at is None) == (not place.on):
+            raise ModelError(f"{where}: needs exactly one of 'at' (a point on the table) and 'on' (its supports)")
+        for support in place.on:
+            if support not in names or support == place.name:
+                others = [name for name in names if name != place.name]
+                raise ModelError(f"{where}.on: unknown location {support!r} {choices(support, others)}")
+        for other in place.clear_of:
+            if other not in names:
+                raise ModelError(f"{where}.clear_of: unknown location {other!r} {choices(other, names)}")
+        if place.capacity < 1:
+            raise ModelError(f"{where}.capacity: must be at least 1, not {place.capacity}")
+        if place.marks is not None:
+            check_names([place.marks], where=f"{where}.marks")
+        if place.at is not None and not all(map(math.isfinite, place.at)):
+            raise ModelError(f"{where}.at: must be finite numbers, not {list(place.at)}")
+    supports = {place.name: place.on for place in locations}
+    for name in names:
+        below, seen = set(supports[name]), set()
+        while below:
+            if name in below:
+                raise ModelError(f"locations.{name}.on: it would rest on itself")
+            seen |= below
+            below = {deeper for support in below for deeper in supports[support]} - seen
+
+
+def _check_objects(model: Description) -> None:
+    names = [place.name for place in model.locations]
+    check_names([thing.name for thing in model.objects], where="objects")
+    resting: dict[str, list[str]] = {name: [] for name in names}
+    for thing in model.objects:
+        where = f"objects.{thing.name}"
+        if [other.name for other in model.objects].count(thing.name) > 1:
+            raise ModelError(f"{where}: defined twice")
+        if thing.start not in resting:
+            raise ModelError(f"{where}.start: unknown location {thing.start!r} {choices(thing.start, names)}")
+        if thing.rgba is not None and not all(0 <= part <= 1 for part in thing.rgba):
+            raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(thing.rgba)}")
+        if model.begin is not None:
+            continue
+        resting[thing.start].append(thing.name)
+        capacity = model.location(thing.start).capacity
+        if len(resting[thing.start]) > capacity:
+            there = " and ".join(resting[thing.start])
+            raise ModelError(f"{where}.start: {there} both start at {thing.start!r}, which has room for {capacity}")
+    for thing in model.objects if model.begin is None else ():
+        for support in model.location(thing.start).on:
+            if not resting[support]:
+                raise ModelError(
+                    f"objects.{thing.name}.start: {thing.start!r} rests on {support!r}, where no object starts"
+                )
+
+
+def _check_propositions(model: Description) -> None:
+    check_names(model.propositions, where="propositions")
+    origin: dict[str, str] = {}
+    for thing in model.objects:
+        names = [(f"holding_{thing.name}", f"holding {thing.name!r}")]
+        names += [(f"{thing.name}_{place.name}", f"{thing.name!r} at {place.name!r}") for place in model.locations]
+        names += [(f"{thing.name}_{mark}", f"{thing.name!r} marked {mark!r}") for mark in model.marks]
+        for name, meaning in names:
+            if name in origin:
+                raise ModelError(
+                    f"objects.{thing.name}: proposition {name!r} would mean both {origin[name]} and {meaning}"
+                )
+            origin[name] = meaning

@@ -1,0 +1,279 @@
+"""Preference functions mu over the tasks' costs (Definition 5); lower is better.
+
+A preference is written in terms of task names and the user's units. `terms` breaks it into what the search knows how to
+follow; `prefplan.preferences.objective` binds those to a problem.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Protocol
+
+from prefplan.errors import ModelError, PreferenceError, choices
+from prefplan.exact_costs import Number, exact
+from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls
+from prefplan.preferences.expression import Constant, Operation, Variable, parse
+from prefplan.preferences.expression import Expression as Tree
+from prefplan.preferences.terms import (
+    Formula,
+    Maximum,
+    OrderRate,
+    SpreadRate,
+    Tardiness,
+    Term,
+    Violation,
+    WeightedRate,
+    decompose,
+    derived_contract,
+)
+
+OVER = ("cost", "violation")
+
+
+class Preference(Protocol):
+    """What the rest of the planner needs to know of a preference."""
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return what mu is the sum of, for these tasks; fractions are constants.
+
+        Raises:
+            PreferenceError: with the key in front, if the preference does not fit the tasks.
+        """
+
+
+@dataclass(frozen=True)
+class Order:
+    """Delay against a desired order of satisfaction (the paper's Example 3).
+
+    mu = sum_k max(0, c_{o_k} - c*_k), with o the desired order and c* the sorted costs; members of a group are
+    interchangeable, i.e. mu is the smallest over all orders of a group's members.
+
+    Attributes:
+        order: names of all tasks, each once, or groups of names; None for the tasks' own order.
+    """
+
+    order: tuple[str | tuple[str, ...], ...] | None = None
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return the one additive term."""
+        named: list[str] = []
+        groups = []
+        for entry in tasks if self.order is None else self.order:
+            group = (entry,) if isinstance(entry, str) else tuple(entry)
+            for name in group:
+                _check_task("order", name, tasks)
+                if name in named:
+                    raise PreferenceError(f"order: {name!r} is named twice")
+                named.append(name)
+            groups.append(tuple(tasks.index(name) for name in group))
+        if missing := [task for task in tasks if task not in named]:
+            raise PreferenceError(f"order: every task needs a place; missing {', '.join(missing)}")
+        return [OrderRate(tuple(groups))]
+
+
+@dataclass(frozen=True)
+class WeightedSum:
+    """mu = sum_i w_i c_i, or over violation costs sum_i w_i v_i.
+
+    Attributes:
+        weights: a weight >= 0 for every task.
+        over: `cost` or `violation`.
+    """
+
+    weights: Mapping[str, Number]
+    over: str = "cost"
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return the one additive term."""
+        weights = _weights(self.weights, tasks, default=None)
+        return [Violation(weights) if _over_violation(self.over) else WeightedRate(weights)]
+
+
+@dataclass(frozen=True)
+class Max:
+    """mu = max_i w_i c_i, or over violation costs max_i w_i v_i.
+
+    Attributes:
+        weights: weights >= 0; tasks not named weigh 1.
+        over: `cost` or `violation`.
+    """
+
+    weights: Mapping[str, Number] | None = None
+    over: str = "cost"
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return the one convex term, or over violation costs a componentwise one."""
+        weights = _weights(self.weights or {}, tasks, default=Fraction(1))
+        if not _over_violation(self.over):
+            return [Maximum(weights)]
+        operands = [Operation("*", (Constant(w), Variable(i, True))) for i, w in enumerate(weights)]
+        return [Formula(Operation("max", tuple(operands)), None, "componentwise", len(tasks))]
+
+
+@dataclass(frozen=True)
+class Due:
+    """A deadline: cost `by` which a task should be satisfied, and the weight of each unit of tardiness."""
+
+    by: Number
+    weight: Number = 1
+
+
+@dataclass(frozen=True)
+class Deadline:
+    """Weighted tardiness: mu = sum_i weight_i max(0, c_i - by_i), or the same over violation costs.
+
+    Attributes:
+        deadlines: by task; tasks not named have none.
+        over: `cost` or `violation`.
+    """
+
+    deadlines: Mapping[str, Due]
+    over: str = "cost"
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return a convex term for each deadline, or over violation costs one componentwise term."""
+        found = []
+        for name, due in self.deadlines.items():
+            _check_task("deadlines", name, tasks)
+            weight = _weight(f"deadlines.{name}.weight", due.weight)
+            found.append(Tardiness(tasks.index(name), _weight(f"deadlines.{name}.by", due.by), weight))
+        if not _over_violation(self.over):
+            return list(found)
+        tree: Tree = Constant(Fraction(0))
+        for term in found:
+            late = Operation("-", (Variable(term.task, True), Constant(term.by)))
+            positive = Operation("max", (Constant(Fraction(0)), late))
+            tree = Operation("+", (tree, Operation("*", (Constant(term.weight), positive))))
+        return [Formula(tree, None, "componentwise", len(tasks))]
+
+
+@dataclass(frozen=True)
+class Expression:
+    """mu as a formula over the tasks' costs: `+ - * / min max abs`, numbers and brackets.
+
+    Attributes:
+        expression: a task's name stands for its cost.
+        contract: what may be assumed of it; None to have it derived. A declared contract is tried on random costs.
+        over: `cost` or `violation`.
+    """
+
+    expression: str
+    contract: str | None = None
+    over: str = "cost"
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return the additive and convex terms the expression is made of, or itself."""
+        tree = parse(self.expression, tasks, violation=_over_violation(self.over))
+        shown = derived_contract(tree)
+        contract = _contract(self.contract) or shown
+        whole = Formula(tree, None, contract, len(tasks), claimed=contract not in (shown, "general"))
+        check_never_falls(whole, tasks, "expression")
+        if self.contract is not None:
+            check_contract(whole, tasks, "contract")
+        parts = decompose(tree, len(tasks), Fraction(1))
+        if parts is None or self.contract == "general":
+            return [whole]
+        return [*parts[0], parts[1]]
+
+
+@dataclass(frozen=True)
+class Function:
+    """mu as a Python function, compiled by numba where it can be.
+
+    Attributes:
+        function: (costs, violations) -> mu; both are float64 arrays of shape (N,) in the user's units.
+        contract: what may be assumed of it; it is tried on random costs.
+    """
+
+    function: Callable[[Any, Any], float]
+    contract: str = "general"
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return the function as a term."""
+        whole = Formula(None, self.function, _contract(self.contract) or "general", len(tasks), claimed=True)
+        check_never_falls(whole, tasks, "function")
+        check_contract(whole, tasks, "contract")
+        return [whole]
+
+
+@dataclass(frozen=True)
+class Sum:
+    """mu = sum_k w_k mu_k.
+
+    Attributes:
+        parts: preferences and their weights >= 0.
+    """
+
+    parts: tuple[tuple[Preference, Number], ...]
+
+    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+        """Return the terms of all parts."""
+        if not self.parts:
+            raise PreferenceError("terms: a sum needs at least one")
+        found: list[Term | Fraction] = []
+        for k, (part, number) in enumerate(self.parts):
+            try:
+                weight = _weight("weight", number)
+                found += [_weighted(term, weight) for term in part.terms(tasks)]
+            except PreferenceError as error:
+                raise PreferenceError(f"terms[{k}].{error}") from None
+        return found
+
+
+def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
+    match term:
+        case Fraction():
+            return weight * term
+        case OrderRate(groups, own):
+            return OrderRate(groups, weight * own)
+        case WeightedRate(weights):
+            return WeightedRate(tuple(weight * w for w in weights))
+        case SpreadRate(own, members):
+            return SpreadRate(weight * own, members)
+        case Violation(weights):
+            return Violation(tuple(weight * w for w in weights))
+        case Tardiness(task, by, own):
+            return Tardiness(task, by, weight * own)
+        case Maximum(weights):
+            return Maximum(tuple(weight * w for w in weights))
+        case Formula():
+            return replace(term, weight=weight * term.weight)
+    raise AssertionError(term)
+
+
+def _weights(weights: Mapping[str, Number], tasks: Sequence[str], default: Fraction | None) -> tuple[Fraction, ...]:
+    for name in weights:
+        _check_task("weights", name, tasks)
+    missing = [task for task in tasks if task not in weights]
+    if missing and default is None:
+        raise PreferenceError(f"weights: every task needs one; missing {', '.join(missing)}")
+    return tuple(_weight(f"weights.{t}", weights[t]) if t in weights else default or Fraction(0) for t in tasks)
+
+
+def _weight(where: str, weight: Number) -> Fraction:
+    try:
+        number = exact(weight, where)
+    except ModelError as error:
+        raise PreferenceError(str(error)) from None
+    if number < 0:
+        raise PreferenceError(f"{where}: must not be negative, but is {weight}")
+    return number
+
+
+def _check_task(where: str, name: str, tasks: Sequence[str]) -> None:
+    if name not in tasks:
+        raise PreferenceError(f"{where}: unknown task {name!r} {choices(name, tasks)}")
+
+
+def _over_violation(over: str) -> bool:
+    if over not in OVER:
+        raise PreferenceError(f"over: {over!r} is unknown {choices(over, OVER)}")
+    return over == "violation"
+
+
+def _contract(contract: str | None) -> str | None:
+    if contract is not None and contract not in CONTRACTS:
+        raise PreferenceError(f"contract: {contract!r} is unknown {choices(contract, CONTRACTS)}")
+    return contract

@@ -1,0 +1,159 @@
+"""A preference bound to a problem: exact values of mu, and what the search must keep to compare labels.
+
+| terms                                               | label key                                              |
+| --------------------------------------------------- | ------------------------------------------------------ |
+| rates, violation sums, tardiness                    | one entry together: what they amount to                |
+| one maximum and nothing else                        | its value                                              |
+| several maxima, or a maximum beside others          | the value of each                                      |
+| formulas, `componentwise`                           | c_i of satisfied tasks and v_i that they mention       |
+| formulas, `general`                                 | the same, and only equal keys are compared             |
+| formulas declared `additive` or `convex`            | the value of each                                      |
+
+The entry of rates and tardiness is enough: the future growth of a rate depends on S alone, and tardiness of an
+unsatisfied task is a convex function of g, so that of two labels of one product state the one with less (g, entry)
+stays ahead. A lone maximum m = max_i w_i c_i continues as max(m, w_i (g + ...)), which does not fall in (g, m).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from prefplan.errors import PreferenceError
+from prefplan.exact_costs import common_unit
+from prefplan.preferences.expression import divides, scaled
+from prefplan.preferences.terms import Formula, Maximum, Rate, Tardiness, Term, Violation
+
+TASK_LIMIT = 20
+"""Tables over all sets of satisfied tasks have 2^N entries."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """mu as a sum of terms over N tasks.
+
+    Attributes:
+        tasks: how many tasks there are.
+        terms: what mu is the sum of.
+        constant: added to that.
+    """
+
+    tasks: int
+    terms: tuple[Term, ...]
+    constant: Fraction = Fraction(0)
+
+    @classmethod
+    def of(cls, parts: Sequence[Term | Fraction], tasks: int) -> Measure:
+        """Return the measure of a preference's terms and constants."""
+        constants = [part for part in parts if isinstance(part, Fraction)]
+        terms = tuple(part for part in parts if not isinstance(part, Fraction))
+        if sum(isinstance(term, Formula) and term.function is not None for term in terms) > 1:
+            raise PreferenceError("terms: a sum can hold one Python function only")
+        return cls(tasks, terms, sum(constants, Fraction(0)))
+
+    def value(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Any:
+        """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
+        return sum((term.value(costs, violations) for term in self.terms), self.constant)
+
+    def _some(self, kind: Any) -> list[Any]:
+        return [term for term in self.terms if isinstance(term, kind)]
+
+    @cached_property
+    def formulas(self) -> list[Formula]:
+        """The terms that only their values are known of."""
+        return self._some(Formula)
+
+    @property
+    def maxima(self) -> list[Maximum]:
+        """The weighted maxima."""
+        return self._some(Maximum)
+
+    @property
+    def tardiness(self) -> list[Tardiness]:
+        """The deadlines."""
+        return self._some(Tardiness)
+
+    @property
+    def rates(self) -> list[Rate]:
+        """The additive terms over cost."""
+        return self._some(Rate)
+
+    @property
+    def weighs_violation(self) -> bool:
+        """Whether any term depends on violation costs."""
+        return bool(self._some(Violation)) or any(formula.violations for formula in self.formulas)
+
+    @property
+    def bi_objective(self) -> bool:
+        """Whether (g, mu) is a sufficient label key."""
+        return not self.formulas and len(self.maxima) <= (0 if len(self.terms) > 1 else 1)
+
+    @property
+    def contract(self) -> str:
+        """The weakest contract that covers all terms."""
+        declared = {formula.contract for formula in self.formulas}
+        if "general" in declared:
+            return "general"
+        if self.bi_objective:
+            return "convex" if self.tardiness or self.maxima else "additive"
+        if len(self.terms) == 1 and declared:
+            return declared.pop()
+        return "componentwise"
+
+    @property
+    def rounds(self) -> bool:
+        """Whether a value that labels are compared by is a quotient, which compiled code would round."""
+        compared = [formula for formula in self.formulas if formula.contract in ("additive", "convex")]
+        return any(formula.tree is not None and divides(formula.tree) for formula in compared)
+
+    def unit(self, cost: Fraction, price: Fraction) -> Fraction:
+        """Return a unit of mu in which all terms but those with functions or divisions are whole, given those of costs.
+
+        Args:
+            cost: unit of costs.
+            price: unit of violation costs.
+        """
+        amounts = [weight * cost for rate in self.rates for weight in rate.weights_used]
+        amounts += [weight * cost for term in self.maxima for weight in term.weights]
+        for late in self.tardiness:
+            amounts += [late.weight * cost, late.weight * late.by]
+        amounts += [weight * price for weight in self.violation_weights]
+        amounts += [formula.weight * scaled(formula.tree, cost, price)[1] for formula in self.formulas if formula.tree]
+        return common_unit(amounts)
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the contract is the user's claim: it was tried on random costs, not shown."""
+        return any(formula.claimed for formula in self.formulas)
+
+    @cached_property
+    def violation_weights(self) -> list[Fraction]:
+        """(N,) weights of the violation costs in additive terms."""
+        terms = self._some(Violation)
+        return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks)]
+
+    def largest_rate(self) -> Fraction:
+        """Return a bound of how much the additive terms over cost and tardiness grow for a unit of cost."""
+        rates = (sum(rate.weights_used, Fraction(0)) * rate.most for rate in self.rates)
+        return sum(rates, Fraction(0)) + sum((late.weight for late in self.tardiness), Fraction(0))
+
+    def rate_table(self, factor: Fraction) -> np.ndarray:
+        """Return the (2^N,) int64 growth of mu in each satisfied set, times a factor that makes it whole."""
+        table = np.zeros(2**self.tasks, dtype=np.int64)
+        for rate in self.rates:
+            table += rate.table(self.tasks, factor)
+        return table
+
+    def maximum_table(self, factor: Fraction) -> np.ndarray:
+        """Return the (M, 2^N) int64 largest weight of an unsatisfied task, times a factor that makes it whole."""
+        sets = np.arange(2**self.tasks)
+        table = np.zeros((len(self.maxima), len(sets)), dtype=np.int64)
+        for k, term in enumerate(self.maxima):
+            for i, weight in enumerate(term.weights):
+                table[k] = np.maximum(table[k], (1 - (sets >> i & 1)) * int(weight * factor))
+        return table

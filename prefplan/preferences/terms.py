@@ -1,0 +1,373 @@
+"""What a preference function is the sum of, each term with the label entries that are enough to follow it.
+
+See `prefplan.preferences.objective` for how terms become label keys. N tasks, S the satisfied set as bits, g the cost
+so far; the cost of a task not in S is g.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, ClassVar
+
+import numpy as np
+
+from prefplan.preferences.expression import Constant, Expression, Operation, Variable, evaluate, shape, variables
+
+Costs = Sequence[Fraction]
+
+
+@dataclass(frozen=True)
+class OrderRate:
+    """Additive: the order preference, weighted.
+
+    While S is satisfied mu grows by sum over groups G of max(0, #{places of G <= |S|} - |S & G|). For groups of one
+    that is Example 3's definition: the frozen costs fill the first |S| places of c*, so an unsatisfied task at such a
+    place is delayed by every unit spent, and all other differences stay at most 0.
+
+    Attributes:
+        groups: the tasks in the desired order; a group's members are interchangeable.
+        weight: factor.
+    """
+
+    groups: tuple[tuple[int, ...], ...]
+    weight: Fraction = Fraction(1)
+
+    @property
+    def weights_used(self) -> tuple[Fraction, ...]:
+        """Numbers of which every rate is a sum."""
+        return (self.weight,)
+
+    @property
+    def most(self) -> int:
+        """How many times their sum the largest rate may be."""
+        return sum(map(len, self.groups))
+
+    def rate(self, satisfied: int) -> Fraction:
+        """Return the rate of a satisfied set, given as bits."""
+        return self._sum(satisfied, satisfied.bit_count(), frozenset(i for group in self.groups for i in group))
+
+    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
+        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
+        sets = np.arange(2**tasks)
+        count, place = np.bitwise_count(sets).astype(np.int64), 0
+        total = np.zeros(len(sets), dtype=np.int64)
+        for group in self.groups:
+            due = np.clip(count - place, 0, len(group))
+            total += np.maximum(0, due - sum(sets >> i & 1 for i in group))
+            place += len(group)
+        return total * int(self.weight * scale)
+
+    def among(self, members: frozenset[int], satisfied: int) -> Fraction:
+        """Return the rate if some tasks were the only ones, in the same order; it is at most the rate of all tasks.
+
+        With each group's satisfied tasks first, the rate is the largest min(missing up to place t, present beyond t)
+        over all t, as both are equal at t = |S|. Leaving tasks out makes neither count larger.
+        """
+        some = tuple(tuple(i for i in group if i in members) for group in self.groups)
+        return OrderRate(tuple(group for group in some if group), self.weight).rate(satisfied)
+
+    def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
+        """Return the part that some whole groups are to blame for, with `outside` more tasks satisfied."""
+        return self._sum(satisfied, satisfied.bit_count() + outside, members)
+
+    def _sum(self, satisfied: int, count: int, members: frozenset[int]) -> Fraction:
+        place, total = 0, 0
+        for group in self.groups:
+            if members.issuperset(group):
+                due = min(max(count - place, 0), len(group))
+                total += max(0, due - sum(satisfied >> i & 1 for i in group))
+            place += len(group)
+        return self.weight * total
+
+    def value(self, costs: Costs, violations: Costs) -> Fraction:
+        """Return sum_k max(0, c_{o_k} - c*_k) with each group sorted by cost.
+
+        Sorting attains the smallest sum over a group's orders, as max(0, c - c*) is convex in the difference.
+        """
+        desired = (c for group in self.groups for c in sorted(costs[i] for i in group))
+        return self.weight * sum((max(Fraction(0), c - ideal) for c, ideal in zip(desired, sorted(costs), strict=True)))
+
+
+@dataclass(frozen=True)
+class WeightedRate:
+    """Additive: sum_i w_i c_i; it grows by the weights of the unsatisfied tasks."""
+
+    weights: tuple[Fraction, ...]
+    most: ClassVar[int] = 1
+
+    @property
+    def weights_used(self) -> tuple[Fraction, ...]:
+        """Numbers of which every rate is a sum."""
+        return self.weights
+
+    def rate(self, satisfied: int) -> Fraction:
+        """Return the rate of a satisfied set, given as bits."""
+        return sum((w for i, w in enumerate(self.weights) if not satisfied >> i & 1), Fraction(0))
+
+    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
+        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
+        sets = np.arange(2**tasks)
+        return sum((1 - (sets >> i & 1)) * int(w * scale) for i, w in enumerate(self.weights)) + 0 * sets
+
+    def among(self, members: frozenset[int], satisfied: int) -> Fraction:
+        """Return the rate if some tasks were the only ones."""
+        return self.part(members, satisfied, 0)
+
+    def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
+        """Return the part that some tasks are to blame for."""
+        return sum((self.weights[i] for i in members if not satisfied >> i & 1), Fraction(0))
+
+    def value(self, costs: Costs, violations: Costs) -> Fraction:
+        """Return the weighted sum."""
+        return sum((w * c for w, c in zip(self.weights, costs, strict=True)), Fraction(0))
+
+
+@dataclass(frozen=True)
+class SpreadRate:
+    """Additive: weight * (max - min) of some tasks' costs; it grows while some, but not all, are satisfied."""
+
+    weight: Fraction
+    members: frozenset[int]
+    most: ClassVar[int] = 1
+
+    @property
+    def weights_used(self) -> tuple[Fraction, ...]:
+        """Numbers of which every rate is a sum."""
+        return (self.weight,)
+
+    def rate(self, satisfied: int) -> Fraction:
+        """Return the rate of a satisfied set, given as bits."""
+        done = sum(satisfied >> i & 1 for i in self.members)
+        return self.weight if 0 < done < len(self.members) else Fraction(0)
+
+    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
+        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
+        done = np.bitwise_count(np.arange(2**tasks) & sum(1 << i for i in self.members))
+        return np.where((done > 0) & (done < len(self.members)), int(self.weight * scale), 0)
+
+    def among(self, members: frozenset[int], satisfied: int) -> Fraction:
+        """Return the whole rate if all its tasks are among some, else nothing."""
+        return self.part(members, satisfied, 0)
+
+    def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
+        """Return the whole rate if all its tasks are among some, else nothing."""
+        return self.rate(satisfied) if self.members <= members else Fraction(0)
+
+    def value(self, costs: Costs, violations: Costs) -> Fraction:
+        """Return the weighted spread."""
+        some = [costs[i] for i in self.members]
+        return self.weight * (max(some) - min(some))
+
+
+Rate = OrderRate | WeightedRate | SpreadRate
+
+
+@dataclass(frozen=True)
+class Violation:
+    """Additive: a weighted sum of violation costs."""
+
+    weights: tuple[Fraction, ...]
+
+    def value(self, costs: Costs, violations: Costs) -> Fraction:
+        """Return the weighted sum."""
+        return sum((w * v for w, v in zip(self.weights, violations, strict=True)), Fraction(0))
+
+
+@dataclass(frozen=True)
+class Tardiness:
+    """Convex, of a single task's cost: weight * max(0, c - by)."""
+
+    task: int
+    by: Fraction
+    weight: Fraction
+
+    def value(self, costs: Costs, violations: Costs) -> Fraction:
+        """Return the weighted tardiness."""
+        return self.weight * max(Fraction(0), costs[self.task] - self.by)
+
+
+@dataclass(frozen=True)
+class Maximum:
+    """Convex: max_i weights_i c_i."""
+
+    weights: tuple[Fraction, ...]
+
+    def value(self, costs: Costs, violations: Costs) -> Fraction:
+        """Return the weighted maximum."""
+        return max(w * c for w, c in zip(self.weights, costs, strict=True))
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An expression that is none of the above, or a Python function.
+
+    Attributes:
+        tree: the expression; None for a function.
+        function: (costs, violations) -> value; None for an expression.
+        contract: what may be assumed of it: `additive`, `convex`, `componentwise` or `general`.
+        tasks: how many tasks there are.
+        weight: factor.
+        claimed: whether the contract is the user's claim, tried but not shown.
+    """
+
+    tree: Expression | None
+    function: Callable[[Any, Any], float] | None
+    contract: str
+    tasks: int
+    weight: Fraction = Fraction(1)
+    claimed: bool = False
+
+    @property
+    def costs(self) -> tuple[int, ...]:
+        """The tasks whose cost matters."""
+        if self.tree is None:
+            return tuple(range(self.tasks))
+        return tuple(sorted(v.task for v in variables(self.tree) if not v.violation))
+
+    @property
+    def violations(self) -> tuple[int, ...]:
+        """The tasks whose violation cost matters."""
+        if self.tree is None:
+            return tuple(range(self.tasks))
+        return tuple(sorted(v.task for v in variables(self.tree) if v.violation))
+
+    def value(self, costs: Costs, violations: Costs) -> Any:
+        """Return the value: a fraction for an expression, a float for a function."""
+        if self.tree is not None:
+            return self.weight * evaluate(self.tree, costs, violations)
+        assert self.function is not None
+        arguments = (np.array([float(c) for c in costs]), np.array([float(v) for v in violations]))
+        return float(self.weight) * float(self.function(*arguments))
+
+
+Term = OrderRate | WeightedRate | SpreadRate | Violation | Tardiness | Maximum | Formula
+
+
+def decompose(tree: Expression, tasks: int, weight: Fraction) -> tuple[list[Term], Fraction] | None:
+    """Return an expression as additive and convex terms and a constant, or None if it has another form.
+
+    Recognised are weighted costs and violation costs, |c_i - c_j|, max - min of the same costs, max(0, c_i - d) and
+    weighted maxima of costs, with factors >= 0, and sums of these.
+    """
+    parts = _flatten(tree, weight)
+    if parts is None:
+        return None
+    constant = parts.pop(Constant(Fraction(1)), Fraction(0))
+    terms: list[Term] = []
+    linear, violation = [Fraction(0)] * tasks, [Fraction(0)] * tasks
+    for part in list(parts):
+        if isinstance(part, Operation) and part.name == "max" and parts.get(part, 0) > 0:
+            spread = _common_cost_set(part)
+            least = Operation("min", part.operands)
+            if spread and parts.get(least, Fraction(0)) == -parts[part]:
+                factor, members = spread
+                terms.append(SpreadRate(parts.pop(part) * factor, members))
+                del parts[least]
+    for part, factor in parts.items():
+        if factor == 0:
+            continue
+        if factor < 0:
+            return None
+        if isinstance(part, Variable):
+            (violation if part.violation else linear)[part.task] += factor
+            continue
+        term = _convex(part, factor, tasks)
+        if term is None:
+            return None
+        terms.append(term)
+    if any(linear):
+        terms.append(WeightedRate(tuple(linear)))
+    if any(violation):
+        terms.append(Violation(tuple(violation)))
+    return terms, constant
+
+
+def _flatten(tree: Expression, factor: Fraction) -> dict[Expression, Fraction] | None:
+    """Return a sum as {summand: factor}; constants belong to the summand 1."""
+    result: dict[Expression, Fraction] = {}
+
+    def add(node: Expression, by: Fraction) -> bool:
+        match node:
+            case Constant(value):
+                one = Constant(Fraction(1))
+                result[one] = result.get(one, Fraction(0)) + by * value
+                return True
+            case Operation("+", (a, b)):
+                return add(a, by) and add(b, by)
+            case Operation("-", (a, b)):
+                return add(a, by) and add(b, -by)
+            case Operation("*", (Constant(value), other)) | Operation("*", (other, Constant(value))):
+                return add(other, by * value)
+            case Operation("/", (a, Constant(value))):
+                return add(a, by / value)
+            case Operation("*" | "/", _):
+                return False
+        result[node] = result.get(node, Fraction(0)) + by
+        return True
+
+    return result if add(tree, factor) else None
+
+
+def _linear(tree: Expression) -> tuple[dict[int, Fraction], Fraction] | None:
+    """Return an expression as a linear form in the costs and a constant."""
+    parts = _flatten(tree, Fraction(1))
+    if parts is None:
+        return None
+    constant = parts.pop(Constant(Fraction(1)), Fraction(0))
+    form: dict[int, Fraction] = {}
+    for part, factor in parts.items():
+        if not isinstance(part, Variable) or part.violation:
+            return None
+        if factor:
+            form[part.task] = factor
+    return form, constant
+
+
+def _common_cost_set(tree: Operation) -> tuple[Fraction, frozenset[int]] | None:
+    """Return (w, tasks) if an operation's operands are w c_i with one common w > 0."""
+    members, factors = set(), set()
+    for operand in tree.operands:
+        linear = _linear(operand)
+        if linear is None or linear[1] != 0 or len(linear[0]) != 1:
+            return None
+        ((task, factor),) = linear[0].items()
+        members.add(task)
+        factors.add(factor)
+    if len(factors) != 1 or min(factors) <= 0:
+        return None
+    return factors.pop(), frozenset(members)
+
+
+def _convex(tree: Expression, factor: Fraction, tasks: int) -> Term | None:
+    """Return factor * tree as |c_i - c_j|, tardiness or a weighted maximum, or None."""
+    if not isinstance(tree, Operation) or tree.name not in ("abs", "max"):
+        return None
+    forms = [_linear(operand) for operand in tree.operands]
+    if any(form is None for form in forms):
+        return None
+    known = [form for form in forms if form is not None]
+    if tree.name == "abs":
+        form, constant = known[0]
+        if len(form) == 2 and constant == 0 and sum(form.values()) == 0:
+            return SpreadRate(factor * max(form.values()), frozenset(form))
+        return None
+    if len(known) == 2:
+        for (zero, nothing), (form, constant) in (known, known[::-1]):
+            if not zero and nothing == 0 and len(form) == 1:
+                ((task, slope),) = form.items()
+                if slope > 0 and constant <= 0:
+                    return Tardiness(task, -constant / slope, factor * slope)
+    weights = [Fraction(0)] * tasks
+    for form, constant in known:
+        if constant != 0 or len(form) != 1 or min(form.values()) < 0:
+            return None
+        ((task, slope),) = form.items()
+        weights[task] = max(weights[task], factor * slope)
+    return Maximum(tuple(weights))
+
+
+def derived_contract(tree: Expression) -> str:
+    """Return the contract that can be shown of an expression which `decompose` does not know."""
+    return "componentwise" if shape(tree).rising else "general"

@@ -1,0 +1,195 @@
+"""The graph that a product is searched over: the transition system, or what static contraction leaves of it.
+
+A label class is *inert* if no automaton ever changes its state on it: delta_i(q, l) = q for every task i and state q
+(reading it twice being the same as once is not enough: the empty label of `a U b` ends a run). Nothing happens in
+states of inert classes but passing through. Contraction keeps the other states and the start, at most 64 of them, with
+the cost of the cheapest way through inert states between each two; costs and label sequences that matter are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from prefplan.exact_costs import INT64_LIMIT
+from prefplan.product.heap import heap_pop, heap_push
+from prefplan.product.product_automaton import Product
+from prefplan.product.successors import FAR, INFINITE, Integer, ProductView, kernel
+
+NODE_LIMIT = 64
+"""Macro-moves keep sets of nodes in one machine word; on larger graphs they cost more than they save."""
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Nodes and edges, and where they come from.
+
+    Attributes:
+        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64 internal units.
+        classes: (S,) int32, label class of each node.
+        states: (S,) state of the transition system that each node stands for.
+        start: node of s0.
+        contracted: whether edges stand for ways through inert states.
+    """
+
+    offsets: np.ndarray
+    targets: np.ndarray
+    costs: np.ndarray
+    classes: np.ndarray
+    states: np.ndarray
+    start: int
+    contracted: bool
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return len(self.classes)
+
+
+def whole_graph(product: Product) -> Graph:
+    """Return the transition system itself."""
+    start = product.problem.system.start
+    states = np.arange(len(product.classes))
+    return Graph(product.offsets, product.targets, product.costs, product.classes, states, start, False)
+
+
+def inert_classes(product: Product) -> np.ndarray:
+    """Return the (C,) bool label classes that change no automaton in any state."""
+    inert = np.ones(product.delta.shape[2], dtype=bool)
+    for i, size in enumerate(product.sizes):
+        rests = product.delta[i, :size] == np.arange(size)[:, None]
+        inert &= rests.all(axis=0)
+    return inert & (np.diff(product.extra_first, axis=2) == 0).all(axis=(0, 1))
+
+
+def contract(product: Product) -> Graph | None:
+    """Return the contracted graph, or None if more than NODE_LIMIT states matter or costs might not fit 64 bits."""
+    system = product.problem.system
+    if system.size * int(product.costs.max(initial=0)) >= INT64_LIMIT:
+        return None
+    matters = ~inert_classes(product)[product.classes]
+    keep = matters.copy()
+    keep[system.start] = True
+    states = np.flatnonzero(keep)
+    if len(states) > NODE_LIMIT:
+        return None
+    node = np.full(len(keep), -1, dtype=np.int64)
+    node[states] = np.arange(len(states))
+    near = np.empty((len(states), len(states)), dtype=np.int64)
+    _ways(product.offsets, product.targets, product.costs, matters, states, node, near)
+    if len(states) * int(near.max(initial=0)) >= INFINITE[np.int64]:
+        return None
+    source, target = np.nonzero(near >= 0)
+    return Graph(
+        np.searchsorted(source, np.arange(len(states) + 1)).astype(np.int64),
+        target.astype(np.int32),
+        near[source, target],
+        product.classes[states],
+        states,
+        int(node[system.start]),
+        True,
+    )
+
+
+@kernel
+def _ways(
+    offsets: np.ndarray,
+    targets: np.ndarray,
+    costs: np.ndarray,
+    matters: np.ndarray,
+    states: np.ndarray,
+    node: np.ndarray,
+    near: np.ndarray,
+) -> None:
+    """Write the cost of the cheapest way from each kept state to each that matters, through others; -1 for none."""
+    size = offsets.shape[0] - 1
+    distance = np.empty(size, dtype=np.int64)
+    keys = np.empty(targets.shape[0] + size + 1, dtype=np.int64)
+    items = np.empty(targets.shape[0] + size + 1, dtype=np.int64)
+    for k in range(states.shape[0]):
+        near[k, :] = -1
+        distance[:] = -1
+        count: Integer = 0
+        for edge in range(offsets[states[k]], offsets[states[k] + 1]):
+            count = heap_push(keys, items, count, costs[edge], targets[edge])
+        while count > 0:
+            cost, s = keys[0], items[0]
+            count = heap_pop(keys, items, count)
+            if distance[s] >= 0:
+                continue
+            distance[s] = cost
+            if matters[s]:
+                near[k, node[s]] = cost
+                continue
+            for edge in range(offsets[s], offsets[s + 1]):
+                if distance[targets[edge]] < 0:
+                    count = heap_push(keys, items, count, cost + costs[edge], targets[edge])
+
+
+@kernel
+def by_way_of(near: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Return the (S, S) least costs of getting from node to node by the edges and by way of some nodes, FAR for none.
+
+    Args:
+        near: (S, S) int64, costs of edges, FAR for none.
+        some: (S,) bool, which nodes may lie on the way.
+    """
+    least = near.copy()
+    nodes = least.shape[0]
+    for via in range(nodes):
+        if some[via]:
+            for source in range(nodes):
+                first = least[source, via]
+                if first < FAR:
+                    for target in range(nodes):
+                        least[source, target] = min(least[source, target], first + least[via, target])
+    return least
+
+
+def _relays(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cost of every edge as a matrix, and for each two nodes those on ways cheaper than the edge as bits."""
+    near = np.full((graph.size, graph.size), FAR, dtype=np.int64)
+    near[np.repeat(np.arange(graph.size), np.diff(graph.offsets)), graph.targets] = graph.costs
+    least = by_way_of(near, np.ones(graph.size, dtype=bool))
+    bits = np.uint64(1) << np.arange(graph.size, dtype=np.uint64)
+    cheaper = least[:, :, None] + least[None, :, :] < near[:, None, :]
+    return near, np.where(cheaper, bits[None, :, None], np.uint64(0)).sum(axis=1, dtype=np.uint64)
+
+
+def view(product: Product, graph: Graph) -> ProductView:
+    """Return a product over a graph as the kernels see it."""
+    strides = np.cumprod(np.concatenate([[graph.size], product.sizes[:-1]])).astype(np.int64)
+    tasks, most, _ = product.delta.shape
+    active = np.zeros((tasks, most), dtype=np.uint64)
+    if graph.contracted:
+        for i, q in np.ndindex(tasks, most):
+            changes = (product.delta[i, q] != q) | (np.diff(product.extra_first[i, q]) > 0)
+            for v in np.flatnonzero(changes[graph.classes]):
+                active[i, q] |= np.uint64(1) << np.uint64(v)
+    near, relays = np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0), dtype=np.uint64)
+    if graph.contracted:
+        near, relays = _relays(graph)
+    owner = np.zeros(len(product.extra_state), dtype=np.int64)
+    for i in range(tasks):
+        owner[product.extra_first[i, 0, 0] :] = i
+    return ProductView(
+        offsets=graph.offsets,
+        targets=graph.targets,
+        costs=graph.costs,
+        classes=graph.classes,
+        sizes=product.sizes,
+        strides=strides,
+        jump=product.delta * strides[:, None, None],
+        extra_first=product.extra_first,
+        extra_jump=product.extra_state * strides[owner],
+        extra_price=product.extra_price,
+        active=active,
+        near=near,
+        relays=relays,
+        accepting=product.accepting,
+        skipped=product.skipped,
+        shift=product.shift,
+        relaxed=product.relaxed,
+        macro=graph.contracted,
+    )

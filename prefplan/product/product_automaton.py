@@ -1,0 +1,206 @@
+"""Product automaton (Definition 7), never built: a state is one integer, and tables say where it leads.
+
+A product state p = (s, q_1, ..., q_N) is the code s + sum_i stride_i q_i. Labels that every automaton treats alike are
+one *class*.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from prefplan.errors import ModelError
+from prefplan.exact_costs import INT64_LIMIT, multiples
+from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
+from prefplan.problem import Problem
+
+CODE_LIMIT = 2**62
+
+READINGS_LIMIT = 2**20
+"""Ways to read one label, each task relaxed or not, that are written out for the search."""
+
+TIE_BITS = 18
+"""Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
+count cannot run over. In larger ones that would cost speed."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """One way to begin: which product state, and what was paid for the tasks before the first action.
+
+    Attributes:
+        code: product state after every automaton has read L(s0).
+        violations: (N,) violation costs in units.
+        bought: per task, the relaxations used on L(s0); None for a task that is skipped.
+    """
+
+    code: int
+    violations: tuple[int, ...]
+    bought: tuple[tuple[int, ...] | None, ...]
+
+
+class Product:
+    """T x A_1 x ... x A_N as tables.
+
+    Attributes:
+        problem: what it is made from.
+        automata: the tasks' weighted automata.
+        units: in which costs, prices and mu are whole.
+        shift: the low bits of internal costs, that count actions to break ties; 0 if they are not counted.
+        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
+            2**shift, plus the action itself if actions are counted; int64, or Python's integers where one does not fit.
+        classes: (S,) int32, label class of each state.
+        class_sets: one label of each class.
+        sizes: (N,) int64, states of each automaton.
+        strides: (N,) int64.
+        accepting: (N,) int32, the accepting state of each automaton, -1 if there is none.
+        skipped: (N,) int32, the state of each dropped task, -1 if it may not be dropped.
+        delta: (N, Q, C) int32, state after the free reading of a label class.
+        extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
+        extra_state: (X,) int32 and extra_price: (X,) units, of the bought readings; int64 or Python's integers.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        """Tabulate every automaton over the labels that occur.
+
+        Raises:
+            ModelError: if a product state does not fit an integer, or a label can be read in too many ways.
+        """
+        self.problem = problem
+        system = problem.system
+        self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
+        self._tabulate()
+        self.units = problem.units
+        self.offsets = system.offsets
+        self.targets = system.targets
+        costs = system.costs // int(self.units.cost / system.unit)
+        self.sizes = np.array([dfa.size for dfa in self.automata], dtype=np.int64)
+        states = system.size * math.prod(int(q) for q in self.sizes)
+        if states >= CODE_LIMIT:
+            raise ModelError(
+                f"{system.size} states and {len(self.automata)} automata of {', '.join(map(str, self.sizes))} states "
+                "make more product states than can be numbered"
+            )
+        if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
+            costs = costs.astype(np.int64)
+        readings = int(self.most_readings.max(initial=1))
+        if readings > READINGS_LIMIT:
+            raise ModelError(
+                f"a label can be read in {readings:,} ways, each task relaxed or not; at most {READINGS_LIMIT:,} are "
+                "looked at: fewer tasks may have relax"
+            )
+        self.shift = _tie_bits(costs, states)
+        self.costs = (costs << self.shift) + (self.shift > 0)
+        self.strides = np.cumprod(np.concatenate([[system.size], self.sizes[:-1]])).astype(np.int64)
+        self.accepting = np.array(
+            [-1 if dfa.automaton.accepting is None else dfa.automaton.accepting for dfa in self.automata],
+            dtype=np.int32,
+        )
+        self.skipped = np.array([-1 if a.skipped is None else a.skipped for a in self.automata], dtype=np.int32)
+
+    def _tabulate(self) -> None:
+        system = self.problem.system
+        relevant = [dfa.propositions for dfa in self.automata]
+        mentioned = frozenset().union(*relevant)
+        seen: dict[frozenset[str], int] = {}
+        kept = [seen.setdefault(label & mentioned, len(seen)) for label in system.label_sets]
+        columns: dict[tuple[tuple[Reading, ...], ...], int] = {}
+        memo: dict[tuple[int, frozenset[str]], tuple[tuple[Reading, ...], ...]] = {}
+        class_sets: list[frozenset[str]] = []
+        class_of = []
+        for label in seen:
+            column: tuple[tuple[Reading, ...], ...] = ()
+            for i, dfa in enumerate(self.automata):
+                key = (i, label & relevant[i])
+                if key not in memo:
+                    memo[key] = tuple(tuple(dfa.readings(q, key[1])) for q in range(dfa.size))
+                column += memo[key]
+            if column not in columns:
+                columns[column] = len(columns)
+                class_sets.append(label)
+            class_of.append(columns[column])
+        self.class_sets = tuple(class_sets)
+        self.classes = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
+        most = max(dfa.size for dfa in self.automata)
+        shape = (len(self.automata), most, len(class_sets))
+        self.delta = np.zeros(shape, dtype=np.int32)
+        self.extra_first = np.zeros((*shape[:2], shape[2] + 1), dtype=np.int32)
+        states: list[int] = []
+        prices: list[int] = []
+        rows = [dict(enumerate(column)) for column in columns]
+        base = 0
+        for i, dfa in enumerate(self.automata):
+            for q in range(most):
+                self.extra_first[i, q, 0] = len(states)
+                for c in range(shape[2]):
+                    if q < dfa.size:
+                        free, *bought = rows[c][base + q]
+                        self.delta[i, q, c] = free.state
+                        states += [reading.state for reading in bought]
+                        prices += [reading.price for reading in bought]
+                    self.extra_first[i, q, c + 1] = len(states)
+            base += dfa.size
+        self.extra_state = np.array(states, dtype=np.int32)
+        self.extra_price = multiples(map(Fraction, prices), Fraction(1))
+
+    @property
+    def ends(self) -> np.ndarray:
+        """The accepting and the skipped state of each automaton, (N, 2) int32, or -1."""
+        return np.stack([self.accepting, self.skipped], axis=1)
+
+    @property
+    def most_readings(self) -> np.ndarray:
+        """(C,) in how many ways a label class can be read at the most."""
+        each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
+        return np.multiply.reduce(each, axis=0)
+
+    @property
+    def relaxed(self) -> bool:
+        """Whether some label may be read in more than one way."""
+        return len(self.extra_state) > 0
+
+    @cached_property
+    def starts(self) -> tuple[Start, ...]:
+        """Every way to begin: each task skipped or not, and each way to read L(s0)."""
+        system = self.problem.system
+        label = system.label(system.start)
+        ways: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
+        for dfa in self.automata:
+            some: list[tuple[int, int, tuple[int, ...] | None]] = [
+                (r.state, r.price, r.bought) for r in dfa.readings(0, label)
+            ]
+            if dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
+                some.append((skipping, dfa.skip, None))
+            ways.append(some)
+        if math.prod(map(len, ways)) > READINGS_LIMIT:
+            raise ModelError(
+                f"the start can be read in {math.prod(map(len, ways)):,} ways, each task skipped, relaxed or neither; "
+                f"at most {READINGS_LIMIT:,} are looked at: fewer tasks may have skip or relax"
+            )
+        return tuple(
+            Start(
+                system.start
+                + sum(int(stride) * state for stride, (state, _, _) in zip(self.strides, way, strict=True)),
+                tuple(price for _, price, _ in way),
+                tuple(bought for _, _, bought in way),
+            )
+            for way in product(*ways)
+        )
+
+    def decode(self, code: int) -> tuple[int, tuple[int, ...]]:
+        """Return (s, (q_1, ..., q_N)) of a product state."""
+        size = len(self.offsets) - 1
+        return code % size, tuple(code // int(d) % int(q) for d, q in zip(self.strides, self.sizes, strict=True))
+
+
+def _tie_bits(costs: np.ndarray, states: int) -> int:
+    """Return how many bits are needed to count actions; 0 where costs tell them, or where labels would need 64 bits."""
+    uniform = len(costs) == 0 or (costs.min() == costs.max() > 0)
+    bits = states.bit_length()
+    wide = int(costs.max(initial=0)) << bits >= 2**24
+    return 0 if uniform or bits > TIE_BITS or wide else bits

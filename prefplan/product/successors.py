@@ -1,0 +1,272 @@
+"""What the compiled kernels share: flat views of a product, and how its states lead to one another.
+
+Kernels are numba functions, compiled once and kept on disk. Everything they work on is an integer array, grouped in
+named tuples. Costs and preference values are whole multiples of `Product.units`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias, TypeVar, cast
+
+import numba
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+Integer: TypeAlias = "int | np.integer[Any]"
+
+INFINITE: dict[type, int] = {np.int32: 2**30, np.int64: 2**60}
+"""Cost-to-go where there is no path. A search that meets a cost as large starts again with the wider type."""
+
+
+def kernel(function: F) -> F:
+    """Compile a function that may make arrays."""
+    return _compiled(function)
+
+
+def bare_kernel(function: F) -> F:
+    """Compile a function that makes no arrays, without counting references: on small steps that takes half the time."""
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function: F, **options: Any) -> F:
+    dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
+    _forget_outdated(Path(dispatcher.stats.cache_path))
+    return cast(F, dispatcher)
+
+
+KERNEL_FOLDERS = ("product", "heuristics", "search")
+"""Folders of `prefplan` whose files hold kernels, and all constants that these use."""
+
+
+@cache
+def _forget_outdated(folder: Path) -> None:
+    """Remove machine code of other sources: numba knows a function by its own file, not by what it calls."""
+    digest = hashlib.sha256()
+    root = Path(__file__).parents[1]
+    for source in sorted(source for name in KERNEL_FOLDERS for source in (root / name).glob("*.py")):
+        digest.update(source.read_bytes())
+    stamp = folder / "sources.sha256"
+    if not stamp.exists() or stamp.read_text() != digest.hexdigest():
+        folder.mkdir(parents=True, exist_ok=True)
+        for index in folder.glob("*.nbi"):
+            index.unlink(missing_ok=True)
+        temporary = folder / f"{stamp.name}.{os.getpid()}"
+        temporary.write_text(digest.hexdigest())
+        temporary.rename(stamp)
+
+
+FAR = 2**61
+"""Cost of an edge that does not exist; more than any finite cost-to-go and an edge together."""
+
+
+class ProductView(NamedTuple):
+    """A product (Definition 7) over a graph of S nodes, N tasks, Q automaton states at most and C label classes.
+
+    Attributes:
+        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64: edges by source node.
+        classes: (S,) int32, label class of each node.
+        sizes: (N,) int64, automaton states, strides: (N,) int64: code = node + sum_i strides[i] * q_i.
+        jump: (N, Q, C) int64, strides[i] times the state after the free reading of a class.
+        extra_first: (N, Q, C + 1) int32, extra_jump: (X,) int64, extra_price: (X,) int64: the bought readings.
+        active: (N, Q) uint64, nodes whose label can change the state of automaton i in q; used by macro-moves only.
+        near: (S, S) int64, cost of the edge between two nodes, or FAR, and relays: (S, S) uint64, the nodes that lie on
+            cheaper ways between them; used by macro-moves only.
+        accepting: (N,) int32, skipped: (N,) int32: those states of each automaton, or -1.
+        shift: the low bits of costs, that count actions.
+        relaxed: whether there are bought readings.
+        macro: whether edges are followed through all nodes that change nothing (at most 64 nodes then).
+    """
+
+    offsets: np.ndarray
+    targets: np.ndarray
+    costs: np.ndarray
+    classes: np.ndarray
+    sizes: np.ndarray
+    strides: np.ndarray
+    jump: np.ndarray
+    extra_first: np.ndarray
+    extra_jump: np.ndarray
+    extra_price: np.ndarray
+    active: np.ndarray
+    near: np.ndarray
+    relays: np.ndarray
+    accepting: np.ndarray
+    skipped: np.ndarray
+    shift: int
+    relaxed: bool
+    macro: bool
+
+
+def active_nodes(view: ProductView) -> np.ndarray:
+    """Return (N, S) whether a node's label can change an automaton; empty unless macro-moves are used."""
+    if not view.macro:
+        return np.zeros((0, 0), dtype=bool)
+    bits = np.bitwise_or.reduce(view.active, axis=1)
+    nodes = np.arange(len(view.classes), dtype=np.uint64)
+    return (bits[:, None] >> nodes[None, :]) & np.uint64(1) > 0
+
+
+class Successors(NamedTuple):
+    """Room for the successors of one state, and for working them out.
+
+    Attributes:
+        code: (M,) int64, product state reached.
+        cost: (M,) int64, cost of getting there.
+        violation: (M, N) int64, violation costs paid on the way.
+        automata: (N,) int64, the automaton states of the state that is left.
+        distance: (S,) int64, relay: (S,) int64 and choice: (N,) int64: scratch.
+    """
+
+    code: np.ndarray
+    cost: np.ndarray
+    violation: np.ndarray
+    automata: np.ndarray
+    distance: np.ndarray
+    relay: np.ndarray
+    choice: np.ndarray
+
+
+@bare_kernel
+def decode(view: ProductView, code: Integer, automata: np.ndarray) -> Integer:
+    """Write the automaton states of a product state and return its node."""
+    nodes = view.offsets.shape[0] - 1
+    rest = code // nodes
+    for i in range(view.sizes.shape[0]):
+        automata[i] = rest % view.sizes[i]
+        rest //= view.sizes[i]
+    return code % nodes
+
+
+@bare_kernel
+def masks(view: ProductView, automata: np.ndarray) -> tuple[Integer, Integer]:
+    """Return the set of satisfied tasks, and of those that are satisfied or dropped, as bits."""
+    satisfied = done = 0
+    for i in range(automata.shape[0]):
+        if automata[i] == view.accepting[i]:
+            satisfied |= 1 << i
+            done |= 1 << i
+        elif automata[i] == view.skipped[i]:
+            done |= 1 << i
+    return satisfied, done
+
+
+@bare_kernel
+def successors(view: ProductView, code: Integer, room: Successors) -> Integer:
+    """Write all successors of a product state and return how many there are."""
+    node = decode(view, code, room.automata)
+    if view.macro:
+        return _macro_moves(view, node, room)
+    found: Integer = 0
+    for edge in range(view.offsets[node], view.offsets[node + 1]):
+        found = _read(view, view.targets[edge], view.costs[edge], room, found)
+    return found
+
+
+@bare_kernel
+def _macro_moves(view: ProductView, node: Integer, room: Successors) -> Integer:
+    """Move on to every node that changes some automaton, by least cost through nodes that change none.
+
+    Exact: on the way all automata rest, so the set of satisfied tasks stays, and mu depends on the cost of the way
+    only. A way cheaper than the edge between two nodes leads through their relays, so no others need be looked at.
+    """
+    nodes = view.offsets.shape[0] - 1
+    one = np.uint64(1)
+    stops = np.uint64(0)
+    for i in range(room.automata.shape[0]):
+        stops |= view.active[i, room.automata[i]]
+    relays = np.uint64(0)
+    for v in range(nodes):
+        if (stops >> np.uint64(v)) & one:
+            relays |= view.relays[node, v]
+    relays &= ~stops
+    count: Integer = 0
+    if relays:
+        count = _reach_relays(view, node, relays, room)
+    found: Integer = 0
+    for v in range(nodes):
+        if (stops >> np.uint64(v)) & one:
+            cost = view.near[node, v]
+            for r in range(count):
+                cost = min(cost, room.distance[r] + view.near[room.relay[r], v])
+            if cost < FAR:
+                found = _read(view, v, cost, room, found)
+    return found
+
+
+@bare_kernel
+def _reach_relays(view: ProductView, node: Integer, relays: Integer, room: Successors) -> Integer:
+    """Write some nodes and the costs of getting to them by way of one another (Dijkstra), and return how many."""
+    count = 0
+    for v in range(view.near.shape[0]):
+        if (relays >> np.uint64(v)) & np.uint64(1):
+            room.relay[count] = v
+            room.distance[count] = view.near[node, v]
+            count += 1
+    for settled in range(count):
+        best = settled
+        for r in range(settled + 1, count):
+            if room.distance[r] < room.distance[best]:
+                best = r
+        room.relay[settled], room.relay[best] = room.relay[best], room.relay[settled]
+        room.distance[settled], room.distance[best] = room.distance[best], room.distance[settled]
+        for r in range(settled + 1, count):
+            step = view.near[room.relay[settled], room.relay[r]]
+            room.distance[r] = min(room.distance[r], room.distance[settled] + step)
+    return count
+
+
+@bare_kernel
+def _read(view: ProductView, node: Integer, cost: Integer, room: Successors, found: Integer) -> Integer:
+    """Write the states after reading a node's label, in every way it may be read, and return the new count."""
+    room.code[found] = node + _free_jump(view.jump, room.automata, view.classes[node])
+    room.cost[found] = cost
+    return _read_bought(view, node, cost, room, found) if view.relaxed else found + 1
+
+
+@bare_kernel
+def _free_jump(jump: np.ndarray, automata: np.ndarray, label: Integer) -> Integer:
+    """Return the automata's part of the code after the free reading of a label class."""
+    code = np.int64(0)
+    for i in range(automata.shape[0]):
+        code += jump[i, automata[i], label]
+    return code
+
+
+@bare_kernel
+def _read_bought(view: ProductView, node: Integer, cost: Integer, room: Successors, found: Integer) -> Integer:
+    """Write, after the state of the free reading, those of all others, and return the new count."""
+    label = view.classes[node]
+    tasks = room.choice.shape[0]
+    for i in range(tasks):
+        room.choice[i] = 0
+        room.violation[found, i] = 0
+    while True:
+        found += 1
+        i = 0
+        while i < tasks:
+            q = room.automata[i]
+            room.choice[i] += 1
+            if room.choice[i] <= view.extra_first[i, q, label + 1] - view.extra_first[i, q, label]:
+                break
+            room.choice[i] = 0
+            i += 1
+        if i == tasks:
+            return found
+        code = np.int64(node)
+        for i in range(tasks):
+            q = room.automata[i]
+            room.violation[found, i] = 0
+            if room.choice[i] == 0:
+                code += view.jump[i, q, label]
+            else:
+                extra = view.extra_first[i, q, label] + room.choice[i] - 1
+                code += view.extra_jump[extra]
+                room.violation[found, i] = view.extra_price[extra]
+        room.code[found] = code
+        room.cost[found] = cost

@@ -1,0 +1,184 @@
+"""Planning on from the middle of an execution: what was done and observed so far leads every plan.
+
+The past is a chain of states in front of the model, each with the label that was observed there, and the actions that
+led on, with what they cost. Every plan begins with the whole chain, so the (cost, mu) of past and future together is
+what the planner optimises; a label of the past may be read under relaxations that nobody thought of then, for nothing
+has been paid for any yet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number
+from prefplan.front import NoPlanError, Plan
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.planner import Planner
+from prefplan.preferences.kinds import WeightedSum
+from prefplan.problem import Problem
+
+
+@dataclass(frozen=True)
+class Past:
+    """K actions that were taken, each with what was observed before it.
+
+    Attributes:
+        actions: (K,) in order.
+        costs: (K,) what each cost, whether or not it worked out.
+        states: (K,) the state before each, the first one the start.
+        labels: (K,) the propositions that held in those states.
+    """
+
+    actions: tuple[str, ...] = ()
+    costs: tuple[Number, ...] = ()
+    states: tuple[Hashable, ...] = ()
+    labels: tuple[frozenset[str], ...] = ()
+
+    @property
+    def cost(self) -> Number:
+        """What was spent so far."""
+        return to_number(sum((exact(cost) for cost in self.costs), Fraction(0)))
+
+
+class _Joined(Sequence[Hashable]):
+    """The states of the past before those of a system."""
+
+    def __init__(self, past: Sequence[Hashable], states: Sequence[Hashable]) -> None:
+        self._past, self._states = past, states
+
+    def __len__(self) -> int:
+        return len(self._past) + len(self._states)
+
+    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        return self._past[index] if index < len(self._past) else self._states[index - len(self._past)]
+
+
+def continued(problem: Problem, past: Past, system: TransitionSystem) -> Problem:
+    """Return the problem of which every plan begins with what was done so far.
+
+    Args:
+        problem: the tasks and the preference.
+        past: what was done and observed so far.
+        system: what can be done from now on; its start is the present.
+    """
+    known = problem.system.propositions | system.propositions
+    if not past.actions:
+        return Problem(replace(system, propositions=known), problem.tasks, problem.preference)
+    present = "present"
+    while present in known:
+        present += "_"
+    joined = _joined(past, system, present, known | {present})
+    return Problem(joined, problem.tasks, problem.preference, present=present)
+
+
+def continue_cheaply(
+    problem: Problem, past: Past, system: TransitionSystem, *, max_preference: Number | None = None
+) -> Plan:
+    """Return the plan of least total cost that begins with the past, and of least mu among those.
+
+    Args:
+        problem: the tasks and the preference.
+        past: what was done and observed so far.
+        system: what can be done from now on.
+        max_preference: greatest mu.
+
+    Raises:
+        NoPlanError: there is none.
+    """
+    planner = Planner(continued(problem, past, system))
+    plan = planner.cheapest(max_preference=max_preference)
+    if len(plan.actions) < len(past.actions):
+        # All plans that end within the past cost the same, the past; the best of them is the preferred one.
+        plan = planner.preferred(max_cost=past.cost)
+    return _reaching(past, plan, system)
+
+
+def continue_as_preferred(problem: Problem, past: Past, system: TransitionSystem) -> Plan:
+    """Return the plan of least mu that begins with the past, and of least total cost among those.
+
+    Raises:
+        NoPlanError: there is none.
+    """
+    return _reaching(past, Planner(continued(problem, past, system)).preferred(), system)
+
+
+def damaged(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
+    """Return the names of the tasks that, as they are written, nothing can satisfy after some labels."""
+    broken = []
+    for task, dfa in zip(problem.tasks, problem.automata, strict=True):
+        state = 0
+        for label in labels:
+            state = dfa.step(state, label)
+        if state == dfa.dead:
+            broken.append(task.name)
+    return tuple(broken)
+
+
+def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
+    """Return the names of the tasks that nothing can satisfy after some labels, relaxed or not, nor may be skipped."""
+    broken = []
+    for task, dfa in zip(problem.tasks, problem.weighted_automata, strict=True):
+        states = {0}
+        for label in labels:
+            states = {reading.state for state in states for reading in dfa.readings(state, label)}
+        if states == {dfa.automaton.dead} and task.skip is None:
+            broken.append(task.name)
+    return tuple(broken)
+
+
+def achievable(problem: Problem, past: Past, system: TransitionSystem) -> Plan | None:
+    """Return a cheapest plan, past included, for as many tasks as can still be satisfied together, or None for none.
+
+    Of tasks that conflict, the last one is left out first. Its mu says nothing: the preference is over all tasks.
+    """
+    tasks = problem.tasks
+    while tasks:
+        some = Problem(problem.system, tasks, WeightedSum({task.name: 0 for task in tasks}, over="violation"))
+        try:
+            return continue_cheaply(some, past, system)
+        except NoPlanError as error:
+            left_out = error.reason.tasks[-1]
+            tasks = tuple(task for task in tasks if task.name != left_out)
+    return None
+
+
+def _reaching(past: Past, plan: Plan, system: TransitionSystem) -> Plan:
+    """Return a plan that goes on to the present at least: what was spent after the last task was satisfied is spent."""
+    if len(plan.actions) >= len(past.actions):
+        return plan
+    return replace(plan, cost=past.cost, actions=past.actions, states=(*past.states, system.states[system.start]))
+
+
+def _joined(past: Past, system: TransitionSystem, present: str, known: frozenset[str]) -> TransitionSystem:
+    """Return the past as a chain that leads to a system's start, and the system, where `present` holds."""
+    length = len(past.actions)
+    spent = [exact(cost) for cost in past.costs]
+    unit = common_unit([system.unit, *spent])
+    ahead_costs = system.costs.astype(object) * int(system.unit / unit)
+    costs = multiples(map(Fraction, [*multiples(spent, unit).tolist(), *ahead_costs.tolist()]), Fraction(1))
+    names = tuple(dict.fromkeys((*system.action_names, *past.actions)))
+    ahead = np.arange(1, length + 1, dtype=np.int32)
+    ahead[-1] += system.start
+    own = dict.fromkeys(past.labels)
+    label_sets = (*own, *(label | {present} for label in system.label_sets))
+    return TransitionSystem(
+        states=_Joined(past.states, system.states),
+        start=0,
+        offsets=np.concatenate([np.arange(length), system.offsets + length]).astype(np.int64),
+        targets=np.concatenate([ahead, system.targets + np.int32(length)]),
+        actions=np.concatenate([np.array([names.index(a) for a in past.actions], dtype=np.int32), system.actions]),
+        costs=costs,
+        unit=unit,
+        labels=np.concatenate(
+            [np.array([list(own).index(label) for label in past.labels], dtype=np.int32), system.labels + len(own)]
+        ).astype(np.int32),
+        action_names=names,
+        label_sets=label_sets,
+        propositions=known,
+    )

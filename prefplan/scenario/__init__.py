@@ -1,0 +1,1 @@
+"""Scenario files: TOML decoded strictly into a model, tasks and a preference."""

@@ -1,0 +1,1 @@
+"""Best-first searches for the Pareto front, and the plans on it."""

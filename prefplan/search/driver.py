@@ -1,0 +1,394 @@
+"""Searches: memory for a compiled kernel, run in slices so that it can be limited and interrupted."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from prefplan.front import Plan
+from prefplan.heuristics.preprocessing import Prepared
+from prefplan.limits import Limits
+from prefplan.product.product_automaton import Product, Start
+from prefplan.product.successors import INFINITE, Successors
+from prefplan.search import boa_star
+from prefplan.search.boa_star import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE
+from prefplan.search.labels import (
+    COLUMNS,
+    COUNT,
+    COUNTERS,
+    EXPANDED,
+    FLOOR,
+    FOUND,
+    FREE,
+    GENERATED,
+    NEXT,
+    NONE,
+    OPEN,
+    PARENT,
+    ROWS,
+    Queue,
+    States,
+    rehash,
+)
+from prefplan.search.plan_extraction import Waypoint, extract
+
+SLICE = 100_000
+"""Labels popped between two looks at the clock: a few tens of milliseconds."""
+
+BUCKETS = 2**21
+"""Estimates that spread further than this are kept in a heap."""
+
+PRODUCT_LIMIT = 2**61
+"""Products of a cost and a weight stay below this."""
+
+LONG = 40_000
+"""Expansions after which bounds under budgets of growth are worth their tables."""
+
+ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
+
+
+@dataclass(frozen=True)
+class Found:
+    """A non-dominated goal.
+
+    Attributes:
+        cost: total cost, units.
+        label_mu: units of mu that the search counted; None where it knows only a bound.
+    """
+
+    cost: int
+    label_mu: int | None
+    _extract: Callable[[], tuple[Plan, Any]]
+
+    @cached_property
+    def _extracted(self) -> tuple[Plan, Any]:
+        return self._extract()
+
+    @property
+    def plan(self) -> Plan:
+        """How to get there."""
+        return self._extracted[0]
+
+    @property
+    def mu(self) -> Any:
+        """Exact preference value in the user's units: a fraction, or a float where a Python function gave it."""
+        return self._extracted[1]
+
+
+@dataclass(frozen=True)
+class Work:
+    """How much was done: product states met, labels expanded and made, bytes held."""
+
+    states: int = 0
+    expanded: int = 0
+    generated: int = 0
+    bytes: int = 0
+
+
+def in_units(product: Product, mu: Fraction) -> Fraction:
+    """Return a preference value, its constant part left out, in units of mu."""
+    return (mu - product.problem.measure.constant) / product.units.mu
+
+
+class Search(ABC):
+    """What all searches have in common: product states, the open list, and the loop around the kernel."""
+
+    labels: Any
+
+    def __init__(self, prepared: Prepared, max_cost: float) -> None:
+        """Make the first labels; `max_cost` is an inclusive bound in units."""
+        self.prepared = prepared
+        self.product = prepared.product
+        self.dtype: Any = prepared.dtype
+        self.growth = self._growth()
+        self.bounds = np.array([INFINITE[np.int64], self._up_to(max_cost)], dtype=np.int64)
+        self.reset()
+
+    def _up_to(self, cost: float) -> int:
+        """Return the largest label cost that is worth at most some units."""
+        shift = self.product.shift
+        return (int(min(cost, INFINITE[np.int64] >> shift)) + 1 << shift) - 1
+
+    @abstractmethod
+    def _new_labels(self, count: int) -> Any:
+        """Return room for labels."""
+
+    @abstractmethod
+    def _run(self, pops: int) -> int:
+        """Run the kernel until so many labels are popped or something happens, and return what."""
+
+    def _growth(self) -> boa_star.Growth:
+        measure, units = self.product.problem.measure, self.product.units
+        late, maximum = measure.tardiness, measure.maximum_table(units.factor)
+        slopes = [int(term.weight * units.factor) for term in late]
+        offsets = [min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT) for term in late]
+        prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
+        return boa_star.Growth(
+            rate=measure.rate_table(units.factor),
+            maximum=maximum,
+            late_task=np.array([term.task for term in late], dtype=np.int64),
+            late_slope=np.array(slopes, dtype=np.int64),
+            late_offset=np.array(offsets, dtype=np.int64),
+            violation=np.array(prices, dtype=np.int64),
+            cost_limit=PRODUCT_LIMIT // max(1, *slopes, int(maximum.max(initial=0))),
+        )
+
+    def reset(self) -> None:
+        """Forget everything and hand the start states to the kernel, as the successors of no label."""
+        self.infinite = INFINITE[self.dtype]
+        self.counters = np.zeros(COUNTERS, dtype=np.int64)
+        self.counters[FREE] = NONE
+        self.states = States(
+            np.empty(ROWS_AT_FIRST, np.int64),
+            np.empty((ROWS_AT_FIRST, COLUMNS), self.dtype),
+            np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
+        )
+        self.labels = self._new_labels(LABELS_AT_FIRST)
+        none = np.empty(0, np.int64)
+        self.queue = Queue(np.full(2**12, NONE, np.int32), np.empty(LABELS_AT_FIRST, np.int32), none, none)
+        self.room = self._room()
+        view, graph = self.prepared.view, self.prepared.graph
+        weights = self.growth.violation
+        self._starts = sorted(
+            self.product.starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64))
+        )
+        for k, start in enumerate(self._starts):
+            _, automata = self.product.decode(start.code)
+            self.room.code[k] = graph.start + sum(int(d) * q for d, q in zip(view.strides, automata, strict=True))
+            self.room.cost[k] = 0
+            self.room.violation[k] = start.violations
+        self.counters[[PARENT, NEXT, COUNT]] = NONE, 0, len(self._starts)
+
+    def _room(self) -> Successors:
+        view = self.prepared.view
+        nodes, tasks = len(view.classes), len(view.sizes)
+        most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
+        if view.relaxed:
+            ways = np.diff(view.extra_first, axis=2).max(axis=1) + 1
+            most *= int(ways.prod(axis=0).max())
+        most = max(most, len(self.product.starts))
+        scratch = nodes if view.macro else 1
+        return Successors(
+            code=np.empty(most, np.int64),
+            cost=np.empty(most, np.int64),
+            violation=np.zeros((most, tasks), np.int64),
+            automata=np.empty(tasks, np.int64),
+            distance=np.empty(scratch, np.int64),
+            relay=np.empty(scratch, np.int64),
+            choice=np.empty(tasks, np.int64),
+        )
+
+    def goals(self, limits: Limits) -> Iterator[Found]:
+        """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit."""
+        pending: Found | None = None
+        yielded = -1
+        while True:
+            left = limits.expansions - int(self.counters[EXPANDED])
+            end = self._run(int(max(1, min(SLICE, left + 1))))
+            limits.floor = int(self.counters[FLOOR]) >> self.product.shift
+            if pending and (end == EXHAUSTED or limits.floor > pending.cost):
+                # A search that starts again with wider labels finds its first goals once more.
+                if pending.cost > yielded:
+                    yield pending
+                yielded, pending = max(yielded, pending.cost), None
+            if end == EXHAUSTED:
+                limits.floor = math.inf
+                return
+            if end == GOAL:
+                goal = self._found(int(self.counters[FOUND]))
+                if self._accept(goal):
+                    pending = goal
+            elif end == PAUSED:
+                self._slice_done()
+            elif not self._make_room(end, limits):
+                limits.ended = "memory"
+                return
+            if self.counters[EXPANDED] > limits.expansions:
+                limits.ended = "expansions"
+                return
+            if limits.out_of_time:
+                limits.ended = "time"
+                return
+
+    def _exact_mu(self, label: int) -> int | None:
+        """Return a label's mu in units, None where that is only a bound."""
+        return None
+
+    @abstractmethod
+    def _accept(self, goal: Found) -> bool:
+        """Take note of a goal; return whether it is one, by its exact mu."""
+
+    def _slice_done(self) -> None:
+        """Take note of a slice."""
+        return None
+
+    def _found(self, label: int) -> Found:
+        graph, view = self.prepared.graph, self.prepared.view
+        cost = int(self.labels.cost[label]) >> self.product.shift
+        mu, labels = self._exact_mu(label), []
+        while label != NONE:
+            labels.append(label)
+            label = int(self.labels.parent[label])
+        labels.reverse()
+        codes = self.states.code[self.labels.row[labels]]
+        automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
+        costs = self.labels.cost[labels].tolist()
+        nodes = (codes % graph.size).tolist()
+        path = tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
+        start = self._start_of(labels[0], path[0])
+        return Found(cost, mu, lambda: extract(self.product, graph, path, start))
+
+    def _start_of(self, label: int, at: Waypoint) -> Start:
+        """Return how a label without parent begins: of those ways that lead to its state the one of its mu."""
+        weights = self.growth.violation
+        ways = [start for start in self._starts if self.product.decode(start.code)[1] == at.automata]
+        return min(ways, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
+
+    @property
+    def work(self) -> Work:
+        """What was done so far."""
+        c = self.counters
+        held = sum(array.nbytes for some in (self.states, self.labels, self.queue) for array in some)
+        return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[GENERATED]), held)
+
+    def _make_room(self, end: int, limits: Limits) -> bool:
+        """Grow what the kernel ran out of; return False if that would exceed the memory."""
+        if end == TOO_WIDE:
+            self._widen()
+            return True
+        more = {MORE_ROWS: self.states, MORE_LABELS: (*self.labels, *self.queue[1:])}.get(end, ())
+        if self.work.bytes + 2 * sum(array.nbytes for array in more) > limits.bytes:
+            return False
+        if end == MORE_ROWS:
+            size = 2 * len(self.states.code)
+            slots = np.full(2 * size, NONE, np.int32)
+            self.states = States(_longer(self.states.code, size), _longer(self.states.known, size), slots)
+            rehash(self.states, int(self.counters[ROWS]))
+        elif end == MORE_LABELS:
+            size = 2 * len(self.labels.row)
+            self.labels = type(self.labels)(*(_longer(array, size) for array in self.labels))
+            heap = size if len(self.queue.heads) == 0 else 0
+            keys, items = _longer(self.queue.keys, heap), _longer(self.queue.items, heap)
+            self.queue = Queue(self.queue.heads, _longer(self.queue.links, size), keys, items)
+        else:
+            assert end == MORE_BUCKETS
+            self._more_buckets()
+        return True
+
+    def _widen(self) -> None:
+        """Start again with 64-bit labels."""
+        if self.dtype is np.int64:
+            raise OverflowError
+        if self.prepared.dtype is not np.int64:
+            self.prepared.widen()
+        self.dtype = np.int64
+        self.reset()
+
+    def _more_buckets(self) -> None:
+        """Give the open list more buckets, or turn it into a heap."""
+        size = 8 * len(self.queue.heads)
+        if size <= BUCKETS:
+            self.queue = self.queue._replace(heads=_longer(self.queue.heads, size, NONE))
+            return
+        waiting = []
+        for bucket in np.flatnonzero(self.queue.heads >= 0):
+            label = int(self.queue.heads[bucket])
+            while label != NONE:
+                waiting.append((int(bucket), label))
+                label = int(self.queue.links[label])
+        keys, items = (np.empty(len(self.labels.row), np.int64) for _ in range(2))
+        for at, (estimate, label) in enumerate(sorted(waiting)):
+            keys[at], items[at] = estimate, label
+        self.counters[OPEN] = len(waiting)
+        self.queue = Queue(np.empty(0, np.int32), self.queue.links, keys, items)
+
+
+class BiObjectiveSearch(Search):
+    """BOA*, for measures whose label key is (g, mu)."""
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        *,
+        max_mu: Fraction | None = None,
+        max_cost: float = math.inf,
+        cost_only: bool = False,
+        first_only: bool = False,
+    ) -> None:
+        """Make the search ready.
+
+        Args:
+            prepared: what to search.
+            max_mu: inclusive bound in the user's units.
+            max_cost: inclusive bound, units of cost.
+            cost_only: find a cheapest goal, whatever its mu (A*).
+            first_only: find the first goal of the front only.
+        """
+        self._max_mu = INFINITE[np.int64] if max_mu is None else math.floor(in_units(prepared.product, max_mu))
+        self._cost_only, self._first_only = cost_only, first_only or cost_only
+        super().__init__(prepared, max_cost)
+
+    def reset(self) -> None:
+        """Forget everything but the bounds."""
+        self.bounds[0] = min(self._max_mu + 1, INFINITE[np.int64])
+        self._bounded = False
+        super().reset()
+
+    def _new_labels(self, count: int) -> boa_star.Labels:
+        kinds = (np.int32, self.dtype, self.dtype, np.int32, np.int32)
+        return boa_star.Labels(*(np.empty(count, kind) for kind in kinds))
+
+    def _run(self, pops: int) -> int:
+        p = self.prepared
+        end = boa_star.run(
+            p.view,
+            self.growth,
+            p.patterns,
+            p.budgeted,
+            p.blocks,
+            self.states,
+            self.labels,
+            self.queue,
+            self.counters,
+            self.bounds,
+            self.room,
+            self.infinite,
+            self._cost_only,
+            pops,
+        )
+        return int(end)
+
+    def _exact_mu(self, label: int) -> int:
+        return int(self.labels.mu[label])
+
+    def _accept(self, goal: Found) -> bool:
+        if self._cost_only:
+            self.bounds[1] = -1
+        elif self._first_only:
+            self.bounds[1] = self._up_to(goal.cost)
+        self._slice_done()
+        return True
+
+    def _slice_done(self) -> None:
+        if not self._bounded and not self._cost_only and self.counters[EXPANDED] > LONG:
+            best = int(self.bounds[0]) - 1
+            self._bounded = best < INFINITE[np.int64] - 1
+            if self._bounded:
+                self.prepared.bound_growth(best)
+                if self.prepared.dtype is not self.dtype:
+                    self._widen()
+
+
+def _longer(array: np.ndarray, size: int, fill: int | None = None) -> np.ndarray:
+    longer = np.empty((size, *array.shape[1:]), array.dtype)
+    longer[: len(array)] = array
+    if fill is not None:
+        longer[len(array) :] = fill
+    return longer

@@ -1,0 +1,109 @@
+"""Memory of a search: product states met, their hash table, labels, and the open list.
+
+Everything grows by doubling between two runs of a kernel, so that memory can be limited and a search interrupted.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.heuristics.pattern_database import BOUND_COLUMNS
+from prefplan.product.heap import heap_pop, heap_push
+from prefplan.product.successors import Integer, bare_kernel
+
+NONE = -1
+
+# Places in the counters of a search.
+ROWS, LABELS, FREE, OPEN, FLOOR, EXPANDED, GENERATED, FOUND, PARENT, NEXT, COUNT = range(11)
+COUNTERS = 11
+
+# Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
+# others remain), the bound of mu's growth, and the first of its labels.
+SATISFIED, GROWTH_BOUND, HEAD = range(BOUND_COLUMNS, BOUND_COLUMNS + 3)
+COLUMNS = BOUND_COLUMNS + 3
+
+TAKEN = -2
+"""In place of a link: the label is not in the open list."""
+
+
+class States(NamedTuple):
+    """Product states met so far, one row each.
+
+    Attributes:
+        code: (R,) int64.
+        known: (R, F) of the labels' type, what is known of each, side by side.
+        slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
+    """
+
+    code: np.ndarray
+    known: np.ndarray
+    slots: np.ndarray
+
+
+class Queue(NamedTuple):
+    """The open list: labels by cost + bound, the last one in first out.
+
+    Attributes:
+        heads: (B,) int32, first label of each bucket; bucket b holds the estimate b.
+        links: (L,) int32, the label after this one in its bucket.
+        keys: (L',) int64 and items: (L',) int64: a binary heap instead, when estimates spread too far for buckets.
+    """
+
+    heads: np.ndarray
+    links: np.ndarray
+    keys: np.ndarray
+    items: np.ndarray
+
+
+@bare_kernel
+def first_slot(code: Integer, mask: Integer) -> Integer:
+    """Return where to start looking for a product state in a hash table of mask + 1 slots."""
+    return np.int64((np.uint64(code) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & mask
+
+
+@bare_kernel
+def rehash(states: States, rows: Integer) -> None:
+    """Fill an emptied hash table with the first rows."""
+    mask = states.slots.shape[0] - 1
+    for row in range(rows):
+        slot = first_slot(states.code[row], mask)
+        while states.slots[slot] >= 0:
+            slot = (slot + 1) & mask
+        states.slots[slot] = row
+
+
+@bare_kernel
+def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> bool:
+    """Insert a label; return False if its estimate is out of the buckets' range."""
+    if queue.heads.shape[0] == 0:
+        counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
+        queue.links[label] = NONE
+        return True
+    if estimate >= queue.heads.shape[0]:
+        return False
+    queue.links[label] = queue.heads[estimate]
+    queue.heads[estimate] = label
+    counters[OPEN] += 1
+    return True
+
+
+@bare_kernel
+def pop(queue: Queue, counters: np.ndarray) -> Integer:
+    """Remove a label of the smallest estimate, write that to the counters, and return the label."""
+    if queue.heads.shape[0] == 0:
+        counters[FLOOR] = queue.keys[0]
+        label = queue.items[0]
+        queue.links[label] = TAKEN
+        counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
+        return label
+    floor = counters[FLOOR]
+    while queue.heads[floor] < 0:
+        floor += 1
+    counters[FLOOR] = floor
+    label = np.int64(queue.heads[floor])
+    queue.heads[floor] = queue.links[label]
+    queue.links[label] = TAKEN
+    counters[OPEN] -= 1
+    return label

@@ -1,0 +1,175 @@
+"""From product states back to a plan: the actions between them, and what was spent on each task."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from prefplan.exact_costs import to_number
+from prefplan.front import Plan, Purchase
+from prefplan.product.contraction import Graph
+from prefplan.product.product_automaton import Product, Start
+from prefplan.product.successors import Integer, kernel
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """A product state on a path.
+
+    Attributes:
+        node: of the graph that was searched.
+        automata: states of the tasks' automata.
+        cost: of the label made there, as in `Product.costs`.
+    """
+
+    node: int
+    automata: tuple[int, ...]
+    cost: int
+
+
+def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
+    """Return the plan that visits some product states, and its exact mu, worked out afresh from the model.
+
+    Args:
+        product: what was searched.
+        graph: over what.
+        path: product states at which the search made labels, the start's first.
+        start: how the path begins.
+    """
+    edges: list[int] = []
+    states = [path[0].automata]
+    for before, after in zip(path, path[1:], strict=False):
+        for edge in _way(product, graph, before, after):
+            edges.append(edge)
+            states.append(before.automata)
+        states[-1] = after.automata
+    return account(product, edges, states, start)
+
+
+def _way(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
+    """Return the edges of a cheapest way between two waypoints on which no automaton moves before the last edge.
+
+    Ties go to fewer actions, then to the model's order of actions.
+    """
+    source, target = int(graph.states[before.node]), int(graph.states[after.node])
+    edges: list[int] = []
+    if _leads(product, int(product.classes[target]), before.automata, after.automata):
+        passable = _resting_classes(product, before.automata) & graph.contracted
+        limit = after.cost - before.cost
+        arrays = product.offsets, product.targets, product.costs, product.classes
+        edges = cheapest_way(*arrays, passable, source, target, limit).tolist()
+    if not edges:
+        raise AssertionError("the search made a step that the model does not have")
+    return edges
+
+
+@kernel
+def cheapest_way(
+    offsets: np.ndarray,
+    targets: np.ndarray,
+    costs: np.ndarray,
+    classes: np.ndarray,
+    passable: np.ndarray,
+    source: Integer,
+    target: Integer,
+    limit: Integer,
+) -> np.ndarray:
+    """Return the edges of the way of exactly some cost from one state to another; none if there is no such way.
+
+    Args:
+        offsets: (S + 1,) int64, where each state's edges begin.
+        targets: (E,) int32, where edges lead.
+        costs: (E,) int64.
+        classes: (S,) int32, of labels.
+        passable: (C,) bool, classes of states that may lie on the way.
+        source: where it begins.
+        target: where it ends, with at least one edge.
+        limit: its cost.
+    """
+    links, taken = [np.int64(-1)], [np.int64(-1)]
+    # Sorting by the number of the link is sorting by when it was made.
+    queue = [(np.int64(0), 0, np.int64(0), np.int64(source))]
+    passed = {np.int64(-1)}
+    while queue:
+        cost, length, link, state = heapq.heappop(queue)
+        if link > 0:
+            if state == target and cost == limit:
+                way = np.empty(length, dtype=np.int64)
+                for k in range(length - 1, -1, -1):
+                    way[k] = taken[link]
+                    link = links[link]
+                return way
+            if state in passed or not passable[classes[state]]:
+                continue
+            passed.add(state)
+        for edge in range(offsets[state], offsets[state + 1]):
+            end = np.int64(targets[edge])
+            if cost + costs[edge] <= limit and end not in passed:
+                links.append(np.int64(link))
+                taken.append(np.int64(edge))
+                heapq.heappush(queue, (cost + costs[edge], length + 1, np.int64(len(links) - 1), end))
+    return np.empty(0, dtype=np.int64)
+
+
+def _resting_classes(product: Product, automata: tuple[int, ...]) -> np.ndarray:
+    """Return the (C,) bool label classes on whose free reading all automata rest."""
+    states = np.array(automata)
+    rests: np.ndarray = (product.delta[np.arange(len(states)), states] == states[:, None]).all(axis=0)
+    return rests
+
+
+def _leads(product: Product, label: int, before: tuple[int, ...], after: tuple[int, ...]) -> bool:
+    """Return whether some reading of a label class takes the automata from one combination to another."""
+    for i, (q, then) in enumerate(zip(before, after, strict=True)):
+        bought = slice(product.extra_first[i, q, label], product.extra_first[i, q, label + 1])
+        if product.delta[i, q, label] != then and then not in product.extra_state[bought]:
+            return False
+    return True
+
+
+def account(
+    product: Product, edges: Sequence[int], states: Sequence[tuple[int, ...]], start: Start
+) -> tuple[Plan, Any]:
+    """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
+    problem, system, units = product.problem, product.problem.system, product.units
+    names = problem.names
+    spent = [0]
+    for edge in edges:
+        spent.append(spent[-1] + (int(product.costs[edge]) >> product.shift))
+    task_costs, violations = [], [Fraction(0)] * len(names)
+    purchases: list[Purchase] = []
+    for i, (name, dfa) in enumerate(zip(names, product.automata, strict=True)):
+        accepting = dfa.automaton.accepting
+        done = next((k for k, automata in enumerate(states) if automata[i] == accepting), len(states) - 1)
+        task_costs.append(spent[done] * units.cost)
+        bought = start.bought[i]
+        if bought is None:
+            price = (dfa.skip or 0) * units.price
+            purchases.append(Purchase(name, 0, None, to_number(price)))
+            violations[i] += price
+        for k, automata in enumerate(states if dfa.relaxations else states[:1]):
+            if k > 0:
+                label = system.label(int(product.targets[edges[k - 1]]))
+                readings = dfa.readings(states[k - 1][i], label)
+                bought = next(r.bought for r in readings if r.state == automata[i])
+            for relaxation in bought or ():
+                assumed, _, count = dfa.relaxations[relaxation]
+                purchases.append(Purchase(name, k, assumed, to_number(count * units.price)))
+                violations[i] += count * units.price
+    visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
+    mu = problem.measure.value(task_costs, violations)
+    plan = Plan(
+        cost=to_number(spent[-1] * units.cost),
+        preference=to_number(mu),
+        task_costs={name: to_number(cost) for name, cost in zip(names, task_costs, strict=True)},
+        violation_costs={name: to_number(cost) for name, cost in zip(names, violations, strict=True)},
+        actions=tuple(system.action_names[system.actions[edge]] for edge in edges),
+        states=tuple(system.states[state] for state in visited),
+        relaxations=tuple(sorted(purchases, key=lambda p: p.step)),
+    )
+    return plan, mu

@@ -1,0 +1,139 @@
+"""The search with keys of several entries (`multiobjective`), for measures that need more than (g, mu)."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from prefplan.errors import PreferenceError
+from prefplan.heuristics.preprocessing import Prepared
+from prefplan.preferences.contracts import text_of_costs, value_at
+from prefplan.product.product_automaton import Start
+from prefplan.search import multi_objective
+from prefplan.search.driver import Found, Search, in_units
+from prefplan.search.formula_programs import callback, compile_programs, no_callback
+from prefplan.search.plan_extraction import Waypoint
+
+
+class VectorSearch(Search):
+    """Search with keys of several entries."""
+
+    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None = None, max_cost: float = math.inf) -> None:
+        """Make the search ready; bounds as in `BiObjectiveSearch`."""
+        problem = prepared.product.problem
+        measure = problem.measure
+        self._max_mu = max_mu
+        functions = [formula.function for formula in measure.formulas if formula.function is not None]
+        self._callback = callback(functions[0], measure.tasks) if functions else no_callback()
+        self._programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
+        general = measure.contract == "general"
+        every = tuple(range(measure.tasks))
+        costs = every if general else sorted({i for formula in measure.formulas for i in formula.costs})
+        paid = every if general else sorted({i for formula in measure.formulas for i in formula.violations})
+        values = [k for k, f in enumerate(measure.formulas) if f.contract in ("additive", "convex")]
+        by_value = len(values) == len(measure.formulas)
+        named = {i for f in measure.formulas if f.contract == "componentwise" for i in f.costs}
+        priced = {i for f in measure.formulas if f.contract == "componentwise" for i in f.violations}
+        ordered, carried, equal = multi_objective.ORDERED, multi_objective.CARRIED, multi_objective.EQUAL
+        compare = [ordered] * (1 + len(measure.maxima) + len(values))
+        compare += [equal if general else carried if by_value or i not in named else ordered for i in costs]
+        compare += [carried if not general and (by_value or i not in priced) else ordered for i in paid]
+        self._key = multi_objective.Key(
+            compare=np.array(compare, dtype=np.int8),
+            same_cost=general,
+            maxima=len(measure.maxima),
+            values=np.array(values, dtype=np.int64),
+            costs=np.array(costs, dtype=np.int64),
+            violations=np.array(paid, dtype=np.int64),
+        )
+        self._best = np.empty(2, dtype=np.float64)
+        self._least: Fraction | float | None = None
+        self._scratch = multi_objective.Scratch(
+            np.zeros(len(compare)), np.zeros(measure.tasks), np.zeros(measure.tasks)
+        )
+        super().__init__(prepared, max_cost)
+
+    def reset(self) -> None:
+        """Forget everything but the bounds."""
+        self._least = None
+        self._best[:] = math.inf, 1e300
+        if self._max_mu is not None:
+            self._best[1] = float_above(in_units(self.prepared.product, self._max_mu))
+        super().reset()
+
+    def _new_labels(self, count: int) -> multi_objective.VectorLabels:
+        return multi_objective.VectorLabels(
+            np.empty(count, np.int32),
+            np.empty(count, self.dtype),
+            np.empty(count, np.int32),
+            np.empty(count, np.int32),
+            np.empty((count, len(self._key.compare))),
+            np.empty(count),
+        )
+
+    def _run(self, pops: int) -> int:
+        end = multi_objective.run_vector(
+            self.prepared.view,
+            self.growth,
+            self._key,
+            self._programs,
+            self._callback,
+            self.prepared.patterns,
+            self.states,
+            self.labels,
+            self.queue,
+            self.counters,
+            self._best,
+            self.bounds,
+            self.room,
+            self._scratch,
+            self.infinite,
+            pops,
+        )
+        if end == multi_objective.FALLS:
+            at = text_of_costs(self._vector(), self.product.problem.names)
+            raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")
+        return int(end)
+
+    def _accept(self, goal: Found) -> bool:
+        mu = goal.mu
+        if (self._least is not None and mu >= self._least) or (self._max_mu is not None and mu > self._max_mu):
+            return False
+        self._least = mu
+        self._best[0] = float_above(in_units(self.product, Fraction(mu)))
+        return True
+
+    def _start_of(self, label: int, at: Waypoint) -> Start:
+        first = len(self._key.compare) - len(self._key.violations)
+        entered = dict(zip(self._key.violations.tolist(), self.labels.key[label, first:].tolist(), strict=True))
+        for start in self._starts:
+            same = all(start.violations[i] == paid for i, paid in entered.items())
+            if same and self.product.decode(start.code)[1] == at.automata:
+                return start
+        return super()._start_of(label, at)
+
+    def _widen(self) -> None:
+        error = getattr(self._callback, "error", None)
+        if isinstance(error, KeyboardInterrupt):
+            raise error
+        measure, names = self.product.problem.measure, self.product.problem.names
+        for formula in measure.formulas:
+            value_at(self._vector(), formula, names, "preference")
+        super()._widen()
+
+    def _vector(self) -> tuple[list[Fraction], list[Fraction]]:
+        """Return task costs and violation costs of the label that was made last, in the user's units."""
+        units = self.product.units
+        costs = [Fraction(float(c)) * units.cost for c in self._scratch.costs]
+        return costs, [Fraction(float(v)) * units.price for v in self._scratch.violations]
+
+
+def float_above(value: Fraction) -> float:
+    """Return a float that is no less than a number, and the number itself where it is one."""
+    try:
+        nearest = float(value)
+    except OverflowError:
+        return math.inf
+    return nearest if nearest >= value else math.nextafter(nearest, math.inf)

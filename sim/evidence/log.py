@@ -1,0 +1,240 @@
+"""The log of a run: one file from which everything that is said of the run can be checked again.
+
+It is a NumPy archive: the arrays of `Log` under their names, and everything else as JSON under `about`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+import zlib
+from dataclasses import asdict, dataclass, fields
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from prefplan.exact_costs import exact, to_number
+from prefplan.front import Purchase
+from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
+from sim.errors import LogError
+from sim.simulation.rollout import FRAME_RATE, Event, Rollout, Step
+from sim.world.scene import Scene
+
+FORMAT = 1
+"""Changes whenever files of before can no longer be read."""
+
+ARRAYS = {"times": (), "qpos": (None,), "glow": (), "speeds": (7,), "torques": (7,), "pad_forces": (2,)}
+"""Names of the arrays, and the shape of each row."""
+
+DECIMALS = 7
+"""How many are kept of what was recorded: a tenth of a micrometre. What lies beyond is noise, and a third of a file."""
+
+
+@dataclass(frozen=True)
+class LoggedAction:
+    """An action as it was carried out.
+
+    Attributes:
+        action: e.g. `transport blue san`.
+        start: simulated time at which it began, s.
+        end: simulated time at which it ended, s.
+        cost: what was charged for it.
+        label: the propositions that were observed afterwards, sorted.
+    """
+
+    action: str
+    start: float
+    end: float
+    cost: int | float
+    label: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Claims:
+    """What is said to have been achieved.
+
+    Attributes:
+        completed: whether every task was satisfied, as far as it was not relaxed.
+        cost: total cost (equation 1).
+        task_costs: c_i by task name (equation 2).
+        violation_costs: v_i by task name.
+        preference: mu; None for a run that was not completed.
+        relaxations: what was bought.
+    """
+
+    completed: bool
+    cost: int | float
+    task_costs: dict[str, int | float]
+    violation_costs: dict[str, int | float]
+    preference: int | float | None
+    relaxations: tuple[Purchase, ...] = ()
+
+
+@dataclass(frozen=True)
+class About:
+    """All of a log but its arrays.
+
+    Attributes:
+        program: version of prefplan that wrote it.
+        scenario: the scenario's name.
+        text: the scenario file.
+        measured: cost of each (kind, hand before, hand after) where the scenario takes them from measurements.
+        robot: which robot was simulated.
+        meshes: whether it collided with meshes rather than plain shapes.
+        setting: seed, perturbation, faults and whatever else made this run differ from others.
+        joints: name and place in `qpos` of each joint.
+        actions: in order, failed attempts included.
+        events: in order of time.
+        claims: what is said to have been achieved.
+    """
+
+    program: str
+    scenario: str
+    text: str
+    measured: tuple[tuple[str, str, str, int | float], ...]
+    robot: str
+    meshes: bool
+    setting: dict[str, Any]
+    joints: dict[str, int]
+    actions: tuple[LoggedAction, ...]
+    events: tuple[Event, ...]
+    claims: Claims
+
+
+@dataclass(frozen=True)
+class Log:
+    """What was recorded of a run, and what is said of it.
+
+    Attributes:
+        about: everything but the arrays.
+        times: (T,) s, when each frame was taken.
+        qpos: (T, nq) recorded positions.
+        glow: (T,) index into the scenario's locations of the marking location at work, -1 for none.
+        speeds: (T, 7) greatest speed of each arm joint since the frame before, rad/s.
+        torques: (T, 7) greatest torque of each arm joint since the frame before, N m.
+        pad_forces: (T, 2) with which the left and the right pad were pressed, N.
+    """
+
+    about: About
+    times: np.ndarray
+    qpos: np.ndarray
+    glow: np.ndarray
+    speeds: np.ndarray
+    torques: np.ndarray
+    pad_forces: np.ndarray
+
+
+def log_of(
+    scene: Scene, rollout: Rollout, claims: Claims, *, scenario: str, text: str, setting: dict[str, Any] | None = None
+) -> Log:
+    """Return the log of a rollout, up to the end of its last action if it was not completed.
+
+    Args:
+        scene: what was simulated.
+        rollout: what happened.
+        claims: what is said of it.
+        scenario: the scenario's name.
+        text: the scenario file.
+        setting: what made this run differ from others, JSON-ready.
+    """
+    model, steps = scene.mujoco, rollout.steps
+    end = np.inf if rollout.completed else max([0.0, *(step.end for step in steps)]) + 1 / FRAME_RATE
+    joints = [model.joint(i) for i in range(model.njnt)]
+    about = About(
+        program=version("prefplan"),
+        scenario=scenario,
+        text=text,
+        measured=_measured(scene.model.costs),
+        robot=scene.robot,
+        meshes=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "hand_shape") < 0,
+        setting=setting or {},
+        joints={joint.name: int(joint.qposadr[0]) for joint in joints},
+        actions=tuple(_logged(step) for step in steps),
+        events=tuple(event for event in rollout.events if event.time <= end),
+        claims=claims,
+    )
+    kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
+    return Log(about, **{name: rows if name == "times" else rows.round(DECIMALS) for name, rows in kept.items()})
+
+
+def _logged(step: Step) -> LoggedAction:
+    cost = to_number(exact(step.cost))
+    return LoggedAction(step.action, step.start, step.end, cost, tuple(sorted(step.observed.label)))
+
+
+def _measured(costs: ActionCosts) -> tuple[tuple[str, str, str, int | float], ...]:
+    if not isinstance(costs, MeasuredCosts):
+        return ()
+    return tuple((*pair, to_number(exact(cost))) for pair, cost in costs.entries.items())
+
+
+def encode(log: Log) -> bytes:
+    """Return a log as the contents of its file."""
+    about = json.dumps({"format": FORMAT} | asdict(log.about)).encode()
+    file = io.BytesIO()
+    arrays = {name: getattr(log, name) for name in ARRAYS}
+    np.savez_compressed(file, about=np.frombuffer(about, dtype=np.uint8), **arrays)
+    return file.getvalue()
+
+
+def read_log(path: str | Path) -> Log:
+    """Read a log.
+
+    Raises:
+        LogError: there is no such file, or it is none, broken, or of another format; the message names the file.
+    """
+    try:
+        with open(path, "rb") as file:
+            if not zipfile.is_zipfile(file):
+                raise LogError(f"{path}: broken, or not a log of `prefplan run`")
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise LogError(f"{path}: not a log of `prefplan run`")
+        with archive:
+            found = {name: archive[name] for name in archive.files}
+    except FileNotFoundError:
+        raise LogError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise LogError(f"{path}: a folder, not a log of `prefplan run`") from None
+    except PermissionError as error:
+        raise LogError(f"{path}: cannot be read ({error.strerror})") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, KeyError, NotImplementedError) as error:
+        raise LogError(f"{path}: broken, or not a log of `prefplan run` ({error})") from None
+    if "about" not in found:
+        raise LogError(f"{path}: not a log of `prefplan run`")
+    about = _about(path, found["about"])
+    arrays = {}
+    for name, row in ARRAYS.items():
+        if name not in found:
+            raise LogError(f"{path}: broken: {name} is missing")
+        arrays[name] = array = found[name]
+        wanted = (len(found["times"]), *row)
+        if array.ndim != len(wanted) or any(n not in (m, None) for m, n in zip(array.shape, wanted, strict=True)):
+            raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
+        if array.dtype.kind not in "fi" or not np.isfinite(array).all():
+            raise LogError(f"{path}: broken: {name} holds what is not a number")
+    if not len(arrays["times"]):
+        raise LogError(f"{path}: broken: not a single frame")
+    return Log(about, **arrays)
+
+
+def _about(path: str | Path, data: np.ndarray) -> About:
+    try:
+        about = json.loads(data.tobytes())
+        if about["format"] != FORMAT:
+            raise LogError(f"{path}: a log of format {about['format']!r}; this version of prefplan reads {FORMAT}")
+        about = TypeAdapter(About).validate_python({field.name: about[field.name] for field in fields(About)})
+    except KeyError as error:
+        raise LogError(f"{path}: broken: about.{error.args[0]} is missing") from None
+    except ValidationError as error:
+        problem = error.errors()[0]
+        where = ".".join(str(part) for part in problem["loc"])
+        raise LogError(f"{path}: broken: about.{where}: {problem['msg'].lower()}") from None
+    except (ValueError, TypeError):
+        raise LogError(f"{path}: broken: about is not the JSON it should be") from None
+    return about

@@ -1,0 +1,257 @@
+"""A logged run's world, put together again from the log alone, and what its recorded frames show.
+
+Nothing here is shared with `sim.perception`, by which the run itself went: what rests where is judged by the shapes
+that touch, not by heights, and what is held by the recorded forces and the pads that touch it.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from prefplan.errors import PrefplanError
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import Scenario, loads
+from sim.errors import LogError, RobotError
+from sim.evidence.log import About, Log
+from sim.robots.meshes import mesh_folder
+from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, PADS
+from sim.simulation.rollout import FRAME_RATE
+from sim.world.scene import Scene, build_scene
+
+NEAR = 0.045
+"""An object is at a location when the middle of one of its slots is this near on the horizontal, m."""
+
+TOUCH = 0.002
+"""Shapes nearer than this touch, m: resting contacts come and go by micrometres."""
+
+LEAN = np.radians(20)
+"""What leans by more does not stand, rad."""
+
+PRESS = 0.5
+"""Each pad presses what is held with this force at least, N: its weight."""
+
+STRANGERS = 20
+"""So many objects that are not the scenario's are looked at, at most."""
+
+MEMORY = round(0.2 * FRAME_RATE)
+"""Frames for which a press counts: contacts flicker."""
+
+
+@dataclass(frozen=True)
+class _Roles:
+    """Which geoms belong to what, (ngeom,) each.
+
+    Attributes:
+        robot: of the robot.
+        finger: of its fingers.
+        fixed: that collide and never move, the robot aside.
+    """
+
+    robot: np.ndarray
+    finger: np.ndarray
+    fixed: np.ndarray
+
+
+class RecordedWorld:
+    """The world of a log, at one frame at a time.
+
+    Attributes:
+        scenario: read from the log.
+        model: its manipulation model.
+        mujoco: the scene's MuJoCo model, built anew.
+        dressed: which shapes of the arm are looked at for contacts, in words.
+
+    Raises:
+        LogError: (on construction) the scenario in the log cannot be read or built, or its joints are not there.
+    """
+
+    def __init__(self, log: Log) -> None:
+        """Build the scene that the log's scenario describes."""
+        about = log.about
+        self._log = log
+        self.scenario, self._scene, self.dressed = _built(
+            about.text, about.scenario, about.robot, about.meshes, len(about.joints)
+        )
+        self.model = self._scene.model
+        self.mujoco = self._scene.mujoco
+        self._data = mujoco.MjData(self.mujoco)
+        spares = (name for name in self._scene.spares if name in about.joints)
+        things = (*(thing.name for thing in self.model.objects), *spares)
+        self._source, self._target = _places(about, self.mujoco, things, log.qpos.shape[1])
+        self._roles = _roles(self.mujoco)
+        self._geom = {thing: int(self.mujoco.geom(thing).id) for thing in things}
+        self._pads = [int(self.mujoco.geom(name).id) for name in PADS]
+
+    def arm(self) -> np.ndarray:
+        """Return the (T, 7) recorded angles of the arm's joints, rad."""
+        return self._log.qpos[:, [self._log.about.joints[name] for name in ARM_JOINTS]]
+
+    def path(self, thing: str) -> np.ndarray:
+        """Return the (T, 3) recorded positions of an object's centre, m."""
+        first = self._log.about.joints[thing]
+        return self._log.qpos[:, first : first + 3]
+
+    def frame_at(self, time: float) -> int:
+        """Return the index of the last frame up to a time, s."""
+        return max(0, int(np.searchsorted(self._log.times, time + 1e-9)) - 1)
+
+    def worked(self, location: str, *, start: float, end: float) -> bool:
+        """Return whether a marking location was at work between two times, s."""
+        index = [place.name for place in self.model.locations].index(location)
+        during = (self._log.times >= start) & (self._log.times <= end)
+        return bool(np.any(self._log.glow[during] == index))
+
+    def show(self, frame: int) -> None:
+        """Put everything where a frame has it."""
+        self._frame = frame
+        self._data.qpos[self._target] = self._log.qpos[frame, self._source]
+        mujoco.mj_kinematics(self.mujoco, self._data)
+
+    def held(self) -> str | None:
+        """Return the object that both pads touch and have pressed of late, or None."""
+        forces = self._log.pad_forces[max(0, self._frame - MEMORY) : self._frame + 1]
+        if not np.any(forces.min(axis=1) > PRESS):
+            return None
+        return next(
+            (name for name, geom in self._geom.items() if all(self._touch(geom, pad) for pad in self._pads)), None
+        )
+
+    def resting(self, held: str | None) -> dict[str, str]:
+        """Return the location of every object on the table that rests at one, but for what is held.
+
+        Of those that are too many for a location only the nearest to the middle of a slot rest there.
+        """
+        things = [thing for thing, geom in self._geom.items() if thing != held and self._data.geom_xpos[geom][2] > 0]
+        found = {thing: place for thing in things if (place := self._rests(thing)) is not None}
+        for location in self.model.locations:
+            name = location.name
+            there = [thing for thing, place in found.items() if place == name]
+            there.sort(key=lambda thing: self._away(thing)[name])
+            for thing in there[location.capacity :]:
+                del found[thing]
+        return found
+
+    def _rests(self, thing: str) -> str | None:
+        """Return the location at which an object rests, however many others do, or None.
+
+        It stands there near the middle of a slot, on what does not move; or where the location lies on others, on an
+        object that rests at one of those.
+        """
+        if not self._stands(thing):
+            return None
+        away = self._away(thing)
+        for place in sorted((name for name, distance in away.items() if distance < NEAR), key=away.__getitem__):
+            supports = self.model.location(place).on
+            if supports:
+                if any(self._rests(below) in supports for below in self._carriers(thing)):
+                    return place
+            elif any(self._touch(self._geom[thing], int(geom)) for geom in np.flatnonzero(self._roles.fixed)):
+                return place
+        return None
+
+    def touches(self, handled: str | None, *, aloft: bool) -> list[tuple[str, str]]:
+        """Return names of bodies that touch and should not: one of the robot or the object aloft, and another.
+
+        Args:
+            handled: the object that the fingers may touch.
+            aloft: whether it may touch nothing else.
+        """
+        mujoco.mj_collision(self.mujoco, self._data)
+        pairs = self._data.contact.geom.reshape(-1, 2)
+        roles, thing = self._roles, self._geom.get(handled or "", -1)
+        found = []
+        for moving, other in (pairs.T, pairs.T[::-1]):
+            wrong = roles.robot[moving] & ~roles.robot[other] & ~(roles.finger[moving] & (other == thing))
+            if aloft:
+                wrong |= (moving == thing) & ~roles.robot[other]
+            found += [(self._name(a), self._name(b)) for a, b in zip(moving[wrong], other[wrong], strict=True)]
+        return found
+
+    def _touch(self, geom: int, other: int) -> bool:
+        return bool(mujoco.mj_geomDistance(self.mujoco, self._data, geom, other, 2 * TOUCH, None) < TOUCH)
+
+    def _stands(self, thing: str) -> bool:
+        """Return whether an object stands upright; a cube may stand on any face."""
+        geom = self._geom[thing]
+        steep = np.abs(self._data.geom_xmat[geom].reshape(3, 3)[2])
+        is_cube = self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and np.ptp(self.mujoco.geom_size[geom]) == 0
+        return bool((steep.max() if is_cube else steep[2]) > np.cos(LEAN))
+
+    def _away(self, thing: str) -> dict[str, float]:
+        """Return how far on the horizontal an object is from the nearest slot of each location, m."""
+        centre = self._data.geom_xpos[self._geom[thing]][:2]
+        return {
+            name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
+            for name, row in self._scene.slots.items()
+        }
+
+    def _carriers(self, thing: str) -> list[str]:
+        """Return the objects that an object touches and whose centres are lower than its own."""
+        geom, height = self._geom[thing], self._data.geom_xpos[self._geom[thing]][2]
+        lower = {name: other for name, other in self._geom.items() if self._data.geom_xpos[other][2] < height - TOUCH}
+        return [name for name, other in lower.items() if self._touch(geom, other)]
+
+    def _name(self, geom: int) -> str:
+        """Return the name of the body that a geom belongs to, or of the nearest one that has one."""
+        body = int(self.mujoco.geom_bodyid[geom])
+        while not self.mujoco.body(body).name:
+            body = int(self.mujoco.body_parentid[body])
+        return str(self.mujoco.body(body).name)
+
+
+@functools.lru_cache(maxsize=4)
+def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple[Scenario, Scene, str]:
+    """Return the scenario of a log, its scene, and which shapes the arm has there.
+
+    As many of the joints as are neither the robot's nor an object's belong to objects the scenario does not have.
+    """
+    try:
+        scenario = loads(text, name=name, measured=False)
+        if not isinstance(scenario.model, ManipulationModel):
+            raise LogError("its scenario has no manipulation model")
+        spares = min(max(0, joints - len(ARM_JOINTS + FINGER_JOINTS) - len(scenario.model.objects)), STRANGERS)
+        try:
+            scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=meshes and mesh_folder() is not None)
+        except RobotError:
+            scene = build_scene(scenario.model, spares=spares, meshes=False)
+    except PrefplanError as error:
+        raise LogError(f"the scenario in the log is of no use: {error}") from None
+    if scene.robot != "default":
+        return scenario, scene, f"the shapes of the robot `{scene.robot}`"
+    dressed = meshes and mesh_folder() is not None
+    return scenario, scene, "the arm's meshes" if dressed else "plain shapes of the arm"
+
+
+def _places(about: About, model: mujoco.MjModel, things: tuple[str, ...], width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return where in a recorded row, and where in the model's own positions, each value of a joint is."""
+    source: list[int] = []
+    target: list[int] = []
+    for name in (*ARM_JOINTS, *FINGER_JOINTS, *things):
+        joint = model.joint(name)
+        size = 7 if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else 1
+        first = about.joints.get(name)
+        if first is None or not 0 <= first <= width - size:
+            raise LogError(f"the log is broken: it does not say where in a frame {name!r} is")
+        source += range(first, first + size)
+        target += range(int(joint.qposadr[0]), int(joint.qposadr[0]) + size)
+    return np.array(source), np.array(target)
+
+
+def _roles(model: mujoco.MjModel) -> _Roles:
+    root = int(model.body("link0").id)
+    robot = np.zeros(model.nbody, dtype=bool)
+    for body in range(1, model.nbody):
+        robot[body] = body == root or robot[model.body_parentid[body]]
+    fingers = [int(model.joint(name).bodyid[0]) for name in FINGER_JOINTS]
+    of_robot = robot[model.geom_bodyid]
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    still = model.body_weldid[model.geom_bodyid] == 0
+    return _Roles(
+        robot=of_robot,
+        finger=np.isin(model.geom_bodyid, fingers),
+        fixed=collides & still & ~of_robot,
+    )

@@ -1,0 +1,1 @@
+"""Plans carried out: the executor, the closed loop around it, faults, and measured costs."""

@@ -1,0 +1,228 @@
+"""Measurement of actions: each is simulated in states in which the model allows it, from rest and for itself."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from prefplan.models.manipulation.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation.measured_costs import Measurement
+from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
+from prefplan.models.manipulation.slots import hand_poses, location_of
+from sim.errors import SimulationError
+from sim.perception.grounding import hand_over, slot_of
+from sim.perception.sensors import true_poses
+from sim.robots.panda import MJCF
+from sim.simulation.effort import Effort
+from sim.simulation.workcell import Workcell
+from sim.skills.skills import SkillError, grasp, perform, release, transit
+from sim.world.scene import Scene, initial_state
+
+SAMPLES = 4
+"""Simulations of an action, spread over the states it may be taken in; more where there are more objects than this."""
+
+
+BATCH = 8
+"""Actions that a process measures before it tells of them: a few seconds' work."""
+
+
+MOTION = ("geometry", "robots", "world", "perception", "motion", "simulation", "skills")
+"""Folders of `sim` that decide what an action takes."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An action to simulate.
+
+    Attributes:
+        state: where the hand and the objects are before it.
+        action: as in plans, e.g. `transport blue san`.
+        put: the object that the hand has just put down, which is where it rises from; None if it came from elsewhere.
+    """
+
+    state: ManipulationState
+    action: str
+    put: str | None = None
+
+
+@dataclass(frozen=True)
+class Failure:
+    """An action that no simulation could carry out.
+
+    Attributes:
+        pair: its kind, and the hand's pose before and after it.
+        reason: why the first simulation could not.
+    """
+
+    pair: Pair
+    reason: str
+
+
+def sources() -> str:
+    """Return a digest of the program's parts that decide what an action takes: what was measured with others is old."""
+    digest = hashlib.sha256()
+    folders = (Path(__file__).parents[1] / name for name in MOTION)
+    for path in (*(source for folder in folders for source in sorted(folder.glob("*.py"))), MJCF):
+        digest.update(path.read_text(encoding="utf-8").encode())
+    return digest.hexdigest()
+
+
+def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
+    """Return what to simulate for every pair of poses between which some plan might take an action.
+
+    Every object that can be the action's has its turn, and states from the start's to the remotest are sampled evenly.
+    """
+    hands = hand_poses(
+        (place.name for place in model.locations), (place.capacity for place in model.locations), model.start
+    )
+    pairs = [
+        (kind, before, after)
+        for kind, before, after in product(ACTION_KINDS, hands, hands)
+        if (location_of(before) != location_of(after)) == (kind in ("transit", "transport"))
+    ]
+    # With its number as every action's cost, the transition system tells which of its edges are which.
+    numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
+    system = replace(model, costs=numbered).transition_system()
+    order = np.argsort(system.costs, kind="stable")
+    bounds = np.searchsorted(system.costs[order], np.arange(len(pairs) + 1))
+    edges = {pair: order[low:high] for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False) if low < high}
+    sources = np.repeat(np.arange(system.size), np.diff(system.offsets))
+    kinds = np.array([action.split()[0] for action in system.action_names])
+    left = np.zeros(system.size, dtype=bool)
+    left[system.targets[kinds[system.actions] == "release"]] = True
+
+    def trial(edge: int) -> Trial:
+        state = cast(ManipulationState, system.states[int(sources[edge])])
+        action = system.action_names[system.actions[edge]]
+        working = state.hand_slot is not None or action.startswith("transit")
+        put = _put(state) if working and left[sources[edge]] and state.held is None else None
+        return Trial(state, action, put)
+
+    chosen = {}
+    for pair, all_edges in edges.items():
+        # Plans hardly ever bring the empty hand somewhere only to bring it elsewhere.
+        likely = all_edges[left[sources[all_edges]]] if pair[0] == "transit" else all_edges
+        some = _sample(likely if len(likely) else all_edges, system.actions)
+        chosen[pair] = tuple(trial(edge) for edge in some)
+    return chosen
+
+
+def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement:
+    """Simulate an action in every sample and return what it took on average.
+
+    Raises:
+        SkillError: none of them worked out; the message says why the first one did not.
+    """
+    efforts, failures = [], []
+    for trial in samples:
+        try:
+            efforts.append(simulate(scene, trial))
+        except SimulationError as error:
+            failures.append(f"`{trial.action}` with {trial.state}: {error}")
+    if not efforts:
+        raise SkillError(failures[0])
+    return Measurement(pair, _mean(efforts), len(efforts))
+
+
+def measure_all(
+    scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1
+) -> Iterator[Measurement | Failure]:
+    """Measure actions one after another or several at once, and yield each as it is done.
+
+    Args:
+        scene: what is simulated.
+        wanted: samples of each, from `trials`.
+        jobs: how many processes; 1 for this one.
+    """
+    items = list(wanted.items())
+    batches = [items[first : first + BATCH] for first in range(0, len(items), BATCH)]
+    work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")
+    for results in work(delayed(_measure_batch)(scene, batch) for batch in batches):
+        yield from results
+
+
+def _measure_batch(scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]]) -> list[Measurement | Failure]:
+    results: list[Measurement | Failure] = []
+    for pair, samples in batch:
+        try:
+            results.append(measure(scene, pair, samples))
+        except SkillError as error:
+            results.append(Failure(pair, str(error)))
+    return results
+
+
+def simulate(scene: Scene, trial: Trial) -> Effort:
+    """Return what an action takes of the arm, once the hand has come to where it begins.
+
+    An object that it holds then was grasped there, so that it lies in the hand as it does in an execution; one that it
+    has just put down was grasped there as well.
+
+    Raises:
+        SimulationError: the action, or the way to its state, does not work out.
+    """
+    state, model = trial.state, scene.model
+    resting, slots = state.place, dict(state.slots)
+    if state.held:
+        resting[state.held] = state.hand
+        if state.hand_slot is not None:
+            slots[state.held] = state.hand_slot
+    objects = tuple(replace(thing, start=resting[thing.name]) for thing in model.objects)
+    begin = ManipulationState(model.start, None, tuple(resting.items()), slots=tuple(slots.items()))
+    scene = replace(scene, model=replace(model, objects=objects, begin=begin))
+    cell = Workcell(scene, initial_state(scene))
+    if state.hand in scene.slots:
+        transit(cell, state.hand)
+    taken = state.held or trial.put
+    if taken:
+        grasp(cell, taken)
+    if trial.put:
+        release(cell, trial.put, state.hand)
+    before = cell.meter.total
+    perform(cell, trial.action)
+    _check_done(cell, trial.action)
+    return cell.meter.total - before
+
+
+def _put(state: ManipulationState) -> str | None:
+    """Return the object that lies where the empty hand is."""
+    slots = dict(state.slots)
+    here = (thing for thing, place in state.places if place == state.hand and slots.get(thing) == state.hand_slot)
+    return next(here, None)
+
+
+def _check_done(cell: Workcell, action: str) -> None:
+    """Raise SkillError unless an action has had its effect."""
+    kind, *arguments = action.split()
+    match kind:
+        case "transit":
+            done = hand_over(cell.scene, cell.data, arguments[0])
+        case "release":
+            slot = slot_of(cell.scene, true_poses(cell.scene, cell.data), arguments[0])
+            done = slot is not None and slot.location == arguments[1]
+        case _:
+            done = cell.held() == arguments[0]
+    if not done:
+        raise SkillError("it had no effect")
+
+
+def _sample(edges: np.ndarray, actions: np.ndarray) -> list[int]:
+    """Return some of a pair's edges, the actions among them taking turns, from the first to the last."""
+    different = np.unique(actions[edges])
+    count = len(different) * max(1, round(SAMPLES / len(different)))
+    chosen = []
+    for turn, share in enumerate(np.linspace(0, 1, count)):
+        own = edges[actions[edges] == different[turn % len(different)]]
+        chosen.append(int(own[round(share * (len(own) - 1))]))
+    return list(dict.fromkeys(chosen))
+
+
+def _mean(efforts: Sequence[Effort]) -> Mapping[str, float]:
+    total = sum(efforts, start=Effort())
+    return {name: value / len(efforts) for name, value in vars(total).items()}

@@ -1,0 +1,277 @@
+"""Execution: carry a plan out action by action, each confirmed by observation before the next begins."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import cast
+
+import mujoco
+import numpy as np
+
+from prefplan.models.manipulation.model import ManipulationState
+from prefplan.models.transition_system import TransitionSystem
+from sim.errors import SimulationError
+from sim.execution.fault_injection import FaultInjector
+from sim.execution.faults import Fault
+from sim.motion.kinematics import CONTROL_PERIOD
+from sim.perception.grounding import mismatch, observe, slot_of
+from sim.perception.sensors import ObjectPose, Poses, Sensor, SightError, true_poses
+from sim.perception.world_model import reground
+from sim.simulation.rollout import Rollout, Step
+from sim.simulation.workcell import Workcell
+from sim.skills.skills import HOVER, BlockedError, SkillError, perform, transit
+from sim.world.scene import Scene, initial_state
+
+AFTERMATH = 1.0
+"""Wait after a skill that failed, s: what was dropped comes to rest before it is looked at."""
+
+STILL, STILL_TIME, RESTLESS = 0.004, 0.2, 3.0
+"""An object is at rest when it moves by less than this in that time, m and s; that long at most it is waited for, s."""
+
+
+class Run:
+    """A plan under way: the simulation beside the state the model predicts.
+
+    Attributes:
+        scene: what is simulated, with the model that fits what was seen last.
+        system: the model's transition system.
+        cell: the running simulation.
+        state: index in `system` of the state that was last confirmed.
+        steps: the actions carried out so far.
+        reason: what was not as predicted when last looked at, or None.
+        blind: whether nothing was seen for too long, so that it cannot go on.
+        blocked: what the last action could not get past, so that it would do no better again; None if it could.
+        lost: objects that the arm cannot get at.
+        injector: makes things go wrong.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        data: mujoco.MjData,
+        *,
+        system: TransitionSystem | None = None,
+        sensor: Sensor | None = None,
+        faults: Sequence[Fault] = (),
+        seed: int | None = None,
+    ) -> None:
+        """Begin at the model's start; a hand that starts over a location is brought there first.
+
+        Args:
+            scene: the scene.
+            data: from `initial_state`; it is simulated on from there.
+            system: the model's transition system, if it was built already.
+            sensor: sees the objects; exactly, unless it is given.
+            faults: what shall go wrong.
+            seed: what is left to chance about that.
+        """
+        self.scene = self._built = scene
+        self.system = system or scene.model.transition_system()
+        self.cell = Workcell(scene, data, sensor=sensor)
+        self.state = self.system.start
+        self.steps: list[Step] = []
+        self.reason: str | None = None
+        self.blind = False
+        self.blocked: tuple[str, ...] | None = None
+        self.lost: tuple[str, ...] = ()
+        self.injector = FaultInjector(self.cell, faults, seed=seed)
+        self._began = time.perf_counter()
+        self._released: set[str] = set()
+        if scene.model.start in scene.slots:
+            transit(self.cell, scene.model.start)
+
+    def look(self) -> bool:
+        """Return whether what is seen now agrees with the present state; if not, `reason` says why."""
+        state = self._states(self.state)
+        try:
+            poses = self._poses()
+            seen = observe(self.scene, self.cell.data, poses, hand=state.hand, held=self.cell.held(), marks=state.marks)
+            self.reason = mismatch(self.scene, poses, predicted=state, observed=seen)
+        except SightError as error:
+            self.reason, self.blind = str(error), True
+        return self.reason is None
+
+    def carry_out(self, action: str) -> bool:
+        """Carry out one action and compare what is observed with what the model predicts.
+
+        Returns:
+            Whether they agree; if not, `reason` says why.
+
+        Raises:
+            ModelError: the action does not exist in the present state.
+        """
+        target, cost = self.system.step(self.state, action)
+        before, predicted = self._states(self.state), self._states(target)
+        # Whoever disturbed the scene since the last action may have moved positions alone.
+        mujoco.mj_forward(self.scene.mujoco, self.cell.data)
+        start, spent = float(self.cell.data.time), self.cell.meter.total
+        self.injector.begin(len(self.steps) + 1)
+        failure = difference = self.blocked = None
+        observed = before
+        try:
+            try:
+                perform(self.cell, action)
+                self._check_grip(predicted.held)
+            except SightError:
+                raise
+            except SimulationError as error:
+                failure = str(error)
+                if isinstance(error, BlockedError) or not isinstance(error, SkillError):
+                    self.blocked = error.by if isinstance(error, BlockedError) else ()
+                self.cell.wait(AFTERMATH)
+            poses = self._poses()
+            observed = self._observe(poses, before, predicted, done=failure is None)
+            difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
+        except SightError as error:
+            failure, self.blind = str(error), True
+        effort = self.cell.meter.total - spent
+        self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
+        if action.startswith("release"):
+            self._released.add(action.split()[1])
+        if difference or failure:
+            cause = f" ({failure})" if difference and failure else ""
+            self.reason = f"after `{action}`: {difference or failure}{cause}"
+            self.cell.tell("mismatch", action=action, reason=self.reason)
+            return False
+        self.state = target
+        return True
+
+    def reground(self) -> ManipulationState:
+        """Take what is seen for the present state, with a model in which it exists; return that state.
+
+        What is still moving is waited for. The last action is taken to have led to that state.
+
+        Raises:
+            SightError: an object is not seen for too long.
+        """
+        cell = self.cell
+        marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
+        hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
+        poses = self._settled()
+        found = reground(
+            self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, reachable=self._reachable
+        )
+        self.scene, self.lost = found.scene, found.lost
+        cell.scene = found.scene
+        if self.steps:
+            self.steps[-1] = replace(self.steps[-1], observed=found.state, end=float(cell.data.time))
+        return found.state
+
+    def go_on(self, system: TransitionSystem) -> None:
+        """Go on in another transition system, which starts in the present state."""
+        self.system, self.state, self.reason = system, system.start, None
+
+    def rollout(self) -> Rollout:
+        """Return all that happened so far."""
+        cell = self.cell
+        return Rollout(
+            completed=self.reason is None,
+            reason=self.reason,
+            steps=tuple(self.steps),
+            events=tuple(cell.events),
+            **cell.recorder.arrays,
+            sim_seconds=float(cell.data.time),
+            wall_seconds=time.perf_counter() - self._began,
+            placement_error=self._placement_error(),
+        )
+
+    def _states(self, index: int) -> ManipulationState:
+        return cast(ManipulationState, self.system.states[index])
+
+    def _check_grip(self, thing: str | None) -> None:
+        """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
+        self._await_grip()
+        if thing is not None and self.cell.held() != thing:
+            raise SkillError(f"{thing} slipped from the hand")
+
+    def _await_grip(self) -> None:
+        """Wait until it is beyond doubt whether the pads hold what they handle."""
+        while self.cell.in_doubt:
+            self.cell.wait(CONTROL_PERIOD)
+
+    def _poses(self) -> dict[str, ObjectPose]:
+        """Return where every object is seen that is there, at a moment at which there is no doubt what is held."""
+        poses = self.cell.survey(self.cell.shapes)
+        while self.cell.in_doubt:
+            self._await_grip()
+            poses = self.cell.survey(self.cell.shapes)
+        return poses
+
+    def _settled(self) -> dict[str, ObjectPose]:
+        """Return where every object is seen once nothing moves any more, or not for long."""
+        poses = self._poses()
+        for _ in range(round(RESTLESS / STILL_TIME)):
+            before = poses
+            self.cell.wait(STILL_TIME)
+            poses = self._poses()
+            if before.keys() != poses.keys():
+                continue
+            moved = (np.linalg.norm(pose.position - before[thing].position) for thing, pose in poses.items())
+            if max(moved, default=0.0) < STILL:
+                break
+        return poses
+
+    def _reachable(self, position: np.ndarray) -> bool:
+        """Return whether the hand gets down to a position from above."""
+        if position[2] < 0:
+            return False
+        lines = [np.pi / 4 * k for k in range(8)]
+        try:
+            for height in (0.0, HOVER):
+                self.cell.arm.reach(position + [0.0, 0.0, height], lines)
+        except SimulationError:
+            return False
+        return True
+
+    def _observe(
+        self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool
+    ) -> ManipulationState:
+        """Read the state back; a mark counts once its object is seen to rest where it was released."""
+        cell = self.cell
+        seen = observe(self.scene, cell.data, poses, hand=predicted.hand, held=cell.held(), marks=before.marks)
+        earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
+        return replace(seen, marks=before.marks | earned if done else before.marks)
+
+    def _placement_error(self) -> float:
+        """Return the largest horizontal distance of a released object from its slot's centre, m."""
+        errors = [0.0]
+        poses = true_poses(self.scene, self.cell.data)
+        for thing in self._released:
+            slot = slot_of(self.scene, poses, thing)
+            if slot is not None:
+                errors.append(float(np.hypot(*(poses[thing].position - slot.position)[:2])))
+        return max(errors)
+
+
+def execute(
+    scene: Scene,
+    actions: Sequence[str],
+    *,
+    seed: int | None = None,
+    system: TransitionSystem | None = None,
+    on_progress: Callable[[int, int, str], None] | None = None,
+) -> Rollout:
+    """Carry out a plan from the model's start; stop at the first action whose outcome is not the predicted one.
+
+    Args:
+        scene: the scene.
+        actions: symbolic actions, e.g. `transit top`, `grasp pink`.
+        seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
+        system: the model's transition system, if it was built already: that takes a tenth of a rollout.
+        on_progress: called before each action with how many are done, how many there are, and its name.
+
+    Raises:
+        ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
+    """
+    run = Run(scene, initial_state(scene, seed=seed), system=system)
+    state = run.state
+    for action in actions:
+        state, _ = run.system.step(state, action)
+    for done, action in enumerate(actions):
+        if on_progress is not None:
+            on_progress(done, len(actions), action)
+        if not run.carry_out(action):
+            break
+    return run.rollout()

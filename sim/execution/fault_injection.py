@@ -1,0 +1,219 @@
+"""Fault injection: faults made to happen in a running simulation, at random but by a seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import mujoco
+import numpy as np
+
+from sim.execution.faults import Fault
+from sim.geometry.rectangle import Rectangle, overlap
+from sim.perception.sensors import object_pose, stored
+from sim.robots.panda import FINGER_JOINTS
+from sim.simulation.workcell import FLICKER, Workcell
+from sim.world.clearance import reach_at
+from sim.world.furniture import yaw_quat
+from sim.world.places import NEAREST, Slot
+
+STREAM = 2
+"""Number of the random stream for faults: the same seed gives the same start poses with and without."""
+
+LIFTED = 0.01
+"""An object hangs in the hand when it is this much higher than where it was gripped, m."""
+
+DELAY = 1.0
+"""A slip happens within this time of the first moment at which it can, s."""
+
+SLIP_TIME, SLIP_GAP = 0.25, 0.02
+"""For how long the hand opens when something slips from it, s, and by how much, m."""
+
+ELSEWHERE = 0.3
+"""Chance that an object is moved to another location rather than to anywhere on the table."""
+
+BEARING, OUTERMOST = np.radians(65), 0.64
+"""Somebody puts objects down within this angle to either side of straight ahead, rad, and this far away, m."""
+
+ASKEW_BY = np.array([0.005, 0.005, np.radians(5)])
+"""How far from square to a slot somebody puts an object at most: m, m and rad."""
+
+PUSH, TOSS, TUMBLE = (0.25, 0.6), 0.6, (8.0, 14.0)
+"""Speeds of an object that is knocked over: to the side and upwards, m/s, and of its tumbling, rad/s."""
+
+DRAWS = 500
+"""So many places are tried for an object that somebody puts down."""
+
+
+class FaultInjector:
+    """Faults that wait for their time in a running simulation.
+
+    Attributes:
+        happened: when each fault happened, s; None if it has not.
+    """
+
+    def __init__(self, cell: Workcell, faults: Sequence[Fault], *, seed: int | None) -> None:
+        """Let faults happen in a simulation; the seed is 0 if there is none."""
+        self._cell, self._action = cell, 0
+        self._faults = list(enumerate(faults))
+        self._spares: Iterator[str] = iter(cell.scene.spares)
+        self._slips = {i: _Slip(cell) for i, fault in self._faults if fault.kind == "slip"}
+        self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
+        self._delays = [float(rng.uniform(0, DELAY)) for rng in self._rng]
+        self.happened: dict[int, float] = {}
+        self._moved: dict[int, str] = {}
+        self._faults_by_kind: dict[str, Callable[[int, Fault], bool]] = {
+            "slip": self._slip,
+            "move": self._move,
+            "knock": self._knock,
+            "miss": self._miss,
+            "foreign": self._foreign,
+            "blind": self._blind,
+        }
+        cell.disturb = self._tick
+
+    def begin(self, action: int) -> None:
+        """Take note that an executed action, numbered from 1, begins."""
+        self._action = action
+        self._tick()
+
+    def _tick(self) -> None:
+        for slip in self._slips.values():
+            slip.hold_open()
+        for i, fault in self._faults:
+            if i in self.happened or fault.action > self._action:
+                continue
+            if self._faults_by_kind[fault.kind](i, fault):
+                self.happened[i] = float(self._cell.data.time)
+                moved = self._moved.get(i)
+                self._cell.tell("fault", fault=str(fault), **({"object": moved} if moved else {}))
+                mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
+
+    def _slip(self, i: int, fault: Fault) -> bool:
+        return self._slips[i].happens(self._delays[i])
+
+    def _miss(self, i: int, fault: Fault) -> bool:
+        self._cell.misses += int(fault.amount)
+        return True
+
+    def _blind(self, i: int, fault: Fault) -> bool:
+        self._cell.blind_until = self._cell.data.time + fault.amount
+        return True
+
+    def _knock(self, i: int, fault: Fault) -> bool:
+        if self._in_hand(fault.target):
+            return False
+        self._moved[i] = fault.target
+        rng, velocity = self._rng[i], self._cell.data.joint(fault.target).qvel
+        heading = rng.uniform(-np.pi, np.pi)
+        direction = np.array([np.cos(heading), np.sin(heading), 0.0])
+        velocity[:3] = direction * rng.uniform(*PUSH) + [0.0, 0.0, TOSS]
+        axes = self._cell.data.body(fault.target).xmat.reshape(3, 3)
+        velocity[3:] = axes.T @ np.cross([0.0, 0.0, 1.0], direction) * rng.uniform(*TUMBLE)
+        return True
+
+    def _move(self, i: int, fault: Fault) -> bool:
+        if self._in_hand(fault.target):
+            return False
+        rng, thing = self._rng[i], fault.target
+        self._moved[i] = thing
+        if rng.random() < ELSEWHERE:
+            slots = [slot for row in self._cell.scene.slots.values() for slot in row if self._is_free(slot)]
+            if slots:
+                self._put_into(rng, thing, slots[rng.integers(len(slots))])
+                return True
+        height = float(self._cell.scene.shapes[thing].half[2])
+        farthest = min(OUTERMOST, reach_at(2 * height))
+        for _ in range(DRAWS):
+            far, bearing, yaw = rng.uniform([NEAREST, -BEARING, -np.pi], [farthest, BEARING, np.pi])
+            position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
+            if self._fits(thing, position, yaw):
+                self._put(thing, position, yaw)
+                return True
+        return False
+
+    def _foreign(self, i: int, fault: Fault) -> bool:
+        slots = [slot for slot in self._cell.scene.slots[fault.target] if self._is_free(slot)]
+        if not slots:
+            return False
+        self._moved[i] = next(self._spares)
+        self._put_into(self._rng[i], self._moved[i], slots[0])
+        return True
+
+    def _in_hand(self, thing: str) -> bool:
+        watch = self._cell.watch
+        return watch.handled == thing and self._cell.data.time - watch.pressed < FLICKER
+
+    def _is_free(self, slot: Slot) -> bool:
+        """Return whether nothing stands in a slot on the table, nor so near that an object would touch it."""
+        scene, data = self._cell.scene, self._cell.data
+        if scene.model.location(slot.location).on or scene.model.location(slot.location).closed:
+            return False
+        things = [thing for thing in scene.shapes if not stored(scene, data, thing)]
+        half = max(float(scene.shapes[thing].half[:2].max()) for thing in scene.shapes)
+        place = Rectangle(slot.position[:2], np.full(2, half + ASKEW_BY[0]), slot.yaw)
+        poses = {thing: object_pose(scene, data, thing) for thing in things}
+        return not any(
+            overlap(place, Rectangle(pose.position[:2], scene.shapes[thing].half[:2], pose.yaw))
+            for thing, pose in poses.items()
+        )
+
+    def _put_into(self, rng: np.random.Generator, thing: str, slot: Slot) -> None:
+        off = rng.uniform(-1, 1, 3) * ASKEW_BY
+        height = float(self._cell.scene.shapes[thing].half[2]) + 0.001
+        self._put(thing, slot.position + [off[0], off[1], height], slot.yaw + off[2])
+
+    def _put(self, thing: str, position: np.ndarray, yaw: float) -> None:
+        joint = self._cell.data.joint(thing)
+        joint.qpos[:3], joint.qpos[3:], joint.qvel[:] = position, yaw_quat(yaw), 0.0
+
+    def _fits(self, thing: str, position: np.ndarray, yaw: float) -> bool:
+        """Return whether an object stands free at a place: it touches nothing, not even what is under it."""
+        scratch = mujoco.MjData(self._cell.scene.mujoco)
+        scratch.qpos[:] = self._cell.data.qpos
+        pose = scratch.joint(thing).qpos
+        pose[:3], pose[3:] = position, yaw_quat(yaw)
+        mujoco.mj_kinematics(self._cell.scene.mujoco, scratch)
+        mujoco.mj_collision(self._cell.scene.mujoco, scratch)
+        return self._cell.scene.mujoco.geom(thing).id not in scratch.contact.geom[: scratch.ncon]
+
+
+class _Slip:
+    """The hand opens a little for a moment while it holds something."""
+
+    def __init__(self, cell: Workcell) -> None:
+        self._cell = cell
+        self._gripped: tuple[str, float] | None = None
+        self._hanging_since: float | None = None
+        self._until, self._before, self._width = -np.inf, 0.0, 0.0
+
+    def happens(self, delay: float) -> bool:
+        """Begin once an object has hung in the hand for a while; return whether it began."""
+        cell, now = self._cell, float(self._cell.data.time)
+        thing = cell.watch.handled
+        if thing is None or now - cell.watch.pressed > FLICKER:
+            self._gripped = self._hanging_since = None
+            return False
+        height = float(cell.data.body(thing).xpos[2])
+        if self._gripped is None or self._gripped[0] != thing:
+            self._gripped = (thing, height)
+        if not cell.watch.aloft and height - self._gripped[1] < LIFTED:
+            return False
+        if self._hanging_since is None:
+            self._hanging_since = now
+        if now - self._hanging_since < delay:
+            return False
+        self._until, self._before = now + SLIP_TIME, cell.gripping
+        self._width = sum(float(cell.data.joint(finger).qpos[0]) for finger in FINGER_JOINTS) + SLIP_GAP
+        self.hold_open()
+        return True
+
+    def hold_open(self) -> None:
+        """Keep the hand open while the moment lasts, and close it again at its end unless it was opened meanwhile."""
+        if self._until == -np.inf:
+            return
+        if self._cell.data.time < self._until:
+            self._cell.gripping = max(self._cell.gripping, self._width)
+            return
+        self._until = -np.inf
+        if self._cell.gripping <= self._width:
+            self._cell.gripping = self._before

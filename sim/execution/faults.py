@@ -1,0 +1,85 @@
+"""Faults: things that go wrong on purpose, written down in a word, such as `slip@2` or `move:pink@3`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from prefplan.errors import choices
+from prefplan.models.manipulation.model import ManipulationModel
+from sim.errors import SimulationError
+
+SPELLINGS = {
+    "slip": "slip@K",
+    "move": "move:OBJECT@K",
+    "knock": "knock:OBJECT@K",
+    "miss": "miss:N@K",
+    "foreign": "foreign:LOCATION@K",
+    "blind": "blind:SECONDS@K",
+}
+"""The kinds of faults as they are written; K is the number of the executed action, from 1, with which they fall due."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that goes wrong.
+
+    Attributes:
+        kind: `slip` (what is held slips from the hand), `move` (somebody moves an object), `knock` (somebody knocks
+            it over), `miss` (grasps close on nothing), `foreign` (somebody puts an unknown object to a location) or
+            `blind` (no object is seen).
+        action: number of the executed action, from 1, with which it falls due; it happens at the first moment from
+            then on at which it can.
+        target: the object or the location.
+        amount: how many grasps are missed, or for how many seconds nothing is seen.
+    """
+
+    kind: str
+    action: int
+    target: str = ""
+    amount: float = 0.0
+
+    def __str__(self) -> str:
+        """Return it as it is written."""
+        what = self.target or (f"{self.amount:g}" if self.amount else "")
+        return f"{self.kind}{':' if what else ''}{what}@{self.action}"
+
+
+def read_fault(text: str, model: ManipulationModel) -> Fault:
+    """Return the fault that a text says.
+
+    Raises:
+        SimulationError: it says none, or names what the model does not have.
+    """
+    head, at, number = text.rpartition("@")
+    kind, colon, what = head.partition(":")
+    if kind not in SPELLINGS and text.partition("@")[0].partition(":")[0] not in SPELLINGS:
+        wrong = text.partition("@")[0].partition(":")[0]
+        raise SimulationError(f"{text!r}: unknown fault {wrong!r} {choices(wrong, SPELLINGS)}")
+    spelling = SPELLINGS.get(kind) or SPELLINGS[text.partition(":")[0]]
+    if not at or not (number.isascii() and number.isdigit() and int(number) >= 1):
+        raise SimulationError(f"{text!r}: must end with @ and the number of an action from 1, as in {spelling}")
+    if bool(colon) != (":" in spelling):
+        raise SimulationError(f"{text!r}: is written {spelling}")
+    if kind in ("miss", "blind"):
+        return Fault(kind, int(number), amount=_amount(text, kind, what))
+    if kind == "slip":
+        return Fault(kind, int(number))
+    names = [place.name for place in model.locations]
+    if kind != "foreign":
+        names = [thing.name for thing in model.objects]
+    if what not in names:
+        noun = "location" if kind == "foreign" else "object"
+        raise SimulationError(f"{text!r}: unknown {noun} {what!r} {choices(what, names)}")
+    return Fault(kind, int(number), target=what)
+
+
+def _amount(text: str, kind: str, what: str) -> float:
+    noun = "how many grasps are missed" if kind == "miss" else "for how many seconds nothing is seen"
+    try:
+        amount = float(what)
+    except ValueError:
+        amount = math.nan
+    if not (math.isfinite(amount) and amount > 0) or (kind == "miss" and amount != int(amount)):
+        raise SimulationError(f"{text!r}: {what!r} does not say {noun}, as in {SPELLINGS[kind]}")
+    return amount

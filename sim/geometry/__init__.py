@@ -1,0 +1,1 @@
+"""Plain geometry: rectangles on the table, and solids with rounded edges."""

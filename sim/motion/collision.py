@@ -1,0 +1,64 @@
+"""Foresight: what the robot, and what it carries, would touch in a pose it has not taken yet."""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+import numpy as np
+
+from sim.perception.sensors import ObjectPose, Poses
+from sim.perception.touch import Watch
+from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, TCP
+from sim.world.scene import Scene
+
+
+class Foresight:
+    """A copy of the scene in which poses are tried out; everything else stays where it is."""
+
+    def __init__(self, scene: Scene, watch: Watch) -> None:
+        """Judge touches as `watch` does."""
+        self._model = model = copy.copy(scene.mujoco)
+        self._data = mujoco.MjData(model)
+        self._watch = watch
+        self._arm = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
+        self._fingers = [int(model.joint(name).qposadr[0]) for name in FINGER_JOINTS]
+
+    def touches(
+        self, now: mujoco.MjData, poses: Poses, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
+    ) -> list[str]:
+        """Return the names of the bodies that the robot, and what it carries aloft, would touch.
+
+        Args:
+            now: the present state, of which the robot knows its own part.
+            poses: where the objects were seen last.
+            q: (7,) rad, joint angles to judge.
+            width: between the pads, m; None for the present one.
+            clearance: what comes as near as this counts as touched, m.
+        """
+        model, data, handled = self._model, self._data, self._watch.handled
+        model.geom_margin[:] = np.where(self._watch.moving, clearance, 0.0)
+        model.body_margin[:] = clearance
+        data.qpos[:] = now.qpos
+        for thing, pose in poses.items():
+            self._put(thing, pose.position, pose.rotation)
+        data.qpos[self._arm] = q
+        if width is not None:
+            data.qpos[self._fingers] = width / 2
+        mujoco.mj_kinematics(model, data)
+        if handled and self._watch.aloft:
+            self._carry(now, handled, poses[handled])
+        mujoco.mj_collision(model, data)
+        return sorted({other for _, other in self._watch.touches(data)} - {handled})
+
+    def _carry(self, now: mujoco.MjData, thing: str, seen: ObjectPose) -> None:
+        """Move an object as the hand moves it."""
+        here, there = now.site(TCP), self._data.site(TCP)
+        turn = there.xmat.reshape(3, 3) @ here.xmat.reshape(3, 3).T
+        self._put(thing, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def _put(self, thing: str, position: np.ndarray, rotation: np.ndarray) -> None:
+        pose = self._data.joint(thing).qpos
+        pose[:3] = position
+        mujoco.mju_mat2Quat(pose[3:], rotation.ravel())

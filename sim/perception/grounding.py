@@ -1,0 +1,172 @@
+"""Grounding: the symbolic state read back from the simulation, and how it differs from what was expected."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from prefplan.models.manipulation.model import ManipulationState
+from sim.geometry.rectangle import Rectangle, overlap
+from sim.perception.sensors import Poses
+from sim.robots.panda import TCP
+from sim.world.places import Slot
+from sim.world.scene import Scene
+from sim.world.shapes import UPRIGHT
+
+AT_RADIUS = 0.045
+"""An object is at a slot when its centre is this near to the slot's on the horizontal, m: a block's width."""
+
+AT_HEIGHT = 0.008
+"""... and its underside this near to what it rests on, m."""
+
+NOWHERE = "no location"
+"""Where the hand is when it is over none: not a name, so that no location can bear it."""
+
+
+def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
+    """Return the slot of every object that rests in one.
+
+    Of those that are too many for a location only the nearest to their slots rest there. Temporary locations have what
+    rests at no other: where something is does not depend on where it once lay.
+    """
+    found = {thing: slot for thing in poses if (slot := slot_of(scene, poses, thing)) is not None}
+
+    def off(thing: str) -> float:
+        return float(np.hypot(*(poses[thing].position - found[thing].position)[:2]))
+
+    for place in scene.model.locations:
+        there = sorted((thing for thing, slot in found.items() if slot.location == place.name), key=off)
+        for thing in there[place.capacity :]:
+            del found[thing]
+    spots = {thing: slot_of(scene, poses, thing, temporary=True) for thing in poses if thing not in found}
+    return found | {thing: slot for thing, slot in spots.items() if slot is not None}
+
+
+def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
+    """Return the slot in which an object rests, however many others do, or None.
+
+    It rests there when it is upright, near the slot's centre and as high as what it would rest on. Where the location
+    lies on others, that is an object it lies on, standing on one of them.
+
+    Args:
+        scene: the scene.
+        poses: where every object is seen.
+        name: the object.
+        temporary: whether to look among the temporary locations rather than the scenario's.
+    """
+    pose, half = poses[name], scene.shapes[name].half
+    if pose.tilt > UPRIGHT:
+        return None
+    underside = pose.position - [0.0, 0.0, half[2]]
+    slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
+    near = [slot for slot in slots if np.hypot(*(underside - slot.position)[:2]) < AT_RADIUS]
+    for slot in sorted(near, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
+        supports = scene.model.location(slot.location).on
+        floors = [float(slot.position[2])]
+        if supports:
+            under = [other for other in carriers(scene, poses, name) if _stands_on(scene, poses, other, supports)]
+            floors = [float(poses[other].position[2] + scene.shapes[other].half[2]) for other in under]
+        if any(abs(underside[2] - floor) < AT_HEIGHT for floor in floors):
+            return slot
+    return None
+
+
+def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
+    """Return the objects that an object lies on, or leans over: its underside is at their top, or falls below it."""
+    pose, half = poses[name], scene.shapes[name].half
+    underside = pose.position[2] - half[2]
+    own = footprint(scene, poses, name)
+    found = []
+    for other in poses:
+        top = poses[other].position[2] + scene.shapes[other].half[2]
+        higher = pose.position[2] > poses[other].position[2] + scene.shapes[other].half[2] / 2
+        level = abs(underside - top) < AT_HEIGHT or (pose.tilt > UPRIGHT and higher and underside < top)
+        if other != name and level and overlap(own, footprint(scene, poses, other)):
+            found.append(other)
+    return found
+
+
+def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
+    """Return what an object covers of the table, as it stands."""
+    pose = poses[name]
+    return Rectangle(pose.position[:2], scene.shapes[name].half[:2], pose.yaw)
+
+
+def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
+    """Return whether the hand is over a location: over its row of slots or between two of them."""
+    tool, row = data.site(TCP).xpos, scene.slots[location]
+    first, last = row[0].position, row[-1].position
+    along = (last - first)[:2]
+    share = np.clip((tool - first)[:2] @ along / max(along @ along, 1e-12), 0.0, 1.0)
+    return bool(np.hypot(*(tool - first)[:2] - share * along) < AT_RADIUS and tool[2] > first[2])
+
+
+def observe(
+    scene: Scene,
+    data: mujoco.MjData,
+    poses: Poses,
+    *,
+    hand: str,
+    held: str | None,
+    marks: frozenset[tuple[str, str]] = frozenset(),
+) -> ManipulationState:
+    """Return the symbolic state that is seen.
+
+    An object that neither rests in a slot nor is held has no place in it.
+
+    Args:
+        scene: the scene.
+        data: its state, of which the robot knows its own part.
+        poses: where every object of the model is seen.
+        hand: where the hand was last sent; elsewhere is reported only if it is not there.
+        held: what the pads hold, from the forces they felt of late.
+        marks: what the past left behind and no sensor shows.
+    """
+    if hand in scene.slots and not hand_over(scene, data, hand):
+        hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)
+    slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
+    places = tuple((thing.name, slots[thing.name].location) for thing in scene.model.objects if thing.name in slots)
+    return ManipulationState(hand=hand, held=held, places=places, marks=marks)
+
+
+def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observed: ManipulationState) -> str | None:
+    """Return how an observed state differs from the predicted one, in words, or None.
+
+    The first difference among the objects is told, else that of the hand or the marks, else an object that is seen
+    and not in the model.
+    """
+    for thing in (object.name for object in scene.model.objects):
+        expected, found = _where(predicted, thing), _where(observed, thing)
+        if expected == found:
+            continue
+        if found is None:
+            found = f"it lies off every location, at {spelled(poses[thing].position)}"
+        elif observed.held == thing:
+            found = "it is in the hand"
+        else:
+            found = f"it rests {found}"
+        return f"expected {thing} {expected}, but {found}"
+    if predicted.hand != observed.hand:
+        return f"expected the hand over {predicted.hand}, but it is over {observed.hand}"
+    for thing, mark in sorted(predicted.marks ^ observed.marks):
+        return f"expected {thing} {'' if (thing, mark) in predicted.marks else 'not '}to be {mark}"
+    for thing in poses.keys() - {object.name for object in scene.model.objects}:
+        return f"an unknown object has appeared at {spelled(poses[thing].position)}"
+    return None
+
+
+def spelled(position: np.ndarray) -> str:
+    """Return a position in words."""
+    return f"({', '.join(f'{x:.2f}' for x in position)}) m"
+
+
+def _where(state: ManipulationState, thing: str) -> str | None:
+    if state.held == thing:
+        return "in the hand"
+    place = state.place.get(thing)
+    return None if place is None else f"on {place}"
+
+
+def _stands_on(scene: Scene, poses: Poses, name: str, locations: tuple[str, ...]) -> bool:
+    slots = (slot_of(scene, poses, name, temporary=temporary) for temporary in (False, True))
+    return any(slot is not None and slot.location in locations for slot in slots)

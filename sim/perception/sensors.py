@@ -1,0 +1,132 @@
+"""Perception: where objects are seen to be. Skills and grounding know the world through a sensor and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from sim.errors import SimulationError
+from sim.world.scene import Scene
+from sim.world.shapes import Shape
+
+PATIENCE = 5.0
+"""How long to wait for something that is not seen, s."""
+
+NOISY_LOOKS = 10
+"""How many looks of a noisy sensor are averaged to measure, one every control period: a third of the noise is left."""
+
+LEVER = 0.0225
+"""Noise of a position is noise of a heading at this distance from an object's middle, m."""
+
+
+class SightError(SimulationError):
+    """Nothing has been seen of an object for too long."""
+
+
+@dataclass(frozen=True)
+class ObjectPose:
+    """Where an object is.
+
+    Attributes:
+        position: (3,) of its centre, m, robot base frame.
+        yaw: heading about z of the line along which the fingers rather close, rad, up to its shape's symmetry.
+        tilt: of its height from the vertical, rad; a cube stands on any of its faces.
+        rotation: (3, 3) its axes in the base frame.
+    """
+
+    position: np.ndarray
+    yaw: float
+    tilt: float
+    rotation: np.ndarray
+
+
+Poses = Mapping[str, ObjectPose]
+"""Objects by name."""
+
+
+class Sensor(Protocol):
+    """Looks at objects; a camera could stand behind it."""
+
+    @property
+    def looks(self) -> int:
+        """How many looks make a measurement."""
+
+    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+        """Return where an object is now, as far as can be seen, or None if it is not seen."""
+
+
+@dataclass(frozen=True)
+class ExactSensor:
+    """Sees everything where it is."""
+
+    looks: int = 1
+
+    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+        """Return the true pose; None for what is stored below the table."""
+        return None if stored(scene, data, thing) else object_pose(scene, data, thing)
+
+
+class NoisySensor:
+    """Sees everything almost where it is: positions and headings with normally distributed errors, anew at every look.
+
+    Attributes:
+        looks: how many looks make a measurement.
+    """
+
+    def __init__(self, noise: float, *, seed: int) -> None:
+        """Take the standard deviation of a position along each axis, m, and the seed that the errors are drawn by."""
+        self.looks = NOISY_LOOKS
+        self._noise, self._rng = noise, np.random.default_rng(seed)
+
+    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+        """Return the true pose with noise; None for what is stored below the table."""
+        if stored(scene, data, thing):
+            return None
+        true = object_pose(scene, data, thing)
+        turn = self._rng.normal(0, self._noise / LEVER)
+        c, s = np.cos(turn), np.sin(turn)
+        rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ true.rotation
+        return pose_of(scene.shapes[thing], true.position + self._rng.normal(0, self._noise, 3), rotation)
+
+
+def on_table(pose: ObjectPose | None) -> bool:
+    """Return whether something is seen that did not fall from the table."""
+    return pose is not None and bool(pose.position[2] > 0)
+
+
+def stored(scene: Scene, data: mujoco.MjData, thing: str) -> bool:
+    """Return whether an object is one of the spare ones that nobody has brought yet."""
+    return thing in scene.spares and bool(data.body(thing).xpos[2] < 0)
+
+
+def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
+    """Return the true pose of an object."""
+    body = data.body(name)
+    return pose_of(scene.shapes[name], body.xpos.copy(), body.xmat.reshape(3, 3).copy())
+
+
+def true_poses(scene: Scene, data: mujoco.MjData) -> dict[str, ObjectPose]:
+    """Return the true pose of every object of a scene's model."""
+    return {thing.name: object_pose(scene, data, thing.name) for thing in scene.model.objects}
+
+
+def pose_of(shape: Shape, position: np.ndarray, rotation: np.ndarray) -> ObjectPose:
+    """Return the pose of what has a shape, from its centre, m, and its (3, 3) axes."""
+    steep = np.abs(rotation[2])
+    cube = shape.kind == "cube"
+    level = rotation[:, int(np.argmin(steep)) if cube else int(steep[0] > np.sqrt(0.5))]
+    tilt = np.arccos(min(1.0, float(steep.max() if cube else steep[2])))
+    return ObjectPose(position, float(np.arctan2(level[1], level[0])), float(tilt), rotation)
+
+
+def mean_pose(shape: Shape, poses: Sequence[ObjectPose]) -> ObjectPose:
+    """Return the average of several looks at one object at rest."""
+    if len(poses) == 1:
+        return poses[0]
+    # The rotation nearest to the mean of some rotations (orthogonal Procrustes problem).
+    u, _, v = np.linalg.svd(np.mean([pose.rotation for pose in poses], axis=0))
+    return pose_of(shape, np.mean([pose.position for pose in poses], axis=0), u @ v)

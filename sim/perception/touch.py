@@ -1,0 +1,99 @@
+"""The watch kept over a running simulation: what the pads press, and touches nobody asked for."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from sim.robots.panda import PADS
+from sim.world.scene import Scene
+
+WORLD, HANDLED, ALOFT, ROBOT = range(4)
+"""Roles of bodies. The pads may touch the handled object, and it the world; aloft it may touch the pads alone."""
+
+HOLD_FORCE = 0.5
+"""Each pad presses a held object with this force at least, N: its weight; a firm grip has 15 N."""
+
+
+class Watch:
+    """Roles of the bodies, and what was seen of them.
+
+    Attributes:
+        handled: the object the pads may touch, or None.
+        pad_forces: (2,) N, with which the left and the right pad pressed it when last looked at.
+        pressed: when both pads last pressed it, s; -inf if they have not.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        """Take the robot for everything that hangs from `link0`, and all else for the world."""
+        self._model = model = scene.mujoco
+        self._pads = [model.geom(name).id for name in PADS]
+        self._roles: list[int] = np.where(_below(model, "link0"), ROBOT, WORLD)[model.geom_bodyid].tolist()
+        self.handled: str | None = None
+        self.pad_forces = np.zeros(2)
+        self.pressed = -np.inf
+
+    @property
+    def aloft(self) -> bool:
+        """Whether the handled object hangs in the air."""
+        return ALOFT in self._roles
+
+    @property
+    def moving(self) -> np.ndarray:
+        """(ngeom,) bool: the robot's geoms and that of the object aloft."""
+        return np.isin(self._roles, (ALOFT, ROBOT))
+
+    def handle(self, thing: str | None, *, aloft: bool = False) -> None:
+        """Say which object the pads may touch from now on, and whether it may touch anything else."""
+        self._roles = [role if role == ROBOT else WORLD for role in self._roles]
+        if thing is not None:
+            self._roles[self._model.geom(thing).id] = ALOFT if aloft else HANDLED
+        if thing != self.handled:
+            self.handled, self.pressed = thing, -np.inf
+
+    def look(self, data: mujoco.MjData) -> list[tuple[str, str]]:
+        """Take note of a state just simulated; return the touches nobody asked for, as in `touches`."""
+        presses, touches = self._sort(data)
+        self.pad_forces = np.zeros(2)
+        if presses:
+            forces, rows = data.efc_force, data.contact.efc_address
+            for pad, contact in presses:
+                # The first row of an elliptic cone is the normal force.
+                self.pad_forces[pad] += forces[rows[contact]]
+        if self.pad_forces.min() > HOLD_FORCE:
+            self.pressed = data.time
+        return touches
+
+    def touches(self, data: mujoco.MjData) -> list[tuple[str, str]]:
+        """Return the touches nobody asked for.
+
+        Returns:
+            Names of bodies: one of the robot or the object aloft, and what it touches.
+        """
+        return self._sort(data)[1]
+
+    def _sort(self, data: mujoco.MjData) -> tuple[list[tuple[int, int]], list[tuple[str, str]]]:
+        """Return (pad, contact) for every contact of a pad with the handled object, and the unwanted touches."""
+        roles = self._roles
+        presses, touches = [], []
+        for i, (a, b) in enumerate(data.contact.geom.tolist()):
+            if roles[a] == roles[b]:
+                continue
+            low, high = (a, b) if roles[a] < roles[b] else (b, a)
+            if roles[high] == HANDLED:
+                continue
+            if roles[low] != WORLD and high in self._pads:
+                presses.append((self._pads.index(high), i))
+            else:
+                moving, other = (self._model.body(self._model.geom_bodyid[geom]).name for geom in (high, low))
+                touches.append((moving, other))
+        return presses, touches
+
+
+def _below(model: mujoco.MjModel, name: str) -> np.ndarray:
+    """Return (nbody,) bool: the body of that name and all that hang from it."""
+    root = model.body(name).id
+    inside = np.zeros(model.nbody, dtype=bool)
+    for body in range(1, model.nbody):
+        inside[body] = body == root or inside[model.body_parentid[body]]
+    return inside

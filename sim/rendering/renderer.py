@@ -1,0 +1,214 @@
+"""Pictures of a scene, rendered off screen."""
+
+from __future__ import annotations
+
+import copy
+import importlib
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from sim.errors import RenderingError
+from sim.rendering.antialias import smooth_edges
+from sim.rendering.cameras import Camera, camera
+from sim.rendering.quality import DRAFT, Quality
+from sim.robots.panda import VISIBLE
+from sim.world.materials import KEY_LIGHT, Glow, glow_of
+from sim.world.scene import Scene
+
+CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
+"""What mends a machine without OpenGL (names of Debian's packages)."""
+
+LAMP_RADIUS = 0.03
+"""Of the key light, where several of its points shed light, seen from what it lights: rad. Of a larger one the few
+points cast shadows that can be told apart."""
+
+CLOSER = 2
+"""How many times as fine shadows are drawn for the camera on the hand, to which they come near."""
+
+GOLDEN = np.pi * (3 - np.sqrt(5))
+"""Turned by this angle each, points on a spiral lie evenly on a disc: rad."""
+
+
+class Painter:
+    """Renders states of one scene; one for a process, closed after use.
+
+    Raises:
+        RenderingError: (on construction) there is no OpenGL; the message says what mends it.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        size: tuple[int, int] | None = None,
+        quality: Quality = DRAFT,
+        camera: Camera = "fixed",
+    ) -> None:
+        """Make the OpenGL context.
+
+        Args:
+            scene: what is to be painted.
+            size: (width, height) in pixels; None for the quality's.
+            quality: how much work a picture is worth.
+            camera: where it is seen from.
+        """
+        size = size or quality.size
+        self._scene, self._quality, self._place = scene, quality, camera
+        self._model = copy.copy(scene.mujoco)
+        self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
+        self._model.vis.quality.shadowsize = quality.shadow_pixels * (CLOSER if camera == "wrist" else 1)
+        self._key = self._model.light(KEY_LIGHT).id
+        self._key_way = self._model.light_dir[self._key].copy()
+        self._key_home = self._model.light_pos[self._key].copy()
+        self._data = mujoco.MjData(self._model)
+        self._pixels = np.empty((size[1], size[0], 3), dtype=np.uint8)
+        self._view = mujoco.MjrRect(0, 0, *size)
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[:] = [group <= VISIBLE for group in range(mujoco.mjNGROUP)]
+        self._option.sitegroup[:] = 0
+        try:
+            self._gl = _gl_context(*size)
+            self._gl.make_current()
+            self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        except Exception as failure:
+            raise RenderingError(_no_gl(f"{type(failure).__name__}: {failure}")) from failure
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._drawn = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 100)
+
+    def __enter__(self) -> Painter:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Free the OpenGL context, without which Mesa complains when the process ends."""
+        self._context.free()
+        self._gl.free()
+
+    def frame(self, qpos: np.ndarray, *, glow: Mapping[str, float] | None = None, share: float = 0.0) -> np.ndarray:
+        """Return a picture.
+
+        Args:
+            qpos: (nq,) positions of the scene's MuJoCo model.
+            glow: for marking locations at work, how brightly their lamp glows, 0 .. 1.
+            share: of the film that has passed, 0 .. 1.
+
+        Returns:
+            (height, width, 3) uint8.
+        """
+        for place in self._scene.model.locations:
+            if place.marks:
+                self._set_glow(place.name, glow_of(place.kind), (glow or {}).get(place.name, 0.0))
+        self._data.qpos[:] = qpos
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+        view = camera(self._scene, self._place, share=share)
+        samples = self._quality.samples
+        if samples == 1:
+            return smooth_edges(np.ascontiguousarray(self._painted(view)[::-1]))
+        total = np.full(self._pixels.shape, samples // 2, dtype=np.uint16)
+        for k in range(samples):
+            self._move_key_light(k, samples)
+            total += self._painted(view, shift=((k + 0.5) / samples - 0.5, k * GOLDEN / np.pi % 1 - 0.5))
+        return (total // samples).astype(np.uint8)[::-1]
+
+    def _painted(self, view: mujoco.MjvCamera, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+        """Return the present state upside down, the picture's points shifted to the right and up, in pixels."""
+        mujoco.mj_camlight(self._model, self._data)
+        mujoco.mjv_updateScene(
+            self._model, self._data, self._option, None, view, mujoco.mjtCatBit.mjCAT_ALL, self._drawn
+        )
+        for eye in self._drawn.camera:
+            pixel = (eye.frustum_top - eye.frustum_bottom) / self._view.height
+            eye.frustum_center += shift[0] * pixel
+            eye.frustum_bottom += shift[1] * pixel
+            eye.frustum_top += shift[1] * pixel
+        mujoco.mjr_render(self._view, self._drawn, self._context)
+        mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
+        return self._pixels
+
+    def _move_key_light(self, k: int, samples: int) -> None:
+        """Let the light come from the k-th of several points of a round lamp."""
+        across = np.cross(self._key_way, [0.0, 0.0, 1.0])
+        across /= np.linalg.norm(across)
+        radius, angle = LAMP_RADIUS * np.sqrt((k + 0.5) / samples), k * GOLDEN
+        aside = np.cos(angle) * across + np.sin(angle) * np.cross(self._key_way, across)
+        way = self._key_way + radius * aside
+        distance = np.linalg.norm(self._key_home - self._scene.focus)
+        self._model.light_dir[self._key] = way / np.linalg.norm(way)
+        self._model.light_pos[self._key] = self._key_home - distance * radius * aside
+
+    def _set_glow(self, location: str, glow: Glow, level: float) -> None:
+        name = f"{location}_glow"
+        material, light = self._model.mat(name).id, self._model.light(name).id
+        self._model.mat_rgba[material] = (1 - level) * np.array(glow.off) + level * np.array(glow.on)
+        self._model.mat_emission[material] = level
+        self._model.light_active[light] = level > 0
+        self._model.light_diffuse[light] = level * np.array(glow.light)
+
+
+def gl_environment() -> dict[str, str]:
+    """Return the environment for a process that renders: EGL unless the user chose otherwise or has a display."""
+    environment = dict(os.environ)
+    if not environment.get("MUJOCO_GL") and _headless():
+        environment["MUJOCO_GL"] = "egl"
+    root = str(Path(__file__).parents[2])
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, [root, environment.get("PYTHONPATH")]))
+    return environment
+
+
+def check_rendering() -> None:
+    """Set up rendering in a process of its own, which a faulty driver may end without harm.
+
+    Raises:
+        RenderingError: it cannot be done; the message says why and what mends it, in one sentence.
+    """
+    probe = "from sim.rendering.renderer import probe; probe()"
+    done = subprocess.run([sys.executable, "-c", probe], env=gl_environment(), capture_output=True, text=True)
+    if done.returncode:
+        lines = done.stderr.strip().splitlines()
+        why = lines[-1] if lines else f"the renderer ended with status {done.returncode}"
+        raise RenderingError(_no_gl(why))
+
+
+def probe() -> None:
+    """Set up rendering in the smallest size, or fail as the libraries do."""
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    gl = _gl_context(16, 16)
+    gl.make_current()
+    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+    context.free()
+    gl.free()
+
+
+def _no_gl(why: str) -> str:
+    chosen = os.environ.get("MUJOCO_GL")
+    other = f", or unset MUJOCO_GL, which is {chosen!r}" if chosen else ""
+    return f"no OpenGL here ({why}); {CURE}{other}"
+
+
+def _headless() -> bool:
+    displays = ("DISPLAY", "WAYLAND_DISPLAY")
+    return sys.platform == "linux" and not any(os.environ.get(name) for name in displays)
+
+
+def _gl_context(width: int, height: int) -> Any:
+    """Return a context of the backend that MUJOCO_GL names, else of EGL where there is no display.
+
+    MuJoCo reads that variable once, as it is imported; here it may still be chosen.
+    """
+    wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if wanted in ("egl", "osmesa") or (not wanted and _headless()):
+        return importlib.import_module(f"mujoco.{wanted or 'egl'}").GLContext(width, height)
+    if not hasattr(mujoco, "GLContext"):
+        raise RuntimeError("MuJoCo has no renderer")
+    return mujoco.GLContext(width, height)

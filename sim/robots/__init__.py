@@ -1,0 +1,1 @@
+"""Robots: names, limits and MJCF."""

@@ -1,0 +1,180 @@
+"""The Panda of MuJoCo Menagerie, fetched by robot_descriptions and given the names and the grip of our own."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+
+from sim.errors import RobotError
+from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, MAX_WIDTH, TCP, panda_spec
+
+REPOSITORY = "https://github.com/deepmind/mujoco_menagerie.git"
+"""Where robot_descriptions fetches from; git's own settings may send it elsewhere."""
+
+PATIENCE = 20
+"""How long the repository may take to answer before it counts as out of reach, s."""
+
+GIT_SETTINGS = {"GIT_TERMINAL_PROMPT": "0", "GIT_HTTP_LOW_SPEED_LIMIT": "1000", "GIT_HTTP_LOW_SPEED_TIME": "30"}
+"""Git asks for no password, and gives a download up that falls below 1 kB/s for half a minute."""
+
+FINGERS = ("left_finger", "right_finger")
+
+ALTERNATIVE = "the robot `default` needs no download"
+
+
+def menagerie_spec() -> mujoco.MjSpec:
+    """Return Menagerie's Panda with the interface of `sim.robots.panda.panda_spec`.
+
+    Bodies, inertia, joints, limits, arm gains and shapes are Menagerie's. Ours are the names of the actuators, gravity
+    compensation, the tool's site, the gripper's command in metres with a force that holds a block (Menagerie's own
+    presses a 45 mm block with a third of a newton), and what of the fingers touches: one stiff box each and a pad.
+
+    Raises:
+        RobotError: it cannot be fetched, or is not the robot that is expected.
+    """
+    path = fetch()
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise RobotError(f"{path}: {error}") from None
+    _check(spec, path)
+    for element in (*spec.keys, *spec.lights):
+        spec.delete(element)
+    _name_actuators(spec)
+    _set_grip(spec)
+    _set_contacts(spec)
+    spec.body("hand").add_site(name=TCP, pos=panda_spec(meshes=False).site(TCP).pos)
+    for name in ARM_JOINTS + FINGER_JOINTS:
+        spec.joint(name).parent.gravcomp = 1
+    spec.body("hand").gravcomp = 1
+    return spec
+
+
+def fetch() -> Path:
+    """Return the path of Menagerie's `panda.xml`: from robot_descriptions' cache, else downloaded into it.
+
+    Raises:
+        RobotError: robot_descriptions or git is missing, or nothing is cached and the repository out of reach.
+    """
+    with _environment(GIT_SETTINGS), contextlib.redirect_stdout(sys.stderr):
+        try:
+            if not _cached():
+                _check_reachable()
+            module = importlib.import_module("robot_descriptions.panda_mj_description")
+        except ModuleNotFoundError:
+            raise RobotError(f'the robot `menagerie` needs: pip install "prefplan[menagerie]"; {ALTERNATIVE}') from None
+        except FileNotFoundError:
+            raise RobotError(
+                f"the robot `menagerie` is fetched with git, which is not installed; {ALTERNATIVE}"
+            ) from None
+        except Exception as error:
+            # GitPython's errors share no useful root, and it must not be imported where git is missing.
+            raise RobotError(
+                f"the robot `menagerie` is not cached and cannot be fetched: {_summary(error)}; {ALTERNATIVE}"
+            ) from None
+    path = Path(module.MJCF_PATH)
+    if not path.is_file():
+        raise RobotError(f"the robot `menagerie` is not where it should be, {path}; {ALTERNATIVE}")
+    return path
+
+
+@contextlib.contextmanager
+def _environment(settings: dict[str, str]) -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _cached() -> bool:
+    """Return whether robot_descriptions will find what it wants without asking the network."""
+    cache = Path(os.environ.get("ROBOT_DESCRIPTIONS_CACHE", "~/.cache/robot_descriptions")).expanduser()
+    commit = os.environ.get("ROBOT_DESCRIPTION_COMMIT")
+    folder = cache / (f"mujoco_menagerie-{commit}/mujoco_menagerie" if commit else "mujoco_menagerie")
+    if not (folder / ".git").is_dir():
+        return False
+    known = ["git", "-C", str(folder), "cat-file", "-e", f"{commit or 'HEAD'}^{{commit}}"]
+    return subprocess.run(known, capture_output=True).returncode == 0
+
+
+def _check_reachable() -> None:
+    """Raise an error unless the repository answers soon: git itself waits minutes for a silent network."""
+    try:
+        ask = ["git", "ls-remote", REPOSITORY, "HEAD"]
+        subprocess.run(ask, capture_output=True, text=True, timeout=PATIENCE, check=True, stdin=subprocess.DEVNULL)
+    except subprocess.TimeoutExpired:
+        raise ConnectionError(f"{REPOSITORY} does not answer within {PATIENCE} s") from None
+    except subprocess.CalledProcessError as error:
+        raise ConnectionError(error.stderr) from None
+
+
+def _summary(error: Exception) -> str:
+    """Return the line of an error that says what is wrong: git's first `fatal:` or `error:`, else the last one."""
+    lines = [line.strip(" '") for line in str(error).splitlines() if line.strip(" '")]
+    told = [
+        line.partition(": ")[2] for line in lines if line.removeprefix("stderr: '").startswith(("fatal:", "error:"))
+    ]
+    return next((line for line in [*told, *lines[::-1]]), type(error).__name__)
+
+
+def _check(spec: mujoco.MjSpec, path: Path) -> None:
+    """Raise `RobotError` unless all that the adaptation takes for granted is there."""
+    wanted = {"joint": (spec.joint, ARM_JOINTS + FINGER_JOINTS), "body": (spec.body, ("link0", "hand", *FINGERS))}
+    for kind, (find, names) in wanted.items():
+        for name in names:
+            if find(name) is None:
+                raise RobotError(f"{path}: the robot `menagerie` has no {kind} {name!r}; {ALTERNATIVE}")
+    driven = {actuator.target for actuator in spec.actuators}
+    for name in (*ARM_JOINTS, "split"):
+        if name not in driven:
+            raise RobotError(f"{path}: the robot `menagerie` has no actuator of {name!r}; {ALTERNATIVE}")
+
+
+def _name_actuators(spec: mujoco.MjSpec) -> None:
+    for actuator in spec.actuators:
+        actuator.name = actuator.target if actuator.target in ARM_JOINTS else GRIPPER
+
+
+def _set_grip(spec: mujoco.MjSpec) -> None:
+    """Let the gripper's command be the width between the pads, with the stiffness of our own gripper.
+
+    Its tendon `split` is half the width long and gives each finger half of its force; ours is the width and gives
+    all. Hence twice the force per command, four times per length.
+    """
+    own = panda_spec(meshes=False).actuator(GRIPPER)
+    gripper = spec.actuator(GRIPPER)
+    gripper.gainprm[0] = 2 * own.gainprm[0]
+    gripper.biasprm[:3] = 4 * own.biasprm[:3]
+    gripper.ctrlrange = [0.0, MAX_WIDTH]
+    gripper.forcerange = 2 * own.forcerange
+
+
+def _set_contacts(spec: mujoco.MjSpec) -> None:
+    """Keep the robot's shapes from touching one another, and give the fingers our boxes and pads."""
+    for geom in list(spec.geoms):
+        if not geom.contype and not geom.conaffinity:
+            continue
+        if geom.parent.name in FINGERS:
+            spec.delete(geom)
+        else:
+            geom.contype, geom.conaffinity, geom.group = 2, 1, HIDDEN
+    own = panda_spec(meshes=False)
+    for finger in FINGERS:
+        for source in own.body(finger).geoms:
+            geom = spec.body(finger).add_geom(name=source.name, type=source.type, size=source.size, pos=source.pos)
+            geom.contype, geom.conaffinity, geom.group = source.contype, source.conaffinity, HIDDEN
+            geom.friction, geom.condim, geom.priority = source.friction, source.condim, source.priority
+            geom.solref, geom.solimp = source.solref, source.solimp

@@ -1,0 +1,1 @@
+"""The running simulation, and what is recorded of it."""

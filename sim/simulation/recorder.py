@@ -1,0 +1,92 @@
+"""What is recorded of a running simulation: positions frame by frame, and the greatest loads between two frames."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from sim.robots.panda import ARM_JOINTS, PADS
+from sim.simulation.rollout import FRAME_RATE
+from sim.world.scene import Scene
+
+
+class Recorder:
+    """Frames of a simulation, `FRAME_RATE` a second; loads are felt at every step between them."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Begin without a frame."""
+        model = scene.mujoco
+        first = int(model.joint(ARM_JOINTS[0]).dofadr[0])
+        self._arm = slice(first, first + len(ARM_JOINTS))
+        self._angles = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
+        self._low, self._high = np.array([model.joint(name).range for name in ARM_JOINTS]).T
+        self._pads = {model.geom(name).id: i for i, name in enumerate(PADS)}
+        self._begin_frame()
+        self._times: list[float] = []
+        self._qpos: list[np.ndarray] = []
+        self._glow: list[int] = []
+        self._speeds: list[np.ndarray] = []
+        self._torques: list[np.ndarray] = []
+        self._margins: list[np.ndarray] = []
+        self._pad_forces: list[np.ndarray] = []
+
+    def is_due(self, data: mujoco.MjData) -> bool:
+        """Return whether the time has come for another frame."""
+        return bool(data.time * FRAME_RATE >= len(self._times) - 1e-6)
+
+    def feel(self, data: mujoco.MjData) -> None:
+        """Take note of the joints' speeds, torques and distances from their ends in a state just simulated."""
+        np.maximum(self._speed, np.abs(data.qvel[self._arm]), out=self._speed)
+        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._arm]), out=self._torque)
+        np.minimum(self._margin, self._margins_of(data), out=self._margin)
+
+    def record(self, data: mujoco.MjData, *, glow: int) -> None:
+        """Add a frame.
+
+        Args:
+            data: the present state.
+            glow: index of the marking location at work, -1 for none.
+        """
+        self._times.append(float(data.time))
+        self._qpos.append(data.qpos.copy())
+        self._glow.append(glow)
+        self._speeds.append(self._speed)
+        self._torques.append(self._torque)
+        self._margins.append(np.minimum(self._margin, self._margins_of(data)))
+        self._pad_forces.append(self._press(data))
+        self._begin_frame()
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What was recorded, by the names it has in a `Rollout`; loads since the last frame are added to it."""
+        speeds, torques, margins = np.array(self._speeds), np.array(self._torques), np.array(self._margins)
+        np.maximum(speeds[-1], self._speed, out=speeds[-1])
+        np.maximum(torques[-1], self._torque, out=torques[-1])
+        np.minimum(margins[-1], self._margin, out=margins[-1])
+        return {
+            "times": np.array(self._times),
+            "qpos": np.array(self._qpos),
+            "glow": np.array(self._glow),
+            "speeds": speeds,
+            "torques": torques,
+            "margins": margins,
+            "pad_forces": np.array(self._pad_forces),
+        }
+
+    def _begin_frame(self) -> None:
+        self._speed, self._torque, self._margin = np.zeros(7), np.zeros(7), np.full(7, np.inf)
+
+    def _margins_of(self, data: mujoco.MjData) -> np.ndarray:
+        """Return the (7,) distances of the arm's joints from the nearer ends of their ranges, rad."""
+        q = data.qpos[self._angles]
+        return np.minimum(q - self._low, self._high - q)
+
+    def _press(self, data: mujoco.MjData) -> np.ndarray:
+        """Return the (2,) N with which whatever it is presses the left and the right pad."""
+        forces = np.zeros(2)
+        for i, pair in enumerate(data.contact.geom.tolist()):
+            for geom in pair:
+                if geom in self._pads:
+                    # The first row of an elliptic cone is the normal force.
+                    forces[self._pads[geom]] += data.efc_force[data.contact.efc_address[i]]
+        return forces

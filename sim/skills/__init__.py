@@ -1,0 +1,1 @@
+"""Skills: how each symbolic action is carried out."""

@@ -1,0 +1,1 @@
+"""The world of a manipulation model: layout, furniture, objects and how they look."""

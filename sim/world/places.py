@@ -1,0 +1,119 @@
+"""Dimensions of what stands on the table, and the places of a model as values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.geometry.rectangle import Rectangle
+
+SHOULDER_HEIGHT, ARM_LENGTH = 0.333, 0.7185
+"""The shoulder above the table, and from there to the wrist with the arm all but straight, m."""
+
+WRIST_OFFSET, WRIST_HEIGHT = 0.088, 0.2104
+"""The wrist of a hand that points down: nearer to the base than the fingers, and above them, m."""
+
+CARRYING_HEIGHT = 0.08
+"""The fingers, holding an object by its middle, pass over others at least this high above their tops, m."""
+
+NEAREST = 0.32
+"""Nearest horizontal distance from the base at which the hand, pointing down, clears the robot's foot, m."""
+
+WIDEST = np.radians(150)
+"""Greatest bearing from straight ahead, rad: the base turns 166 degrees and the wrist needs some of it."""
+
+ROW_GAP = 0.019
+"""Distance between neighbouring objects of one location, m."""
+
+OBJECT_GAP = 0.014
+"""Least distance between cubes of different locations, m: both may start 5 mm and 5 degrees off."""
+
+FINGER_DEPTH, FINGER_HALF = 0.027, 0.0145
+"""Of a finger, along the closing line from its pad outwards and half its width across, with 4 mm to spare, m."""
+
+FINGER_TIPS = 0.014
+"""How far the finger tips reach below the centre of the object between them, with 5 mm to spare, m."""
+
+PALM_HALF = np.array([0.110, 0.038])
+"""Half the palm seen from above with 5 mm to spare, m."""
+
+PALM_CLEARANCE = 0.030
+"""The palm's height over the centre of the object in the fingers, with 7 mm to spare, m."""
+
+BIN_MARGIN = 0.0125
+"""From the last object of a row to a bin's wall, m."""
+
+PAD_MARGIN = 0.0375
+"""From an object to the edge of a pad or of a stove, m."""
+
+PLATE_MARGIN = 0.020
+"""From the corner of an object to the edge of a plate, m."""
+
+SUPPORT_OVERLAP = 0.010
+"""Least length by which an object rests on each of its supports, m."""
+
+LAMP_DISTANCES = (0.19, 0.24, 0.29)
+"""From the nearest slot to a lamp's post, the nearer the better, m: the hand hit one at 11 cm and cleared 17 cm."""
+
+LAMP_TOP, LAMP_HEAD = 0.235, np.array([0.045, 0.086])
+"""Top of a lamp's head above the table, and half of what it covers of it with 6 mm to spare, m."""
+
+LAMP_HALF = 0.04
+"""Half the width of a lamp's foot, m."""
+
+KINDS = ("spot", "pad", "bin", "stove", "plate")
+"""What a location on the table may look like: an outline, a sheet of metal, a box with walls, a hob, a dish."""
+
+FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006}
+"""Height above the table of the surface on which objects rest, m."""
+
+
+@dataclass(frozen=True)
+class Slot:
+    """Room for one object.
+
+    Attributes:
+        location: the location it belongs to.
+        index: 0 .. capacity - 1 within the location.
+        position: (3,) where the middle of the object's underside rests, m, robot base frame (z = 0 is the table top).
+            On other objects, z is where it rests at the highest: see `sim.perception.grounding.surface`.
+        yaw: heading about z of the line along which the fingers close, rad; both ends of it are free
+            of walls and neighbours. The object rests with this yaw, up to its symmetry.
+    """
+
+    location: str
+    index: int
+    position: np.ndarray
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Station:
+    """A location on the table, with what stands there.
+
+    Attributes:
+        kind: one of `KINDS`.
+        outline: what it covers of the table, walls left out.
+        slots: side by side across the closing line.
+        lamp: (2,) foot of its lamp if it marks what is released there, m.
+    """
+
+    name: str
+    kind: str
+    outline: Rectangle
+    slots: tuple[Slot, ...]
+    lamp: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The places of a model.
+
+    Attributes:
+        stations: the locations on the table, in the order of the file.
+        slots: for every location, in the order of the file, as many slots as it has room.
+    """
+
+    stations: tuple[Station, ...]
+    slots: dict[str, tuple[Slot, ...]]

@@ -1,0 +1,221 @@
+"""The scene of a manipulation model: table, locations, objects and robot as one MuJoCo model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from prefplan.models.manipulation.model import ManipulationModel, Object
+from prefplan.models.manipulation.slots import slots_at_start
+from sim.errors import SimulationError
+from sim.robots.catalogue import robot_spec
+from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, HOME, MAX_WIDTH, TCP, WRIST
+from sim.world.furniture import add_object, add_station, add_table, table_for, yaw_quat
+from sim.world.layout import arrange
+from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_finishes, add_studio
+from sim.world.places import Slot
+from sim.world.shapes import Shape, shape_of, shapes_of
+
+TIMESTEP = 0.002
+"""Simulation step, s."""
+
+AZIMUTH, ELEVATION = 156.0, -21.5
+"""Where the camera looks, degrees: from the right in front of the robot, down onto the table."""
+
+FOCUS_HEIGHT = 0.21
+"""Height of the picture's middle above the table: half the arm at work, m."""
+
+WRIST_EYE, WRIST_AIM = np.array([-0.16, 0.0, -0.02]), np.array([0.0, 0.0, 0.02])
+"""Where the camera on the hand is, in the hand's frame, and where it looks, seen from the tool's middle, m."""
+
+WRIST_FIELD = 70.0
+"""How much it sees from top to bottom, degrees."""
+
+STORE = np.array([0.0, 0.0, -1.4])
+"""Where spare objects wait, m: on a shelf below what carries the table."""
+
+SPARE_PITCH = 0.06
+"""From one spare object to the next, m."""
+
+OVERLAP = 0.001
+"""Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
+
+DRAWS = 1000
+"""... so often at most."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled scene.
+
+    Names in `mujoco`: an object's body, its free joint and its colliding geom bear the object's name; the robot's names
+    are in `sim.robots.panda`; `table` is the table's geom.
+
+    Attributes:
+        model: what it was built from.
+        mujoco: the compiled model.
+        slots: for each location, in the order of the file, room for `capacity` objects.
+        shapes: of each object, in the order of the file, then of the spare ones.
+        spares: objects the model does not have, stored out of sight until somebody brings them.
+        temporary: locations that the scenario does not have, which stand for where objects happen to lie.
+        focus: (3,) middle of the picture: over the table's middle, m.
+        span: half the table's longer side, m.
+        robot: which of `sim.robots.catalogue.ROBOTS` works in it.
+    """
+
+    model: ManipulationModel
+    mujoco: mujoco.MjModel
+    slots: dict[str, tuple[Slot, ...]]
+    shapes: dict[str, Shape]
+    focus: np.ndarray
+    span: float
+    robot: str = "default"
+    spares: tuple[str, ...] = ()
+    temporary: frozenset[str] = frozenset()
+
+
+def build_scene(
+    model: ManipulationModel, *, robot: str = "default", spares: int = 0, meshes: bool | None = None
+) -> Scene:
+    """Build the scene of a manipulation model.
+
+    Args:
+        model: any locations and objects.
+        robot: one of `sim.robots.catalogue.ROBOTS`.
+        spares: how many grey cubes to keep in store, out of sight.
+        meshes: dress the default robot with meshes; None for where they are installed.
+
+    Raises:
+        RobotError: the robot is unknown or cannot be had.
+        SimulationError: a location out of reach or in the way of another, or an object that the hand cannot take;
+            the message starts with its key.
+    """
+    shapes, layout = shapes_of(model), arrange(model)
+    spec = robot_spec(robot, meshes=meshes)
+    spec.modelname = "prefplan"
+    _set_physics(spec)
+    _add_wrist_camera(spec)
+    table = table_for(layout.stations)
+    focus = np.array([*table.centre, FOCUS_HEIGHT])
+    add_finishes(spec)
+    add_studio(spec, target=focus, span=float(table.half.max()), view=_direction(AZIMUTH, ELEVATION))
+    add_table(spec, table, layout.stations)
+    for station in layout.stations:
+        add_station(spec, station)
+    for i, (thing, slot) in enumerate(start_slots(model, layout.slots).items()):
+        rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
+        add_object(spec, thing, shapes[thing], slot.position + [0.0, 0.0, shapes[thing].half[2]], slot.yaw, rgba)
+    names = _spare_names(model, spares)
+    if names:
+        shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
+        shelf.pos = STORE - [0.0, 0.0, 0.01]
+    for i, name in enumerate(names):
+        shapes[name] = shape_of(Object(name, ""))
+        add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
+    return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot, names)
+
+
+def _spare_names(model: ManipulationModel, number: int) -> tuple[str, ...]:
+    """Return names that give no proposition that the model may have."""
+    taken = [thing.name for thing in model.objects]
+    taken += [place.name for place in model.locations]
+    taken += [*model.marks, *model.propositions]
+    stem = "foreign"
+    while any(stem in name for name in taken):
+        stem += "_"
+    return tuple(f"{stem}{i + 1}" for i in range(number))
+
+
+def _stored(shape: Shape, index: int) -> np.ndarray:
+    return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
+
+
+def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:
+    """Return the slot in which each object starts, as high as what starts below it says.
+
+    Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
+    """
+    places = [(thing.name, thing.start) for thing in model.objects]
+    room = {name: len(row) for name, row in slots.items()}
+    indices = slots_at_start(places, dict(model.initial_state.slots), room)
+    found = {thing: slots[place][indices[thing]] for thing, place in places}
+    shapes = shapes_of(model)
+    first = {thing.start: thing.name for thing in reversed(model.objects)}
+
+    def floor(location: str) -> float:
+        below = model.location(location).on
+        if not below:
+            return float(slots[location][0].position[2])
+        return max(floor(support) + shapes[first[support]].height for support in below)
+
+    return {
+        name: replace(slot, position=np.array([*slot.position[:2], floor(slot.location)]))
+        for name, slot in found.items()
+    }
+
+
+def initial_state(
+    scene: Scene, *, seed: int | None = None, position: float = 0.005, angle: float = np.radians(5)
+) -> mujoco.MjData:
+    """Return the state before the first action: arm at home, hand open, objects at rest in their slots.
+
+    Args:
+        scene: what `build_scene` returned.
+        seed: None for nominal poses; otherwise each object is moved at random.
+        position: greatest offset along x and along y, m.
+        angle: greatest turn about z, rad.
+
+    Raises:
+        SimulationError: moved so far, the objects hardly ever have room beside one another.
+    """
+    data = mujoco.MjData(scene.mujoco)
+    for name, value in zip(ARM_JOINTS, HOME, strict=True):
+        data.joint(name).qpos[0] = value
+        data.actuator(name).ctrl[0] = value
+    for name in FINGER_JOINTS:
+        data.joint(name).qpos[0] = MAX_WIDTH / 2
+    data.actuator(GRIPPER).ctrl[0] = MAX_WIDTH
+    rng = None if seed is None else np.random.default_rng(seed)
+    for _ in range(DRAWS):
+        for thing, slot in start_slots(scene.model, scene.slots).items():
+            off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
+            pose = data.joint(thing).qpos
+            pose[:2] = slot.position[:2] + off[:2]
+            pose[2] = slot.position[2] + scene.shapes[thing].half[2]
+            pose[3:] = yaw_quat(slot.yaw + off[2])
+        for i, name in enumerate(scene.spares):
+            data.joint(name).qpos[:3] = _stored(scene.shapes[name], i)
+        mujoco.mj_forward(scene.mujoco, data)
+        if rng is None or data.ncon == 0 or data.contact.dist.min() > -OVERLAP:
+            return data
+    raise SimulationError(f"objects moved by up to {position * 1000:g} mm stand inside one another; move them by less")
+
+
+def _set_physics(spec: mujoco.MjSpec) -> None:
+    """Set the solver so that friction alone holds an object in the hand."""
+    option = spec.option
+    option.timestep = TIMESTEP
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10
+    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+
+
+def _add_wrist_camera(spec: mujoco.MjSpec) -> None:
+    """Add a camera above the hand's flat side, which looks at what is between the fingers."""
+    tool = spec.site(TCP)
+    ahead = tool.pos + WRIST_AIM - WRIST_EYE
+    ahead /= np.linalg.norm(ahead)
+    right = np.array([0.0, -1.0, 0.0])
+    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE, fovy=WRIST_FIELD)
+    view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
+    view.alt.xyaxes = [*right, *np.cross(right, ahead)]
+
+
+def _direction(azimuth: float, elevation: float) -> np.ndarray:
+    """Return the (3,) unit vector of two angles in degrees."""
+    turn, rise = np.radians([azimuth, elevation])
+    return np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])

@@ -1,0 +1,216 @@
+"""The shapes of objects: cubes, boxes and cylinders, and how the hand takes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prefplan.errors import choices
+from prefplan.models.manipulation.model import ManipulationModel, Object
+from sim.errors import SimulationError
+from sim.robots.panda import MAX_WIDTH
+
+SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"), "cylinder": ("diameter", "height")}
+"""Kinds of objects, and what their `size` says."""
+
+CUBE_EDGE = 0.045
+"""Edge of an object that says nothing about itself, m: the open hand takes it with room to spare."""
+
+NARROWEST, WIDEST = 0.020, 0.065
+"""Width that the fingers take, m: narrower they could not press, wider they would not fit round it."""
+
+LOWEST, HIGHEST = 0.028, 0.060
+"""Height of what is taken by its middle, m: lower the finger tips would touch what it lies on, higher the palm it."""
+
+LONGEST = 0.120
+"""Length across the fingers, m: what is longer turns between them."""
+
+DENSITY = 0.055 / CUBE_EDGE**3
+"""Of beech, kg/m^3: a cube of usual size weighs 55 g."""
+
+LIGHTEST, HEAVIEST = 0.020, 0.250
+"""Limits of an object's mass, kg: as if the large ones were hollow, the small ones weighted."""
+
+OPENING = 0.07
+"""Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
+
+ASIDE = 0.0075
+"""Least distance from an object to either pad of the open hand, m."""
+
+LIFT = 0.022
+"""Greatest height of the pads' middle over an object's in a high grip, m: half of the pads hold a usual cube, 2 mm over
+a bin's rim, and it is not so far from the tool that it would not count as held."""
+
+UPRIGHT = np.radians(20)
+"""An object tilted by less stands, or lies flat, rad."""
+
+
+@dataclass(frozen=True)
+class Grip:
+    """A way in which the fingers close on an object.
+
+    Attributes:
+        turn: heading of their closing line from the object's own yaw, rad.
+        width: of the object along it, m.
+        narrow: whether the hand opens no wider than it must, where there is little room.
+        lift: height of the pads' middle over the object's, m.
+    """
+
+    turn: float
+    width: float
+    narrow: bool = False
+    lift: float = 0.0
+
+    @property
+    def opening(self) -> float:
+        """Width of the hand that opens for it, m."""
+        return min(MAX_WIDTH, self.width + 2 * ASIDE) if self.narrow else opening(self.width)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """An upright cube, box or cylinder. Its yaw is the heading of the line along which the fingers rather close.
+
+    Attributes:
+        kind: one of `SIZES`.
+        half: (3,) half its sides along that line, across it and upwards, m.
+        grips: the ways to take it, the better one first.
+        symmetry: the turn about z after which it looks the same, rad; 0 for any.
+        mass: kg.
+    """
+
+    kind: str
+    half: np.ndarray
+    grips: tuple[Grip, ...]
+    symmetry: float
+    mass: float
+
+    @property
+    def height(self) -> float:
+        """Its whole height, m."""
+        return 2 * float(self.half[2])
+
+    @property
+    def ways(self) -> tuple[Grip, ...]:
+        """Its grips, the better one first: as they are, with the hand opened less, and with that near the top."""
+        high = min(float(self.half[2]), LIFT)
+        narrow = tuple(replace(grip, narrow=True) for grip in self.grips)
+        return (*self.grips, *narrow, *(replace(grip, lift=high) for grip in narrow))
+
+    def depth(self, rotation: np.ndarray) -> float:
+        """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
+        slopes = np.abs(rotation[2])
+        if self.kind == "cylinder":
+            slopes = np.array([np.hypot(*slopes[:2]), 0.0, slopes[2]])
+        return float(slopes @ self.half)
+
+    def yaw_near(self, yaw: float, line: float) -> float:
+        """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a line, rad."""
+        if not self.symmetry:
+            return line
+        return yaw + self.symmetry * round((line - yaw) / self.symmetry)
+
+
+@dataclass(frozen=True)
+class Extent:
+    """What any object of a scene needs at most, since any may come anywhere.
+
+    Attributes:
+        half: (2,) greatest half sides along the closing line and across it, m.
+        slim: least half side of any, m.
+        low: least height of any, m.
+        high: greatest height of any, m.
+        opening: greatest width of the open hand, m.
+    """
+
+    half: np.ndarray
+    slim: float
+    low: float
+    high: float
+    opening: float
+
+
+def opening(width: float) -> float:
+    """Return how wide the hand opens round what has a width, m."""
+    return min(MAX_WIDTH, max(OPENING, width + 2 * ASIDE))
+
+
+def shapes_of(model: ManipulationModel) -> dict[str, Shape]:
+    """Return the shape of every object.
+
+    Raises:
+        SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
+    """
+    return {thing.name: shape_of(thing) for thing in model.objects}
+
+
+def shape_of(thing: Object) -> Shape:
+    """Return the shape of an object.
+
+    Raises:
+        SimulationError: as in `shapes_of`.
+    """
+    where = f"objects.{thing.name}"
+    if thing.kind not in SIZES:
+        raise SimulationError(f"{where}.kind: unknown kind {thing.kind!r} {choices(thing.kind, SIZES)}")
+    size = _checked_size(thing, where)
+    if thing.kind == "cylinder":
+        diameter, height = size
+        along = across = diameter
+        volume = math.pi / 4 * diameter**2 * height
+    else:
+        x, y, height = size * 3 if len(size) == 1 else size
+        along, across = (y, x) if NARROWEST <= y <= WIDEST else (x, y)
+        volume = x * y * height
+    if not NARROWEST <= along <= WIDEST:
+        raise SimulationError(
+            f"{where}.size: {along:g} m wide, but the fingers take what is {NARROWEST:g} to {WIDEST:g} m wide"
+        )
+    if not LOWEST <= height <= HIGHEST:
+        raise SimulationError(
+            f"{where}.size: {height:g} m high, but the hand takes what is {LOWEST:g} to {HIGHEST:g} m high"
+        )
+    if across > LONGEST:
+        raise SimulationError(f"{where}.size: {across:g} m long, but the hand holds what is up to {LONGEST:g} m long")
+    widths = {0.0: along, math.pi / 2: across}
+    grips = tuple(Grip(turn, width) for turn, width in widths.items() if NARROWEST <= width <= WIDEST)
+    symmetry = 0.0 if thing.kind == "cylinder" else math.pi / 2 if along == across else math.pi
+    mass = min(max(DENSITY * volume, LIGHTEST), HEAVIEST)
+    return Shape(thing.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
+
+
+def extent(shapes: Iterable[Shape]) -> Extent:
+    """Return what the greatest and the least of some shapes need; for none, a cube of usual size."""
+    known = list(shapes) or [shape_of(Object("cube", ""))]
+    half = np.array([shape.half for shape in known])
+    return Extent(
+        half=half[:, :2].max(axis=0),
+        slim=float(half[:, :2].min()),
+        low=2 * float(half[:, 2].min()),
+        high=2 * float(half[:, 2].max()),
+        opening=max(grip.opening for shape in known for grip in shape.grips),
+    )
+
+
+def _checked_size(thing: Object, where: str) -> tuple[float, ...]:
+    """Return the right number of positive lengths, m."""
+    names = SIZES[thing.kind]
+    if thing.size is None and thing.kind == "cube":
+        return (CUBE_EDGE,)
+    meaning = f"a {thing.kind} has {_listed(names)}, in metres"
+    if thing.size is None:
+        raise SimulationError(f"{where}.size: missing; {meaning}")
+    if len(thing.size) != len(names):
+        count = f"{len(thing.size)} number{'s' if len(thing.size) != 1 else ''}"
+        raise SimulationError(f"{where}.size: {meaning}, not {count}")
+    if not all(math.isfinite(length) and length > 0 for length in thing.size):
+        raise SimulationError(f"{where}.size: must be positive, not {_listed([f'{x:g}' for x in thing.size])}")
+    return thing.size
+
+
+def _listed(words: Iterable[str]) -> str:
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last

@@ -1,0 +1,160 @@
+"""`prefplan automaton`: the formats that other programs read, read back, and the table."""
+
+from __future__ import annotations
+
+import random
+import re
+import shutil
+import subprocess
+from itertools import combinations
+
+import judge
+import pytest
+from hoa.ast.acceptance import AcceptanceAtom, AtomType
+from hoa.ast.boolean_expression import And, Not, Or, TrueFormula
+from hoa.ast.label import LabelAtom, LabelExpression
+from hoa.core import HOA
+from hoa.parsers import HOAParser
+
+from experiments.commands.command_line import main
+from experiments.figures.automaton_text import dot, hoa
+from prefplan import Automaton
+from prefplan.logic.dfa import automaton
+
+FORMULAS = [
+    "true",
+    "false",
+    "a",
+    "X(a | !a)",
+    "!plant U dirt",
+    "F(a & X b)",
+    "F a & F b & F c",
+    "(!cheese U pizza) & (!cheese U tacos)",
+    *(judge.to_text(judge.random_formula(random.Random(seed), "abc", 3)) for seed in range(60)),
+]
+
+
+def letters(names: tuple[str, ...]) -> list[frozenset[str]]:
+    return [frozenset(some) for size in range(len(names) + 1) for some in combinations(names, size)]
+
+
+@pytest.fixture(scope="module")
+def parser() -> HOAParser:
+    return HOAParser()
+
+
+def is_true(label: LabelExpression, letter: set[int]) -> bool:
+    match label:
+        case TrueFormula():
+            return True
+        case LabelAtom():
+            return label.proposition in letter
+        case Not():
+            return not is_true(label.argument, letter)
+        case And():
+            return all(is_true(part, letter) for part in label.operands)
+        case Or():
+            return any(is_true(part, letter) for part in label.operands)
+    raise AssertionError(label)
+
+
+def assert_same(read: HOA, dfa: Automaton) -> None:
+    """Compare what was read with the automaton itself, for every state and letter."""
+    names = tuple(str(name).strip('"') for name in read.header.propositions or ())
+    assert names == dfa.propositions
+    assert [list(conjunction) for conjunction in read.header.start_states or ()] == [[0]]
+    assert [state.index for state in read.body.state2edges] == list(range(dfa.size))
+    for state, edges in read.body.state2edges.items():
+        assert (state.acc_sig == frozenset({0})) == (state.index == dfa.accepting)
+        for letter in letters(names):
+            numbers = {names.index(name) for name in letter}
+            targets = [list(edge.state_conj) for edge in edges if is_true(edge.label, numbers)]
+            assert targets == [[dfa.step(state.index, letter)]], (state, letter)
+
+
+def test_hoa_is_read_back_as_the_same_deterministic_complete_automaton(parser: HOAParser) -> None:
+    for formula in FORMULAS:
+        dfa = automaton(formula)
+        read = parser(hoa(dfa))
+        assert read.header.nb_states == dfa.size, formula
+        assert {"state-acc", "deterministic", "complete"} <= {str(name) for name in read.header.properties or ()}
+        assert read.header.acceptance.name == "Buchi"
+        assert read.header.acceptance.condition == AcceptanceAtom(AtomType.INFINITE, 0, False), formula
+        assert_same(read, dfa)
+
+
+def test_hoa_names_the_formula_as_it_was_written(parser: HOAParser) -> None:
+    text = "F (a\n  & X b)"
+    assert str(parser(hoa(automaton(text))).header.name).strip('"') == "F (a & X b)"
+
+
+def test_dot_has_every_state_and_one_edge_for_each_pair_of_states() -> None:
+    for formula in FORMULAS:
+        dfa = automaton(formula)
+        text = dot(dfa)
+        assert re.findall(r"^  (\d+)(?: \[style=dashed\]| \[shape=doublecircle\])?$", text, re.M) == [
+            str(state) for state in range(dfa.size)
+        ]
+        marked = {
+            role: re.findall(rf"^  (\d+) \[{role}\]$", text, re.M) for role in ("shape=doublecircle", "style=dashed")
+        }
+        assert marked["shape=doublecircle"] == ([] if dfa.accepting is None else [str(dfa.accepting)])
+        assert marked["style=dashed"] == ([] if dfa.dead is None else [str(dfa.dead)])
+        edges = re.findall(r'^  (\d+) -> (\d+) \[label="[^"]+"\]$', text, re.M)
+        steps = {
+            (str(state), str(dfa.step(state, letter)))
+            for state in range(dfa.size)
+            for letter in letters(dfa.propositions)
+        }
+        assert len(edges) == len(set(edges)) and set(edges) == steps, formula
+
+
+@pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
+def test_graphviz_draws_it() -> None:
+    drawing = subprocess.run(["dot", "-Tsvg"], input=dot(automaton(FORMULAS[5])), capture_output=True, text=True)
+    assert drawing.returncode == 0 and "</svg>" in drawing.stdout, drawing.stderr
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    status = main(["automaton", *arguments])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def test_the_table_has_a_row_for_each_state_and_guard(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
+    status, out, err = run(capsys, "!plant U dirt")
+    assert (status, err) == (0, "")
+    rows = [line.split("│")[1:-1] for line in out.splitlines() if line.startswith("│")]
+    assert [[cell.strip() for cell in row] for row in rows] == [
+        ["0 (start)", "dirt", "1"],
+        ["", "!dirt & plant", "2"],
+        ["", "!dirt & !plant", "0"],
+        ["1 (accepting)", "true", "1"],
+        ["2 (dead)", "true", "2"],
+    ]
+
+
+@pytest.mark.parametrize(("name", "write"), [("hoa", hoa), ("dot", dot)])
+def test_other_formats_stand_alone_on_stdout(capsys: pytest.CaptureFixture[str], name: str, write: object) -> None:
+    assert callable(write)
+    assert run(capsys, "F(a & X b)", "--format", name) == (0, write(automaton("F(a & X b)")), "")
+
+
+@pytest.mark.parametrize(
+    ("formula", "message", "column"),
+    [
+        ("F a & G b", "not co-safe: 'G b' uses G ('always'), at column 7", 6),
+        ("a &&", "expected a formula, not '&', at column 4", 3),
+        ("", "expected a formula, but the formula ends, at column 1", 0),
+    ],
+)
+def test_a_formula_that_cannot_be_read_is_pointed_at(
+    capsys: pytest.CaptureFixture[str], formula: str, message: str, column: int
+) -> None:
+    status, out, err = run(capsys, formula)
+    assert (status, out) == (2, "")
+    assert err.split("\n") == [f"prefplan: {message}", f"    {formula}", f"    {' ' * column}^", ""]

@@ -1,0 +1,203 @@
+"""`prefplan list` and `prefplan check`: what is said of scenarios without planning them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import Run
+
+from experiments import scenarios
+from experiments.cli.overview import first_sentence, introduction
+from experiments.commands.planning import checkup
+from prefplan.planner import Planner
+
+ISLAND = """# island.toml: a ferry that no longer runs. And more.
+
+[model]
+kind = "graph"
+start = "quay"
+propositions = ["ferry"]
+transitions = [
+  { from = "quay", to = "market", cost = 2.5 },
+  { from = "market", to = "quay", cost = 1 },
+  { from = "island", to = "quay", cost = 1 },
+]
+[model.labels]
+quay = ["water"]
+market = ["fruit"]
+island = ["beach"]
+
+[[tasks]]
+name = "shop"
+formula = "F fruit"
+
+[preference]
+kind = "max"
+"""
+"""Three states, of which the island is out of reach."""
+
+
+def task(name: str, formula: str, more: str = "") -> str:
+    return f'[[tasks]]\nname = "{name}"\nformula = "{formula}"\n{more}\n'
+
+
+@pytest.fixture
+def island(run: Run, tmp_path: Path) -> Path:
+    file = tmp_path / "island.toml"
+    file.write_text(ISLAND)
+    return file
+
+
+def test_the_list_has_every_scenario_that_ships(run: Run) -> None:
+    result = run("list", "--json")
+    assert (result.status, result.err) == (0, "")
+    found = {one["name"]: one for one in result.json["scenarios"]}
+    assert list(found) == scenarios.names()
+    assert found["example"] == {
+        "name": "example",
+        "kind": "grid",
+        "tasks": 3,
+        "contract": "additive",
+        "summary": "The paper's Examples 1-3: a robot on a 3 x 3 grid collects resources.",
+    }
+    assert all(one["summary"].endswith(".") for one in found.values())
+
+
+def test_the_list_has_one_line_each_where_nothing_wraps(run: Run) -> None:
+    lines = run("list").out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == scenarios.names()
+
+
+def test_the_list_has_one_line_each_on_a_narrow_terminal(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = run("list").out.splitlines()
+    assert [line.split()[1] for line in lines if line.startswith("│")] == scenarios.names()
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("# One\n# two. Three.\n[model]\n", "One two."),
+        ("# tidy.toml: wash the red block.\n", "wash the red block."),
+        ("[model]\n# One.\n", ""),
+        ("# Version 1.5 works", ""),
+        ("# No end\n\n# Other.\n", "No end"),
+    ],
+)
+def test_the_first_sentence_of_the_opening_comment(text: str, sentence: str) -> None:
+    assert first_sentence(text) == sentence
+
+
+def test_commands_below_the_opening_paragraph_do_not_belong_to_it() -> None:
+    text = "#\n# town.toml: bread is far off.\n# Crackers would do.\n#\n#   prefplan front town.toml\n\n[model]\n"
+    assert introduction(text) == "bread is far off. Crackers would do."
+
+
+def test_a_scenario_is_summed_up(run: Run, island: Path) -> None:
+    result = run("check", "island.toml", "--json")
+    assert (result.status, result.err) == (0, "")
+    found = result.json
+    assert (found["states"], found["reachable"], found["edges"]) == (3, 2, 3)
+    assert found["propositions"] == {"beach": 0, "ferry": 0, "fruit": 1, "water": 1}
+    (shop,) = found["tasks"]
+    assert shop == {
+        "name": "shop",
+        "formula": "F fruit",
+        "automaton_states": 2,
+        "cost": 2.5,
+        "achievable": True,
+        "relaxations": 0,
+        "skip": None,
+    }
+    assert (found["contract"], found["warnings"], found["scene"]) == ("convex", [], None)
+
+
+def test_people_read_the_same(run: Run, island: Path) -> None:
+    out = run("check", "island.toml").out
+    assert "island: a graph model" in out
+    assert "3 states (1 cannot be reached), 3 actions" in out
+    assert "convex contract" in out
+    (row,) = [line.split() for line in out.splitlines() if line.startswith("shop")]
+    assert row == ["shop", "2.5", "2", "states", "F", "fruit"]
+
+
+@pytest.mark.parametrize(
+    ("tasks", "warning"),
+    [
+        (task("swim", "water | F fruit"), "tasks[0].formula: task swim is satisfied at the start"),
+        (task("a", "F (fruit & F water)") + task("b", "F(F water & fruit)"), "task b asks for the same as task a"),
+        (task("x", "F (fruit | ferry)"), "tasks[0].formula: no state that can be reached carries 'ferry'"),
+        (task("x", "F (fruit | beach)"), "tasks[0].formula: no state that can be reached carries 'beach'"),
+    ],
+)
+def test_likely_mistakes_are_warnings(run: Run, island: Path, tasks: str, warning: str) -> None:
+    island.write_text(ISLAND.replace(task("shop", "F fruit"), tasks))
+    result = run("check", "island.toml")
+    assert result.status == 0
+    assert len(result.err.splitlines()) == 1 and result.err.startswith("prefplan: warning: ")
+    assert warning in result.err
+    assert warning in run("check", "island.toml", "--json").json["warnings"][0]
+
+
+def test_a_task_that_cannot_be_achieved_has_status_3(run: Run, island: Path) -> None:
+    island.write_text(ISLAND.replace("F fruit", "F beach"))
+    result = run("check", "island.toml", "--json")
+    assert result.status == 3
+    assert (result.json["tasks"][0]["cost"], result.json["tasks"][0]["achievable"]) == (None, False)
+    assert "task shop can never be satisfied" in result.err
+
+
+def test_a_task_that_can_only_be_skipped_is_a_warning(run: Run, island: Path) -> None:
+    text = ISLAND.replace(task("shop", "F fruit"), task("rest", "F beach", "skip = 3"))
+    island.write_text(text.replace('"max"', '"max"\nover = "violation"'))
+    result = run("check", "island.toml", "--json")
+    (rest,) = result.json["tasks"]
+    assert (result.status, rest["cost"], rest["achievable"], rest["skip"]) == (0, None, True, 3)
+    assert "it can only be relaxed or skipped" in result.err
+
+
+def test_a_general_preference_says_what_it_needs(run: Run, island: Path) -> None:
+    island.write_text(ISLAND.replace('kind = "max"', 'kind = "expression"\nexpression = "shop"\ncontract = "general"'))
+    found = run("check", "island.toml", "--json").json
+    assert found["contract"] == "general" and "--max-cost" in found["meaning"]
+
+
+def test_a_mistake_has_status_2(run: Run, island: Path) -> None:
+    island.write_text(ISLAND.replace("F fruit", "F friut"))
+    result = run("check", "island.toml")
+    assert (result.status, result.out) == (2, "")
+    assert "unknown proposition 'friut' (did you mean 'fruit'?)" in result.err
+
+
+@pytest.mark.parametrize("name", ["example", "case_study_1"])
+def test_no_task_costs_less_in_any_plan_than_alone(name: str) -> None:
+    scenario = scenarios.find(name)
+    least = {found.name: found.cost for found in checkup.check(scenario).tasks}
+    for plan in Planner(scenario.problem()).front():
+        for task_name, cost in plan.task_costs.items():
+            alone = least[task_name]
+            assert alone is not None and cost >= alone
+
+
+def test_the_states_that_can_be_reached_are_those_of_a_plain_walk() -> None:
+    system = scenarios.find("case_study_3").problem().system
+    seen, waiting = {system.start}, [system.start]
+    while waiting:
+        for edge in system.edges(waiting.pop()):
+            state = int(system.targets[edge])
+            if state not in seen:
+                seen.add(state)
+                waiting.append(state)
+    assert set(np.asarray(checkup.reachable(system)).tolist()) == seen
+
+
+def test_a_scene_that_the_arm_cannot_work_in_is_a_warning(run: Run, tmp_path: Path) -> None:
+    text = (scenarios.FOLDER / "case_study_3.toml").read_text(encoding="utf-8")
+    (tmp_path / "far.toml").write_text(text.replace("[0.45, 0.30]", "[4.5, 0.30]"))
+    result = run("check", "far.toml", "--json")
+    assert (result.status, result.json["scene"]) == (0, False)
+    assert "model.locations.san" in result.err and "`prefplan run` cannot carry them out" in result.err

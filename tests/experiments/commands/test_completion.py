@@ -1,0 +1,85 @@
+"""Completion, tried in the shells themselves where they are installed."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from command_line import Run
+
+from experiments import scenarios
+from experiments.cli.completion import SHELLS
+from experiments.commands import command_line
+
+BASH = """
+source ./script
+complete_words() {
+  COMP_WORDS=("$@"); COMP_CWORD=$(( $# - 1 )); COMPREPLY=()
+  $(complete -p prefplan | sed 's/.*-F \\([^ ]*\\).*/\\1/')
+  printf '%s\\n' "${COMPREPLY[@]}"
+}
+complete_words """
+
+
+@pytest.fixture
+def folder(run: Run, tmp_path: Path) -> Path:
+    """A folder with a scenario, another file and a subfolder."""
+    (tmp_path / "extra.toml").touch()
+    (tmp_path / "notes.txt").touch()
+    (tmp_path / "sub").mkdir()
+    return tmp_path
+
+
+def offered(run: Run, folder: Path, shell: str, *words: str) -> set[str]:
+    """Return what a shell offers for the last of some words."""
+    if shutil.which(shell) is None:
+        pytest.skip(f"no {shell} here")
+    (folder / "script").write_text(run("completion", shell).out)
+    quoted = " ".join(f"'{word}'" for word in ("prefplan", *words))
+    code = BASH + quoted if shell == "bash" else f'source ./script; complete -C "prefplan {" ".join(words)}"'
+    done = subprocess.run([shell, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
+    return {line.split("\t")[0] for line in done.stdout.splitlines() if line}
+
+
+@pytest.mark.parametrize("shell", ["bash", "fish"])
+def test_commands_are_offered(run: Run, folder: Path, shell: str) -> None:
+    names = {module.__name__.rpartition(".")[2] for module in command_line.COMMANDS}
+    assert offered(run, folder, shell, "") >= names
+    assert offered(run, folder, shell, "fr") == {"front"}
+
+
+@pytest.mark.parametrize("shell", ["bash", "fish"])
+def test_scenarios_that_ship_and_scenario_files_are_offered(run: Run, folder: Path, shell: str) -> None:
+    found = offered(run, folder, shell, "front", "")
+    assert found >= {*scenarios.names(), "extra.toml", "sub/"}
+    assert "notes.txt" not in found
+    assert offered(run, folder, shell, "front", "ex") == {"example", "extra.toml"}
+
+
+@pytest.mark.parametrize("shell", ["bash", "fish"])
+def test_options_and_their_choices_are_offered(run: Run, folder: Path, shell: str) -> None:
+    assert offered(run, folder, shell, "plan", "example", "--obj") == {"--objective"}
+    assert offered(run, folder, shell, "plan", "example", "--objective", "") == {"cost", "preference"}
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_a_shell_can_read_its_script(run: Run, folder: Path, shell: str) -> None:
+    result = run("completion", shell)
+    assert (result.status, result.err) == (0, "")
+    assert "case_study_1" in result.out
+    if shutil.which(shell) is None:
+        pytest.skip(f"no {shell} here")
+    (folder / "script").write_text(result.out)
+    read = "source ./script"
+    if shell == "zsh":
+        read = 'autoload -Uz compinit; compinit -u -d ./dump; eval "$(<./script)"; (( ${+_comps[prefplan]} ))'
+    done = subprocess.run([shell, "-c", read], cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+
+
+def test_an_unknown_shell_is_told(run: Run) -> None:
+    result = run("completion", "bsh")
+    assert (result.status, result.out) == (2, "")
+    assert "invalid choice: 'bsh'" in result.err

@@ -1,0 +1,238 @@
+"""`prefplan front` and `prefplan plan`: what they print for people and programs, bounds, and why there is no plan."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import DETOUR, Run, assert_is_error
+
+from experiments import scenarios
+from experiments.commands.execution.run import choose
+from prefplan.planner import Planner
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have output made as for a terminal without colours."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
+
+
+def cells(table: str) -> list[list[str]]:
+    """Return the rows of a printed table, without its frame."""
+    rows = [line.replace("┃", "│").split("│")[1:-1] for line in table.splitlines() if line.startswith(("│", "┃"))]
+    return [[cell.strip() for cell in row] for row in rows]
+
+
+def test_a_front_is_a_table_of_costs_and_its_plans(run: Run, detour: Path, terminal: None) -> None:
+    result = run("front", "detour.toml")
+    assert (result.status, result.err) == (0, "")
+    assert cells(result.out) == [
+        ["#", "cost", "preference", "pay", "buy"],
+        ["0", "3.5", "2.5", "3.5", "1"],
+        ["1", "5", "0", "3", "5"],
+    ]
+    assert "shop, bank" in result.out and "bank, shop" in result.out
+
+
+def test_off_a_terminal_a_front_is_plain_columns(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    out = run("front", "detour.toml").out
+    rows = [line.split() for line in out.splitlines()[1:4]]
+    assert rows == [
+        ["#", "cost", "preference", "pay", "buy"],
+        ["0", "3.5", "2.5", "3.5", "1"],
+        ["1", "5", "0", "3", "5"],
+    ]
+    assert out.isascii()
+
+
+def test_no_color_turns_colours_off_on_a_terminal(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    colour = re.compile(r"\x1b\[[0-9;]*3[0-7]")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    assert colour.search(run("front", "detour.toml").out)
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert not colour.search(run("front", "detour.toml").out)
+
+
+def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
+    result = run("plan", "detour.toml", "--objective", "preference")
+    assert (result.status, result.err) == (0, "")
+    assert "cost 5, preference 0" in result.out
+    assert "bank, shop" in result.out
+
+
+def test_moves_on_a_grid_are_counted(run: Run) -> None:
+    assert "2E N W N E" in run("plan", "example").out
+
+
+POINT = {"cost", "preference", "task_costs", "plan"}
+
+STATS = {"states": int, "expanded": int, "generated": int, "build_seconds": float, "seconds": float}
+
+
+def assert_is_heading(found: dict[str, Any]) -> None:
+    assert (found["scenario"], found["tasks"]) == ("detour", ["pay", "buy"])
+    assert (found["contract"], found["complete"]) == ("additive", True)
+    assert {key: type(value) for key, value in found["stats"].items()} == STATS
+
+
+def test_a_front_as_json(run: Run, detour: Path) -> None:
+    result = run("front", "detour.toml", "--json")
+    assert (result.status, result.err) == (0, "")
+    assert list(result.json) == [*HEADING, "complete", "front", "stats"]
+    assert_is_heading(result.json)
+    assert [{key: point[key] for key in POINT} for point in result.json["front"]] == [
+        {"cost": 3.5, "preference": 2.5, "task_costs": {"pay": 3.5, "buy": 1}, "plan": ["shop", "bank"]},
+        {"cost": 5, "preference": 0, "task_costs": {"pay": 3, "buy": 5}, "plan": ["bank", "shop"]},
+    ]
+
+
+def test_whole_costs_are_whole_numbers_in_json(run: Run, detour: Path) -> None:
+    assert '"cost": 5,' in run("front", "detour.toml", "--json").out
+
+
+def test_a_plan_as_json(run: Run, detour: Path) -> None:
+    result = run("plan", "detour.toml", "--json")
+    assert (result.status, result.err) == (0, "")
+    assert list(result.json) == [*HEADING, "complete", "plan", "stats"]
+    assert_is_heading(result.json)
+    assert result.json["plan"]["plan"] == ["shop", "bank"]
+
+
+@pytest.mark.parametrize(
+    ("options", "cost"),
+    [
+        ([], 3.5),
+        (["--objective", "cost"], 3.5),
+        (["--objective", "preference"], 5),
+        (["--max-preference", "2.5"], 3.5),
+        (["--max-preference", "2.4"], 5),
+        (["--max-preference", "0"], 5),
+        (["--objective", "preference", "--max-preference", "0"], 5),
+    ],
+)
+def test_one_plan_by_objective_and_bound(run: Run, detour: Path, options: list[str], cost: float) -> None:
+    result = run("plan", "detour.toml", "--json", *options)
+    assert (result.status, result.json["plan"]["cost"]) == (0, cost)
+
+
+@pytest.mark.parametrize(("limit", "costs"), [("3.5", [3.5]), ("4.99", [3.5]), ("5", [3.5, 5]), ("1000", [3.5, 5])])
+def test_a_bound_on_cost_is_inclusive(run: Run, detour: Path, limit: str, costs: list[float]) -> None:
+    result = run("front", "detour.toml", "--json", "--max-cost", limit)
+    assert (result.status, [point["cost"] for point in result.json["front"]]) == (0, costs)
+
+
+@pytest.mark.parametrize(
+    ("change", "arguments", "reason"),
+    [
+        (None, ["front", "--max-cost", "3.49"], {"kind": "bound", "tasks": [], "smallest": 3.5}),
+        ("F never", ["front"], {"kind": "task", "tasks": ["buy"], "smallest": None}),
+        ("F never", ["plan"], {"kind": "task", "tasks": ["buy"], "smallest": None}),
+        ("!money U (bread & X X money)", ["plan"], {"kind": "task", "tasks": ["buy"], "smallest": None}),
+        ("bread | (never U X money)", ["front", "--max-cost", "0.5"], {"kind": "bound", "tasks": [], "smallest": 3}),
+    ],
+)
+def test_without_a_plan_the_status_is_3_and_json_says_why(
+    run: Run, detour: Path, change: str | None, arguments: list[str], reason: dict[str, Any]
+) -> None:
+    if change:
+        detour.write_text(DETOUR.replace("F bread", change))
+    result = run(*arguments, "detour.toml", "--json")
+    assert result.status == 3
+    assert list(result.json) == [*HEADING, "complete", "front", "reason", "stats"]
+    assert_is_heading(result.json)
+    assert (result.json["front"], result.json["reason"]) == ([], reason)
+
+
+def test_a_bound_below_every_plan_names_the_smallest_mu(run: Run, detour: Path) -> None:
+    detour.write_text(DETOUR.replace('kind = "order"', 'kind = "weighted-sum"\nweights = { pay = 1, buy = 0.1 }'))
+    result = run("plan", "detour.toml", "--max-preference", "3.49", "--json")
+    assert (result.status, result.json["reason"]) == (3, {"kind": "bound", "tasks": [], "smallest": 3.5})
+    assert "smallest possible is 3.5" in result.err
+
+
+def test_tasks_that_exclude_each_other_are_named(run: Run, detour: Path) -> None:
+    text = DETOUR.replace("F money", "!bread U money").replace("F bread", "!money U bread")
+    detour.write_text(text)
+    result = run("front", "detour.toml", "--json")
+    assert (result.status, result.json["reason"]) == (
+        3,
+        {"kind": "conflict", "tasks": ["pay", "buy"], "smallest": None},
+    )
+    assert "tasks pay, buy cannot be satisfied together" in result.err
+
+
+@pytest.mark.parametrize(("option", "ended"), [("--max-seconds", "time"), ("--max-memory", "memory")])
+@pytest.mark.parametrize("objective", ["cost", "preference"])
+def test_a_limit_before_any_plan_is_known_has_status_4(
+    run: Run, detour: Path, option: str, ended: str, objective: str
+) -> None:
+    result = run("plan", "detour.toml", "--objective", objective, option, "0", "--json")
+    assert result.status == 4
+    assert list(result.json) == [
+        "scenario",
+        "tasks",
+        "contract",
+        "claimed",
+        "resolution",
+        "complete",
+        "plan",
+        "ended",
+        "complete_below",
+        "stats",
+    ]
+    assert (result.json["complete"], result.json["plan"], result.json["ended"]) == (False, None, ended)
+    assert len(result.err.splitlines()) == 1 and "no plan is known yet" in result.err
+
+
+def test_a_plan_within_its_limits_is_the_same_plan(run: Run, detour: Path) -> None:
+    limited = run("plan", "detour.toml", "--max-seconds", "600", "--max-memory", "1000", "--json")
+    assert (limited.status, limited.json["plan"]) == (0, run("plan", "detour.toml", "--json").json["plan"])
+
+
+HEADING = ("scenario", "tasks", "contract", "claimed", "resolution")
+
+GENERAL = 'kind = "expression"\nexpression = "pay * buy"\ncontract = "general"'
+
+
+def test_a_general_preference_asks_for_a_bound_and_takes_it(run: Run, detour: Path) -> None:
+    detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
+    for call in (["front"], ["plan", "--objective", "preference"]):
+        assert_is_error(run(*call, "detour.toml"), "a bound on the total cost is needed (--max-cost)")
+        assert run(*call, "detour.toml", "--max-cost", "5").status == 0
+
+
+@pytest.mark.parametrize("wanted", ["cost", "preference", 0])
+def test_run_chooses_among_the_plans_within_the_bound(detour: Path, wanted: str | int) -> None:
+    detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
+    planner = Planner(scenarios.find(str(detour)).problem())
+    assert choose(planner, wanted, max_cost=4).actions == ("shop", "bank")
+
+
+@pytest.mark.parametrize("command", ["front", "plan"])
+def test_without_a_plan_people_read_why_on_stderr(run: Run, detour: Path, command: str) -> None:
+    detour.write_text(DETOUR.replace("F bread", "F never"))
+    result = run(command, "detour.toml")
+    assert (result.status, result.out) == (3, "")
+    assert "task buy can never be satisfied" in result.err
+
+
+@pytest.mark.parametrize(
+    ("scenario", "points"),
+    [("example", [(6, 4), (9, 3)]), ("case_study_3", [(34, 17), (41, 0)])],
+)
+def test_the_scenarios_that_ship_have_the_papers_fronts(run: Run, scenario: str, points: list[tuple[int, int]]) -> None:
+    found = run("front", scenario, "--json").json
+    assert [(point["cost"], point["preference"]) for point in found["front"]] == points
+
+
+@pytest.mark.parametrize(("objective", "point"), [("cost", (68, 29)), ("preference", (98, 0))])
+def test_case_study_1_as_it_ships_has_the_papers_ends(run: Run, objective: str, point: tuple[int, int]) -> None:
+    plan = run("plan", "case_study_1", "--objective", objective, "--json").json["plan"]
+    assert (plan["cost"], plan["preference"]) == point

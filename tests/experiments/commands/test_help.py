@@ -1,0 +1,78 @@
+"""The help teaches by example: every command shows calls that work."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from pathlib import Path
+
+import pytest
+
+from experiments import scenarios
+from experiments.cli.overview import kind_of
+from experiments.commands import command_line
+
+PLANNING = ("front", "plan", "automaton", "draw", "list", "check")
+"""Commands quick enough that their examples are carried out here."""
+
+SIMULATED = ("run", "view", "sweep", "measure")
+"""Commands that need an arm."""
+
+
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    """Return the parser of each command."""
+    (found,) = [action for action in command_line.parser()._actions if isinstance(action, argparse._SubParsersAction)]
+    return dict(found.choices)
+
+
+def examples(parser: argparse.ArgumentParser) -> list[str]:
+    """Return the calls that a help text shows."""
+    shown, _, _ = (parser.epilog or "").partition("\n\n")
+    return [line.strip() for line in shown.splitlines()[1:]]
+
+
+COMMANDS = parsers()
+EVERY = [(name, line) for name, parser in COMMANDS.items() for line in examples(parser)]
+QUICK = [line for name, line in EVERY if name in PLANNING]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_says_what_it_does_and_shows_two_examples(name: str) -> None:
+    parser = COMMANDS[name]
+    assert parser.description and parser.description.endswith(".")
+    assert len(examples(parser)) >= 2
+
+
+@pytest.mark.parametrize(("name", "line"), EVERY)
+def test_every_example_is_a_call_of_its_command(name: str, line: str) -> None:
+    for part in line.split(" && "):
+        program, *arguments = shlex.split(part.partition(" > ")[0])
+        assert program == "prefplan"
+        command_line.parser().parse_args(arguments)
+    assert f"prefplan {name}" in line
+
+
+@pytest.mark.parametrize(("name", "line"), EVERY)
+def test_every_example_names_a_scenario_that_its_command_can_take(name: str, line: str) -> None:
+    options = command_line.parser().parse_args(shlex.split(line.split(" && ")[0].partition(" > ")[0])[1:])
+    if "scenario" in options:
+        kind = kind_of(scenarios.find(options.scenario, measured=False).model)
+        assert name not in SIMULATED or kind == "manipulation"
+
+
+@pytest.mark.parametrize("line", QUICK)
+def test_the_examples_that_plan_work(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command_line.main(shlex.split(line)[1:]) == 0
+    assert capsys.readouterr().out
+
+
+def test_the_help_says_what_each_exit_status_means(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command_line.main(["--help"]) == 0
+    shown = capsys.readouterr().out
+    _, _, statuses = shown.partition("exit status:\n")
+    assert [line.split()[0] for line in statuses.split("\n\n")[0].splitlines()] == ["0", "2", "3", "4", "130"]
+    for name in COMMANDS:
+        assert f"    {name}" in map(str.rstrip, (line[:14] for line in shown.splitlines()))

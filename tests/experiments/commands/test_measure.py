@@ -1,0 +1,189 @@
+"""`prefplan measure`, and plans whose costs it measured."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import Run, call
+from small_scenes import cup_scenario
+
+from experiments import scenarios
+from experiments.runs import carry_out
+from experiments.runs.outcome import outcome_json
+from prefplan import Front, load, pareto_front
+from prefplan.models.manipulation.measured_costs import measurements_file
+from sim.execution import cost_measurement
+
+SCENARIO = cup_scenario(costs='{ measured = "energy" }')
+
+MEASURED = [name for name in scenarios.names() if measurements_file(scenarios.FOLDER / f"{name}.toml").exists()]
+
+EXECUTED = {"case_study_3_energy": (0, -1), "kitchen_energy": (0, 4, 6, -1)}
+"""Plans that are carried out: the ends of each front, and of the kitchen's those whose costs were the least exact."""
+
+PAIRS = 2 + 2 + 2 + 2 + 2
+"""Transits from the start pose and between the places, transports, grasps, releases."""
+
+
+@pytest.fixture
+def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    path = tmp_path / "cup.toml"
+    path.write_text(SCENARIO)
+    monkeypatch.chdir(tmp_path)
+    return path
+
+
+@pytest.fixture
+def program(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that runs the program."""
+    return functools.partial(call, capsys)
+
+
+def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, program: Any) -> None:
+    status, _, err = program("front", "cup.toml")
+    assert status == 2 and "nothing was measured yet; `prefplan measure`" in err
+
+    status, out, _ = program("measure", "cup.toml", "--json", "--jobs", "1")
+    assert status == 0
+    printed = json.loads(out)
+    assert printed["complete"] is True and printed["failed"] == [] and len(printed["actions"]) == PAIRS
+    assert json.loads(measurements_file(scenario).read_text())["actions"] == printed["actions"]
+    assert all(one["time"] > 0 and one["travel"] > 0 and one["energy"] > 0 for one in printed["actions"])
+
+    (plan,) = pareto_front(load(scenario).problem())
+    for seed in ("1", "2"):
+        status, out, _ = program("run", "cup.toml", "--no-video", "--json", "--seed", seed)
+        assert status == 0
+        measured = json.loads(out)["measured"]
+        assert measured["quantity"] == "energy" and measured["predicted"] == plan.cost
+        assert measured["executed"] == pytest.approx(plan.cost, rel=0.05)
+
+    status, out, _ = program("run", "cup.toml", "--no-video")
+    assert f"J, predicted {plan.cost:g} J" in out
+
+
+def stand_in(limit: int | None = None, end: type[BaseException] = KeyboardInterrupt) -> Callable[..., Iterator[Any]]:
+    """Return a way to measure that takes no time, and ends early after some actions."""
+
+    def measure_all(scene: Any, wanted: Any, *, jobs: int) -> Iterator[Any]:
+        for count, pair in enumerate(wanted):
+            if count == limit:
+                raise end
+            yield cost_measurement.Measurement(pair, {"time": 1.0, "travel": 2.0, "energy": 3.0}, 1)
+
+    return measure_all
+
+
+def test_ctrl_c_keeps_what_is_done_and_the_next_run_does_the_rest(
+    scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in(3))
+    status, _, err = program("measure", "cup.toml")
+    assert status == 130 and err == "prefplan: interrupted; the same command measures the other 7 actions\n"
+    status, _, err = program("front", "cup.toml")
+    assert status == 2 and "was not measured; `prefplan measure` measures it" in err
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
+    status, out, err = program("measure", "cup.toml")
+    assert (status, err) == (0, "") and "10 actions are in" in out and "3 of them before" in out
+    assert program("front", "cup.toml")[0] == 0
+
+
+def test_a_crash_keeps_what_is_done(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in(3, RuntimeError))
+    with pytest.raises(RuntimeError):
+        program("measure", "cup.toml")
+    assert len(json.loads(measurements_file(scenario).read_text())["actions"]) == 3
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
+    status, out, _ = program("measure", "cup.toml")
+    assert status == 0 and "3 of them before" in out
+
+
+@pytest.mark.parametrize("remark", ["sources", "format"])
+def test_what_was_measured_otherwise_is_measured_anew(
+    scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch, remark: str
+) -> None:
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
+    program("measure", "cup.toml")
+    contents = json.loads(measurements_file(scenario).read_text())
+    measurements_file(scenario).write_text(json.dumps(contents | {remark: 1}))
+    # Skills that changed are no reason not to plan.
+    assert program("front", "cup.toml")[0] == (2 if remark == "format" else 0)
+    status, out, _ = program("measure", "cup.toml")
+    assert status == 0 and "before" not in out
+    assert json.loads(measurements_file(scenario).read_text()) == contents
+
+
+def test_another_geometry_is_measured_anew(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
+    program("measure", "cup.toml")
+    scenario.write_text(SCENARIO.replace("-0.25", "-0.26"))
+    assert program("front", "cup.toml")[0] == 2
+    status, out, _ = program("measure", "cup.toml")
+    assert status == 0 and "before" not in out
+    assert program("front", "cup.toml")[0] == 0
+
+
+def test_an_action_that_never_works_out_is_told(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def measure_all(scene: Any, wanted: Any, *, jobs: int) -> Iterator[Any]:
+        first, *rest = stand_in()(scene, wanted, jobs=jobs)
+        yield cost_measurement.Failure(first.pair, "`transit tray`: a wall")
+        yield from rest
+
+    monkeypatch.setattr(cost_measurement, "measure_all", measure_all)
+    status, out, err = program("measure", "cup.toml", "--json")
+    assert (status, err) == (4, "prefplan: not measured: `transit tray`: a wall\n")
+    printed = json.loads(out)
+    assert printed["complete"] is False and len(printed["actions"]) == PAIRS - 1
+    assert printed["failed"] == [
+        {"action": "transit", "from": "desk", "to": "tray", "reason": "`transit tray`: a wall"}
+    ]
+
+
+def test_the_file_can_be_written_elsewhere(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
+    assert program("measure", "cup.toml", "--out", "there/measured.json")[0] == 0
+    assert Path("there/measured.json").exists() and not measurements_file(scenario).exists()
+
+
+def test_only_manipulation_is_measured(program: Any) -> None:
+    status, _, err = program("measure", "case_study_1")
+    assert status == 2 and "only a manipulation model can be carried out" in err
+
+
+@pytest.fixture(scope="module")
+def front_of() -> Callable[[str], Front]:
+    """Return the front of a scenario by name, planned once."""
+    return functools.cache(lambda name: pareto_front(scenarios.find(name).problem()))
+
+
+def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> None:
+    assert set(EXECUTED) == set(MEASURED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "index"), [(name, index) for name, some in EXECUTED.items() for index in some])
+def test_plans_still_take_what_was_measured(name: str, index: int, front_of: Callable[[str], Front]) -> None:
+    scenario = scenarios.find(name)
+    outcome = carry_out.carry_out(scenario, carry_out.scene_of(scenario), front_of(name)[index], seed=1)
+    assert outcome.rollout.completed, outcome.rollout.reason
+    measured = outcome_json(outcome)["measured"]
+    assert measured["executed"] == pytest.approx(measured["predicted"], rel=0.05)
+
+
+def test_energy_gives_the_arch_the_same_trade_off_as_numbers_do() -> None:
+    front = pareto_front(scenarios.find("case_study_3_energy").problem())
+    numbers = pareto_front(scenarios.find("case_study_3").problem())
+    assert [plan.actions for plan in front][0] == [plan.actions for plan in numbers][0]
+    assert len(front) == len(numbers) == 2 and front[-1].preference == 0
+
+
+@pytest.mark.slow
+def test_energy_tells_more_of_the_kitchens_trade_offs_apart(front_of: Callable[[str], Front]) -> None:
+    front = front_of("kitchen_energy")
+    assert len(front) == 10  # with one number for each kind of action there are 7
+    assert (front[0].cost, front[-1].cost, front[-1].preference) == (522.923, 720.746, 0)

@@ -1,0 +1,125 @@
+"""Drawings of automata: what their labels mean, what a page finds in them, and that nothing lies on anything else."""
+
+from __future__ import annotations
+
+import random
+import re
+import xml.etree.ElementTree as ET
+from itertools import combinations
+
+import judge
+import numpy as np
+import pytest
+
+from experiments.figures import automaton as picture
+from experiments.figures.guards import ELSE, LONG, cover, labels
+from experiments.figures.layered import Box, place
+from prefplan.logic.dfa import automaton
+from prefplan.logic.mtbdd import leaves
+
+FORMULAS = [
+    "true",
+    "false",
+    "F a & F b & F c",
+    "(!cheese U pizza) & (!cheese U tacos)",
+    "F(cheese & F(tacos) & F(grocer) & F(pizza))",
+    *(judge.to_text(judge.random_formula(random.Random(seed), "abc", 3)) for seed in range(40)),
+]
+
+
+def letters(names: tuple[str, ...]) -> list[frozenset[str]]:
+    return [frozenset(some) for size in range(len(names) + 1) for some in combinations(names, size)]
+
+
+def covered(cubes: list[dict[str, bool]], letter: frozenset[str]) -> bool:
+    return any(all((name in letter) == holds for name, holds in cube.items()) for cube in cubes)
+
+
+@pytest.mark.parametrize("formula", FORMULAS)
+def test_guards_hold_exactly_where_the_automaton_goes_there(formula: str) -> None:
+    dfa = automaton(formula)
+    for state in range(dfa.size):
+        for target in leaves(dfa.transitions[state]):
+            cubes = cover(dfa, state, target)
+            for letter in letters(dfa.propositions):
+                assert covered(cubes, letter) == (dfa.step(state, letter) == target)
+
+
+@pytest.mark.parametrize("formula", FORMULAS)
+def test_no_term_of_a_guard_can_be_left_out(formula: str) -> None:
+    dfa = automaton(formula)
+    for state in range(dfa.size):
+        for target in leaves(dfa.transitions[state]):
+            cubes = cover(dfa, state, target)
+            for i in range(len(cubes)):
+                fewer = cubes[:i] + cubes[i + 1 :]
+                assert any(covered(cubes, x) and not covered(fewer, x) for x in letters(dfa.propositions))
+
+
+def test_only_one_long_label_of_a_state_says_else() -> None:
+    dfa = automaton("F(cheese & F(tacos) & F(grocer) & F(pizza))")
+    texts = list(labels(dfa, 8).values())
+    assert texts.count(ELSE) == 1
+    assert labels(automaton("!a U b"), 0) == {1: "b", 0: "!a & !b", 2: "a & !b"}
+    assert len("!a & !b") < LONG
+
+
+@pytest.mark.parametrize("formula", FORMULAS)
+def test_every_state_and_edge_has_its_id(formula: str) -> None:
+    dfa = automaton(formula)
+    root = ET.fromstring(picture.svg(dfa, prefix="t1-"))
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    states = {f"t1-q{state}" for state in range(dfa.size)}
+    loops = {dfa.accepting, dfa.dead}
+    edges = {
+        f"t1-q{state}-q{target}"
+        for state in range(dfa.size)
+        for target in leaves(dfa.transitions[state])
+        if not (state == target and state in loops)
+    }
+    assert set(ids) == states | edges
+    assert root.get("role") == "img" and dfa.text in (root.get("aria-label") or "")
+    kinds = {element.get("id"): element.get("class") for element in root.iter() if element.get("id") in states}
+    for state in range(dfa.size):
+        kind = "accepting" if state == dfa.accepting else "dead" if state == dfa.dead else "plain"
+        assert kinds[f"t1-q{state}"] == f"node {kind}"
+
+
+@pytest.mark.parametrize("formula", FORMULAS)
+def test_nodes_lie_apart_and_inside_the_picture(formula: str) -> None:
+    drawn = picture.diagram(automaton(formula))
+    halves = np.column_stack([drawn.widths, drawn.heights]) / 2
+    assert (drawn.middles - halves >= 0).all()
+    assert (drawn.middles + halves <= drawn.size).all()
+    for i, j in combinations(range(len(drawn.nodes)), 2):
+        assert (abs(drawn.middles[i] - drawn.middles[j]) >= halves[i] + halves[j]).any()
+    for arrow in drawn.arrows:
+        assert np.isfinite(arrow.curve).all()
+
+
+def test_labels_lie_apart_from_each_other_and_from_nodes() -> None:
+    rng = random.Random(1)
+    count = 9
+    edges = [(rng.randrange(i), i) for i in range(1, count)]
+    edges += [
+        (a, b) for a in range(count) for b in range(count) if a != b and (a, b) not in edges and rng.random() < 0.2
+    ]
+    node, label = Box(30, 15, 15), Box(60, 16, 4)
+    layout = place([node] * count, edges, [label] * len(edges), gap=(20, 10))
+    places = [*((x, y, node) for x, y in layout.nodes), *((x, y, label) for x, y in layout.labels)]
+    for (x, y, a), (u, v, b) in combinations(places, 2):
+        beside = abs(x - u) >= (a.width + b.width) / 2 - 1e-9
+        upper, lower = ((y, a), (v, b)) if y < v else ((v, b), (y, a))
+        assert beside or lower[0] - lower[1].above >= upper[0] + upper[1].below - 1e-9
+    assert len(layout.labels) == len(edges)
+    forward = [layout.nodes[a][0] < layout.nodes[b][0] for a, b in edges]
+    for (a, b), route, ahead in zip(edges, layout.routes, forward, strict=True):
+        assert layout.nodes[a][0] != layout.nodes[b][0]
+        assert (np.diff(route[:, 0]) >= 0).all() if ahead else (np.diff(route[:, 0]) <= 0).all()
+
+
+def test_markup_in_names_cannot_break_a_picture() -> None:
+    drawn = picture.svg(automaton("F a"), prefix='"<&')
+    assert ET.fromstring(drawn) is not None
+    assert re.search(r'id=\'"&lt;&amp;q0\'', drawn)

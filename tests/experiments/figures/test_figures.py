@@ -1,0 +1,147 @@
+"""Figures: the right file for every ending, with its text as text, and what is drawn where."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from experiments import scenarios
+from experiments.commands.command_line import main
+from experiments.figures.front import draw, draw_front
+from experiments.figures.plans import draw_map
+from prefplan import Front, Plan, Scenario, pareto_front
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def example() -> Scenario:
+    return scenarios.find("example")
+
+
+@pytest.fixture
+def axes() -> Axes:
+    return Figure(figsize=(6, 4)).subplots()
+
+
+def point(cost: float, preference: float) -> Plan:
+    return Plan(cost, preference, {}, {}, (), ((0, 0),))
+
+
+def texts(path: Path) -> set[str]:
+    return {"".join(element.itertext()).strip() for element in ET.parse(path).iter(f"{SVG}text")}
+
+
+def test_a_front_is_drawn_as_png_svg_and_pdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for ending in ("png", "svg", "PDF"):
+        assert main(["front", "example", "--plot", str(tmp_path / f"front.{ending}")]) == 0
+        assert f"front.{ending}" in capsys.readouterr().out
+    assert Image.open(tmp_path / "front.png").width > 1000
+    assert {"total cost", "0: (6, 4)", "1: (9, 3)"} <= texts(tmp_path / "front.svg")
+    document = (tmp_path / "front.PDF").read_bytes()
+    assert document.startswith(b"%PDF") and b"/FontFile2" in document
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_the_same_picture_is_the_same_file(tmp_path: Path) -> None:
+    for ending in ("png", "svg", "pdf"):
+        for name in ("a", "b"):
+            assert main(["automaton", "!a U b", "--plot", str(tmp_path / f"{name}.{ending}")]) == 0
+        assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
+
+
+def test_json_stays_json_beside_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "front.svg"
+    assert main(["front", "example", "--json", "--plot", str(path)]) == 0
+    assert len(json.loads(capsys.readouterr().out)["front"]) == 2
+    assert path.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["front", "example", "--plot", "front.jpeg"], ".png, .svg, .pdf"),
+        (["front", "example", "--plot", "nowhere/front.png"], "nowhere/front.png: cannot be written"),
+        (["draw", "plans", "case_study_3", "plans.png"], "`prefplan report` shows those of any model"),
+        (
+            ["draw", "system", "case_study_1", "system.png"],
+            "case_study_1.toml: model: the transition system has 400 states",
+        ),
+        (["automaton", " & ".join(f"F {name}" for name in "abcdef"), "--plot", "f.png"], "64 states"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said_in_a_sentence(
+    arguments: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    told = capsys.readouterr().err
+    assert message in told and len(told.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_every_point_is_drawn_and_what_it_dominates(axes: Axes, example: Scenario) -> None:
+    draw_front(axes, example, Front((point(3, 9), point(5, 4), point(8, 0))))
+    step, ideal, points = axes.get_lines()
+    assert np.array(points.get_xydata()).tolist() == [[3, 9], [5, 4], [8, 0]]
+    assert np.array(ideal.get_xydata()).tolist() == [[3, 0]]
+    right, high = axes.get_xlim()[1], axes.get_ylim()[1]
+    corners = np.array(step.get_xydata()).tolist()
+    assert corners == [[3, high], [3, 9], [5, 4], [8, 0], [right, 0]]
+    assert step.get_drawstyle() == "steps-post"
+
+
+def test_a_front_of_one_point_is_no_trade_off(axes: Axes, example: Scenario) -> None:
+    draw_front(axes, example, Front((point(4, 0),)))
+    assert len(axes.get_lines()) == 2
+    assert np.isfinite([*axes.get_xlim(), *axes.get_ylim()]).all()
+
+
+def test_an_incomplete_front_shows_how_far_it_is_complete(axes: Axes, example: Scenario) -> None:
+    draw_front(axes, example, Front((point(3, 9), point(5, 4)), ended="time", complete_below=4))
+    assert "complete up to here" in axes.get_legend_handles_labels()[1]
+
+
+def test_the_legend_lies_on_no_front(tmp_path: Path) -> None:
+    scenario, drawn = scenarios.find("case_study_3"), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda figure, *args, **options: drawn.append(figure))
+        draw(scenario, pareto_front(scenario.problem()), tmp_path / "front.png")
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    (legend,), (axes,) = figure.legends, figure.axes
+    assert [text.get_text() for text in legend.get_texts()] == ["dominated", "ideal, out of reach", "plan"]
+    assert not legend.get_window_extent().overlaps(axes.get_tightbbox())
+
+
+def test_labels_of_points_never_overlap(axes: Axes, example: Scenario) -> None:
+    draw_front(axes, example, Front(tuple(point(i, 60 - i) for i in range(60))))
+    rooms = [text.get_window_extent() for text in axes.texts]
+    assert 2 < len(rooms) < 60
+    assert not any(a.overlaps(b) for i, a in enumerate(rooms) for b in rooms[:i])
+    assert min(room.x0 for room in rooms) > axes.get_window_extent().x0
+
+
+def test_a_map_shows_regions_by_name_and_tasks_where_they_are_satisfied(axes: Axes, example: Scenario) -> None:
+    plan = pareto_front(example.problem())[0]
+    draw_map(axes, example.model, plan)  # type: ignore[arg-type]
+    assert {text.get_text() for text in axes.texts} == {"dirt", "plant", "rock", "charge", "phi1", "phi2", "phi3"}
+
+
+def test_plans_automata_and_a_system_are_drawn(tmp_path: Path) -> None:
+    for what in ("plans", "automata", "system"):
+        assert main(["draw", what, "example", str(tmp_path / f"{what}.svg")]) == 0
+    assert {"Pareto front", "0: cost 6, μ = 4", "phi2"} <= texts(tmp_path / "plans.svg")
+    assert {"phi3: !plant U dirt", "dirt & !plant"} & texts(tmp_path / "automata.svg")
+    assert {"(1, 1)", "{plant}", "N 1"} <= texts(tmp_path / "system.svg")

@@ -1,0 +1,78 @@
+"""Maps of grids: paths that do not lie on themselves, goals where tasks are satisfied, cells a page can find."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from experiments import scenarios
+from experiments.figures.grid_map import MOST_CELLS, goals, svg
+from experiments.figures.trail import LANE, LANES, trail
+from prefplan import Scenario, cheapest_plan
+from prefplan.models.grid import GridModel
+
+
+@pytest.fixture(scope="module")
+def example() -> Scenario:
+    return scenarios.find("example")
+
+
+def test_a_path_has_a_point_in_the_cell_of_every_state() -> None:
+    cells = [(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (1, 0), (2, 0), (1, 0), (1, 1), (1, 2)]
+    path = trail(cells)
+    assert (abs(path.states - np.array(cells)) <= max(LANES) * LANE + 1e-9).all()
+    assert (path.line[0] == path.states[0]).all() and (path.line[-1] == path.states[-1]).all()
+
+
+def test_a_way_there_and_back_is_two_lines() -> None:
+    path = trail([(0, 0), (1, 0), (2, 0), (1, 0), (0, 0)])
+    there, back = path.line[:2], path.line[2:]
+    assert there[:, 1].tolist() == [0, 0]
+    assert back[:, 1].tolist() == [LANE, LANE]
+    assert path.arrows[:, 2].tolist() == [1, -1]
+
+
+def test_parts_of_a_path_are_level_or_upright() -> None:
+    rng = np.random.default_rng(0)
+    cells = [(5, 5)]
+    while len(cells) < 200:
+        dx, dy = ((0, 1), (0, -1), (1, 0), (-1, 0))[rng.integers(4)]
+        cells.append((cells[-1][0] + dx, cells[-1][1] + dy))
+    assert (abs(np.diff(trail(cells).line, axis=0)).min(axis=1) < 1e-9).all()
+
+
+def test_a_plan_that_stays_is_a_point() -> None:
+    path = trail([(3, 4)])
+    assert path.line.tolist() == [[3, 4]] and not len(path.arrows)
+
+
+def test_goals_are_where_the_tasks_are_satisfied(example: Scenario) -> None:
+    plan = cheapest_plan(example.problem())
+    found = goals(example.model, plan)
+    assert sorted(task for tasks in found.values() for task in tasks) == ["phi1", "phi2", "phi3"]
+    for step, tasks in found.items():
+        for task in tasks:
+            assert plan.task_costs[task] == step
+
+
+def test_a_page_finds_cells_regions_and_states(example: Scenario) -> None:
+    plan = cheapest_plan(example.problem())
+    root = ET.fromstring(svg(example.model, plan, prefix="p0-"))
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    cells = {f"p0-c{x}-{y}" for x in range(3) for y in range(3)}
+    regions = {f"p0-region-{name}" for name in ("dirt", "plant", "rock", "charge")}
+    assert len(ids) == len(set(ids))
+    assert set(ids) == cells | regions | {"p0-path"}
+    (path,) = (element for element in root.iter() if element.get("id") == "p0-path")
+    assert len((path.get("data-states") or "").split()) == len(plan.states)
+
+
+def test_single_cells_are_left_out_where_they_are_too_many() -> None:
+    side = int(MOST_CELLS**0.5)
+    model = GridModel(
+        (side + 1, side), (0, 0), regions={"far": [(side, 0, side, 0)]}, obstacles={"wall": [(3, 3, 4, 4)]}
+    )
+    drawn = svg(model)
+    assert 'class="cell"' not in drawn and 'class="obstacle"' in drawn and 'id="region-far"' in drawn

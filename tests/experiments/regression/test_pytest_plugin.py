@@ -1,0 +1,166 @@
+"""The fixtures for pytest, as somebody uses them who tests their own scenario."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib import import_module
+from pathlib import Path
+
+import networkx as nx
+import pytest
+from small_scenes import PLACES_NEARBY, cup_scenario
+
+from experiments.regression.assertions import assert_front, assert_plan
+from prefplan import Expression, Order, PrefplanError, Problem, Task, TransitionSystem
+
+pytest_plugins = ["pytester"]
+
+ROOT = Path(__file__).parents[3]
+
+CUP = cup_scenario(costs="{ transit = 3, grasp = 1, transport = 5.5, release = 1 }", places=PLACES_NEARBY)
+
+
+@pytest.fixture
+def reader(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+    """Somebody's folder, in which pytest is started with the plugin and nothing else of this project."""
+    pytester.makefile(".toml", cup=CUP)
+    # By module, whether or not the package is installed so that its entry point is known.
+    pytester.makeini("[pytest]\naddopts = -p no:prefplan -p experiments.regression.pytest_plugin -p no:cacheprovider")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    return pytester
+
+
+@pytest.fixture
+def problem() -> Problem:
+    """Two rooms whose visits add up in thirds."""
+    graph = nx.DiGraph()
+    graph.add_nodes_from([("hall", {"labels": []}), ("a", {"labels": ["a"]}), ("b", {"labels": ["b"]})])
+    for source, target, cost in (("hall", "a", 1), ("a", "b", 3), ("hall", "b", 1), ("b", "a", 3)):
+        graph.add_edge(source, target, action=f"go {target}", cost=cost)
+    system = TransitionSystem.from_networkx(graph, start="hall")
+    return Problem(system, [Task("first", "F b"), Task("second", "F a")], Expression("first / 3 + second"))
+
+
+def test_the_entry_point_is_the_module_that_has_the_fixtures() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    plugin = import_module(project["entry-points"]["pytest11"]["prefplan"])
+    names = {getattr(some, "_fixture_function_marker", None) and some.name for some in vars(plugin).values()}
+    assert {"assert_front", "assert_plan", "assert_completed"} <= names
+
+
+def test_right_outcomes_pass(reader: pytest.Pytester) -> None:
+    reader.makepyfile(
+        """
+        from decimal import Decimal
+
+        def test_front(assert_front):
+            assert assert_front("cup.toml", [(Decimal("10.5"), 0)])[0].task_costs == {"tidy": 10.5}
+
+        def test_plan(assert_plan):
+            actions = ["transit desk", "grasp cup", "transport cup tray", "release cup tray"]
+            plan = assert_plan("cup.toml", actions, plan="preference", task_costs={"tidy": 10.5})
+            assert plan.cost == 10.5
+        """
+    )
+    reader.runpytest_subprocess("-q").assert_outcomes(passed=2)
+
+
+def test_a_front_that_differs_is_shown_beside_the_expected_one(reader: pytest.Pytester) -> None:
+    reader.makepyfile(
+        """
+        def test_front(assert_front):
+            assert_front("case_study_3", [(34, 17), (40, 2), (41.5, 0)])
+        """
+    )
+    result = reader.runpytest_subprocess("-q")
+    result.assert_outcomes(failed=1)
+    result.stdout.re_match_lines_random([r"E\s+AssertionError: case_study_3: the front is not the expected one"])
+    result.stdout.re_match_lines(
+        [
+            r"E\s+expected +found",
+            r"E\s+\(34, 17\) +\(34, 17\)",
+            r"E\s+- \(40, 2\)",
+            r"E\s+\+ +\(41, 0\) +plan 1: transit top, grasp pink, .*",
+            r"E\s+- \(41.5, 0\)",
+        ],
+        consecutive=True,
+    )
+    result.stdout.no_re_match_line(r".*assertions\.py")  # the traceback ends in the reader's own test
+
+
+def test_a_plan_that_differs_is_told_by_its_first_other_action(reader: pytest.Pytester) -> None:
+    reader.makepyfile(
+        """
+        def test_plan(assert_plan):
+            assert_plan("cup.toml", ["transit desk", "grasp cup", "release cup desk"])
+
+        def test_task_costs(assert_plan):
+            assert_plan("cup.toml", task_costs={"tidy": 10})
+        """
+    )
+    result = reader.runpytest_subprocess("-q")
+    result.assert_outcomes(failed=2)
+    result.stdout.re_match_lines(
+        [
+            r"E\s+action 2 is 'transport cup tray', not 'release cup desk'",
+            r"E\s+AssertionError: cup: plan 'cost' satisfies tidy at cost 10.5, not 10 \(all: tidy 10.5\)",
+        ]
+    )
+
+
+@pytest.mark.slow
+def test_an_execution_is_asserted_from_what_was_simulated(reader: pytest.Pytester) -> None:
+    reader.makepyfile(
+        """
+        from functools import partial
+
+        import experiments.runs.carry_out
+        from sim.execution.faults import Fault
+
+        def test_it_works(assert_completed):
+            outcome = assert_completed("cup.toml", seed=1)
+            assert outcome.rollout.placement_error < 0.005
+
+        def test_every_grasp_misses(assert_completed, monkeypatch):
+            spoilt = partial(experiments.runs.carry_out.carry_out, faults=[Fault("miss", 1, amount=99)])
+            monkeypatch.setattr(experiments.runs.carry_out, "carry_out", spoilt)
+            assert_completed("cup.toml", plan="preference", seed=2)
+        """
+    )
+    result = reader.runpytest_subprocess("-q")
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.re_match_lines(
+        [
+            r"E\s+AssertionError: cup: plan 'preference' was not carried out: stopped .*",
+            r"E\s+carried out: transit desk, .*",
+            r"E\s+to watch it: prefplan run cup.toml --plan preference --seed 2",
+        ]
+    )
+
+
+def test_preference_values_that_are_doubles_may_differ_in_their_last_places(problem: Problem) -> None:
+    (plan,) = assert_front(problem, [(4, 7 / 3 * (1 + 1e-12))])
+    assert plan.actions == ("go a", "go b")
+    with pytest.raises(AssertionError, match="not the expected one"):
+        assert_front(problem, [(4, 2.3333)])
+
+
+def test_points_may_be_given_in_any_order() -> None:
+    assert_front("example", [(9, 3), (6, 4)])
+
+
+def test_the_reason_why_there_is_no_plan_is_told() -> None:
+    graph = nx.DiGraph()
+    graph.add_edge("hall", "hall", action="stay", cost=1)
+    system = TransitionSystem.from_networkx(graph, start="hall", propositions=["a"])
+    stuck = Problem(system, [Task("visit", "F a")], Order())
+    assert len(assert_front(stuck, [])) == 0
+    with pytest.raises(AssertionError, match="task visit can never be satisfied"):
+        assert_front(stuck, [(1, 0)])
+
+
+def test_an_assertion_about_nothing_is_refused(problem: Problem) -> None:
+    with pytest.raises(PrefplanError, match="neither which actions nor which task_costs"):
+        assert_plan(problem)
+    with pytest.raises(PrefplanError, match="no task 'third', only first, second"):
+        assert_plan(problem, task_costs={"third": 1})

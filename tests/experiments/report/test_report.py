@@ -1,0 +1,249 @@
+"""`prefplan report`: a folder with a page, and what it says where not all went well."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import imageio_ffmpeg
+import mujoco
+import pytest
+from command_line import Run, call
+from small_scenes import PLACES, cup_scenario
+
+from experiments.report import performance, recordings
+from experiments.runs import carry_out
+from prefplan.planner import Planner
+from sim.errors import RenderingError
+from sim.execution import executor
+from sim.world.scene import Scene, initial_state
+
+CUP = cup_scenario(places=PLACES | {"tray": '{ at = [0.45, -0.20], kind = "bin" }'})
+
+ERRANDS = """# Two errands, and only one of them on the way.
+[model]
+kind = "grid"
+size = [4, 3]
+start = [0, 0]
+[model.regions]
+bank = [3, 0, 3, 0]
+post = [0, 2, 0, 2]
+[model.obstacles]
+wall = [1, 1, 1, 1]
+
+[[tasks]]
+name = "pay"
+formula = "F bank"
+[[tasks]]
+name = "send"
+formula = "F post"
+
+[preference]
+kind = "order"
+order = ["pay", "send"]
+"""
+
+
+@pytest.fixture
+def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that calls `prefplan report` in a folder with two small scenarios."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "shelf.toml").write_text(CUP)
+    (tmp_path / "errands.toml").write_text(ERRANDS)
+
+    return partial(call, capsys, "report")
+
+
+@pytest.fixture
+def filmed(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """Film a grey wall instead of the robot, so that no OpenGL is needed; return what was filmed."""
+    films: list[Path] = []
+
+    def grey(scene: Any, rollout: Any, captions: Any, path: Path, *, size: tuple[int, int], **options: Any) -> Path:
+        source = f"color=c=gray:s={size[0]}x{size[1]}:r=10:d={rollout.sim_seconds}"
+        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "lavfi", "-i", source]
+        subprocess.run([*command, "-pix_fmt", "yuv420p", str(path)], check=True)
+        films.append(path)
+        return path
+
+    monkeypatch.setattr(carry_out, "render_video", grey)
+    monkeypatch.setattr(performance, "check_rendering", lambda: None)
+    return films
+
+
+def page(folder: str | Path) -> str:
+    return Path(folder, "index.html").read_text(encoding="utf-8")
+
+
+def data(folder: str | Path) -> Any:
+    (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page(folder), re.DOTALL)
+    return json.loads(found)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nowhere"], "no scenario named 'nowhere'"),
+        (["shelf.toml", "--plans", "1"], "--plans 1: the front has one plan, 0"),
+        (["shelf.toml", "--plans", "0,x"], "'x' is not a whole number >= 0"),
+        (["shelf.toml", "--size", "321x200"], "must be even"),
+        (["shelf.toml", "--size", "big"], "'big' is not a size such as 1280x720"),
+        (["shelf.toml", "--out", "shelf.toml"], "shelf.toml: cannot be made"),
+    ],
+)
+def test_bad_input_is_told_in_a_sentence(report: Run, words: list[str], message: str) -> None:
+    result = report(*words)
+    assert (result.status, result.out) == (2, "")
+    assert message in result.err and "Traceback" not in result.err
+
+
+def test_a_report_is_a_folder_that_needs_nothing_else(report: Run) -> None:
+    result = report("errands.toml")
+    assert (result.status, result.out, result.err) == (0, "out/errands/index.html\n", "")
+    folder = Path("out", "errands")
+    for source in re.findall(r'(?:src|href)="([^"#]*)"', page(folder)):
+        assert source.startswith("data:") or (folder / source).is_file(), source
+    own = [path for path in folder.rglob("*") if path.suffix in (".html", ".css", ".js") and path.name != "vega.js"]
+    assert not [path.name for path in own if re.search(r"""(?:src|href|url\(|@import)\W+https?:""", path.read_text())]
+    assert sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) < 6_000_000
+
+
+def test_the_page_holds_what_is_known_of_every_plan(report: Run) -> None:
+    report("errands.toml", "--out", "here")
+    found = data("here")
+    assert [(plan["cost"], plan["preference"]) for plan in found["plans"]] == [(7, 5), (8, 0)]
+    cheap, dear = found["plans"]
+    assert dear["explanations"][0]["headline"] == (
+        "1 more than the cheapest: it goes first to bank, not to post, so that pay is done first."
+    )
+    assert dear["timeline"]["tracks"]["pay"] == {"states": [0, 0, 0, 1, 1, 1, 1, 1, 1]} | {
+        "satisfied": 3,
+        "advances": [3],
+        "bought": [],
+    }
+    assert cheap["map_words"] == ("Map of 4 by 3 cells with the robot's path of 7 moves, by way of post, bank.")
+    assert all(check["holds"] for check in dear["checks"])
+    assert "Two errands, and only one of them on the way." in page("here")
+    assert page("here").count('id="map-') == 2
+
+
+def test_text_of_a_scenario_stays_text(report: Run, tmp_path: Path) -> None:
+    (tmp_path / "evil.toml").write_text("# </script><script>alert(1)</script> & more\n" + ERRANDS)
+    report("evil.toml")
+    assert "<script>alert" not in page("out/evil")
+    assert "&lt;/script&gt;" in page("out/evil")
+
+
+def test_where_there_is_no_plan_the_page_says_why(report: Run, tmp_path: Path) -> None:
+    (tmp_path / "never.toml").write_text(ERRANDS.replace("F post", "F (post & bank)"))
+    result = report("never.toml")
+    assert (result.status, result.out) == (3, "out/never/index.html\n")
+    assert "task send can never be satisfied" in result.err
+    assert "task send can never be satisfied" in page("out/never")
+    assert 'class="task blamed"' in page("out/never") and data("out/never")["plans"] == []
+
+
+def test_a_cost_bound_is_passed_on(report: Run) -> None:
+    assert report("errands.toml", "--max-cost", "7").status == 0
+    assert [plan["cost"] for plan in data("out/errands")["plans"]] == [7]
+
+
+def test_an_unfinished_front_is_called_so(report: Run) -> None:
+    result = report("case_study_1", "--max-seconds", "0")
+    assert "stopped by the time limit" in result.err
+    assert "The search did not come to its end (stopped by the time limit" in page("out/case_study_1")
+    assert "nothing costs less" not in page("out/case_study_1")
+
+
+def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) -> None:
+    result = report("shelf.toml", "--size", "64x36", "--seed", "4")
+    assert (result.status, result.err) == (0, "")
+    written = {path.name for path in Path("out", "shelf").iterdir()}
+    assert written == {"index.html", "page"} | {f"plan_0.{end}" for end in ("json", "npz", "mp4", "certificate.json")}
+    (plan,) = data("out/shelf")["plans"]
+    run = plan["run"]
+    assert (run["video"], run["completed"], run["as_planned"]) == ("plan_0.mp4", True, True)
+    assert run["certificate"]["confirmed"] is True and run["certificate"]["setting"]["seed"] == 4
+    assert len(plan["times"]) == len(plan["plan"]) == 4
+    assert all(start < end for start, end in plan["times"])
+    assert plan["timeline"]["tracks"]["tidy"]["satisfied"] == 4
+
+
+def test_what_is_there_is_not_done_again(report: Run, filmed: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    report("shelf.toml", "--size", "64x36")
+    before = data("out/shelf")
+    with monkeypatch.context() as patch:
+        patch.delattr(recordings, "carry_out")
+        report("shelf.toml", "--size", "64x36")
+        report("shelf.toml", "--no-video")
+    assert data("out/shelf") == before
+    for change in (["--seed", "1"], ["--size", "32x32", "--seed", "1"]):
+        old = data_of_run("out/shelf")
+        report("shelf.toml", *change)
+        assert data_of_run("out/shelf") != old
+    Path("out/shelf/plan_0.npz").write_bytes(b"torn")
+    assert report("shelf.toml", "--no-video", "--seed", "1").status == 0
+    assert data("out/shelf")["plans"][0]["run"]["video"] is None
+
+
+def data_of_run(folder: str) -> Any:
+    return json.loads(Path(folder, "plan_0.json").read_text())
+
+
+def test_only_the_plans_asked_for_are_carried_out(report: Run) -> None:
+    assert report("shelf.toml", "--plans", "0", "--no-video").status == 0
+    assert data("out/shelf")["plans"][0]["run"]["video"] is None
+    assert not Path("out/shelf/plan_0.mp4").exists()
+
+
+def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: executor.Run, what: str) -> bool:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(executor.Run, "carry_out", interrupted)
+    result = report("shelf.toml", "--no-video")
+    assert result.status == 130 and "goes on from here" in result.err
+    assert data("out/shelf")["plans"][0]["run"] is None
+    assert [path.name for path in Path("out/shelf").glob("plan_*")] == []
+
+
+def test_ctrl_c_while_planning_leaves_a_page(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: Planner, *arguments: Any, **options: Any) -> Any:
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(Planner, "_search", interrupted)
+    result = report("errands.toml")
+    assert result.status == 130
+    assert "The search did not come to its end (interrupted" in page("out/errands")
+
+
+def test_without_opengl_all_but_the_films_is_there(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> None:
+        raise RenderingError("no OpenGL here")
+
+    monkeypatch.setattr(performance, "check_rendering", none)
+    result = report("shelf.toml")
+    assert (result.status, result.err) == (0, "prefplan: no videos: no OpenGL here\n")
+    (plan,) = data("out/shelf")["plans"]
+    assert plan["run"]["video"] is None and plan["run"]["certificate"]["confirmed"] is True
+    assert "no videos: no OpenGL here" in page("out/shelf")
+
+
+def test_a_run_that_fails_is_shown_as_it_went(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def off_the_table(scene: Scene, **options: Any) -> mujoco.MjData:
+        state = initial_state(scene, **options)
+        state.joint("cup").qpos[:2] = 3.0, 0.0
+        mujoco.mj_forward(scene.mujoco, state)
+        return state
+
+    monkeypatch.setattr(carry_out, "initial_state", off_the_table)
+    result = report("shelf.toml", "--no-video")
+    run = data("out/shelf")["plans"][0]["run"]
+    assert result.status == 4 and "execution of plan 0 failed" in result.err
+    assert run["completed"] is False and run["as_planned"] is False
+    assert run["reason"] in result.err

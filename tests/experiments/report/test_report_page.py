@@ -1,0 +1,370 @@
+"""Reports as a reader sees them, in headless Chromium."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import imageio_ffmpeg
+import pytest
+from selenium import webdriver
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webelement import WebElement
+from selenium.webdriver.support.ui import WebDriverWait
+
+from experiments.commands.command_line import main
+from experiments.report import performance
+from experiments.runs import carry_out
+
+PATIENCE = 30
+"""What takes a browser longer than this, s, never happens."""
+
+ERRANDS = """# Two errands, and the nearer one is not the one that is wanted first.
+[model]
+kind = "grid"
+size = [4, 3]
+start = [0, 0]
+[model.regions]
+bank = [3, 0, 3, 0]
+post = [0, 2, 0, 2]
+
+[[tasks]]
+name = "pay"
+formula = "F bank"
+[[tasks]]
+name = "send"
+formula = "F post"
+
+[preference]
+kind = "order"
+"""
+
+CUPS = """# Two cups; the hand begins over the one that should be cleared away last.
+[model]
+kind = "manipulation"
+start = "near"
+costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
+[model.locations]
+near = { at = [0.45, 0.10] }
+far  = { at = [0.60, 0.10] }
+tray = { at = [0.45, -0.25], capacity = 2, kind = "bin" }
+[model.objects]
+red = { start = "far" }
+yellow = { start = "near" }
+
+[[tasks]]
+name = "red_first"
+formula = "F red_tray"
+[[tasks]]
+name = "then_yellow"
+formula = "F yellow_tray"
+
+[preference]
+kind = "order"
+"""
+
+POINTS = 36
+
+
+def many() -> str:
+    """Return a scenario whose front has many points: whoever goes further is forgiven more."""
+    steps = "\n".join(f'  {{ from = "home", to = "s{i}", cost = {i} }},' for i in range(POINTS))
+    labels = "\n".join(f's{i} = ["p{i}"]' for i in range(POINTS))
+    relax = "\n".join(f'  {{ assume = "goal", when = "p{i}", cost = {POINTS - 1 - i} }},' for i in range(POINTS))
+    return f"""[model]
+kind = "graph"
+start = "home"
+propositions = ["goal"]
+transitions = [
+{steps}
+]
+[model.labels]
+{labels}
+[[tasks]]
+name = "reach"
+formula = "F goal"
+relax = [
+{relax}
+]
+[preference]
+kind = "weighted-sum"
+over = "violation"
+weights = {{ reach = 1 }}
+"""
+
+
+def grey(scene: Any, rollout: Any, captions: Any, path: Path, *, size: tuple[int, int], **options: Any) -> Path:
+    """Film a grey wall instead of the robot, which takes no OpenGL."""
+    source = f"testsrc=s={size[0]}x{size[1]}:r=10:d={rollout.sim_seconds + 1.5}"
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "lavfi", "-i", source]
+    subprocess.run([*command, "-c:v", "libx264", "-pix_fmt", "yuv420p", str(path)], check=True)
+    return path
+
+
+Make = Callable[[str, str], Path]
+
+
+@pytest.fixture(scope="module")
+def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
+    """Return a function that makes a report of a scenario, once."""
+    made: dict[str, Path] = {}
+
+    def once(name: str, text: str) -> Path:
+        if name not in made:
+            folder = tmp_path_factory.mktemp(name)
+            (folder / f"{name}.toml").write_text(text)
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(carry_out, "render_video", grey)
+                patch.setattr(performance, "check_rendering", lambda: None)
+                main(["report", str(folder / f"{name}.toml"), "--out", str(folder / "out"), "--size", "160x90"])
+            made[name] = folder / "out" / "index.html"
+        return made[name]
+
+    return once
+
+
+@pytest.fixture(scope="module")
+def chrome(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
+    options = webdriver.ChromeOptions()
+    options.binary_location, driver = chromium
+    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    yield browser
+    browser.quit()
+
+
+class Page:
+    """A report that is open."""
+
+    def __init__(self, browser: webdriver.Chrome, path: Path, *, width: int = 1280, scheme: str = "light") -> None:
+        self.browser = browser
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+        browser.get("about:blank")
+        browser.get_log("browser")
+        browser.get(path.as_uri())
+
+    def wait(self, happens: Callable[[], Any]) -> Any:
+        return WebDriverWait(self.browser, PATIENCE, 0.05).until(lambda _: happens())
+
+    def all(self, selector: str) -> list[WebElement]:
+        return self.browser.find_elements(By.CSS_SELECTOR, selector)
+
+    def one(self, selector: str) -> WebElement:
+        (found,) = self.all(selector)
+        return found
+
+    def click(self, element: WebElement) -> None:
+        self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
+        element.click()
+
+    def run(self, script: str) -> Any:
+        return self.browser.execute_script(f"return {script}")
+
+    def points(self, number: int) -> list[WebElement]:
+        self.wait(lambda: len(self.all("#chart path[data-plan]")) == number)
+        return self.all("#chart path[data-plan]")
+
+    def press(self, *keys: str) -> None:
+        ActionChains(self.browser).send_keys(*keys).perform()
+
+    def complaints(self) -> list[Any]:
+        return [entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def here(page: Page, panel: str, task: str) -> str:
+    """Return the class of the automaton's node that is lit."""
+    return page.one(f"{panel} .task[data-task={task}] .node.here").get_attribute("class") or ""
+
+
+def test_every_point_of_a_grid_shows_its_plan(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("errands", ERRANDS))
+    wanted = [
+        ("Cost 7, preference 5", "No plan costs less.", "7 moves"),
+        ("Cost 8, preference 0", "1 more than the cheapest: it goes first to bank, not to post, so that", "8 moves"),
+    ]
+    for i in (1, 0):
+        page.click(page.points(2)[i])
+        page.wait(lambda i=i: page.one("#plan").text == f"Plan {i}")  # type: ignore[misc]
+        title, headline, moves = wanted[i]
+        assert title in page.one(".panel h3").text
+        assert page.one(".panel .headline").text.startswith(headline)
+        assert moves in (page.one(".panel .map").get_attribute("aria-label") or "")
+        assert len(page.all(".panel .bar")) == int(moves[0])
+        assert page.one(f"#points tr[data-plan='{i}'] .choose").get_attribute("aria-pressed") == "true"
+        assert page.one(".panel .certificate summary").text.startswith("Certified: ")
+        assert [lane.get_attribute("data-task") for lane in page.all(".panel .lane")] == ["pay", "send"]
+    assert page.complaints() == []
+
+
+def test_the_path_and_the_automata_go_along(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("errands", ERRANDS))
+    page.click(page.points(2)[1])
+    page.wait(lambda: page.one("#plan").text == "Plan 1")
+    begin = page.run("document.querySelector('.robot').getAttribute('cx')")
+    assert "accepting" not in here(page, ".panel", "pay")
+    page.click(page.one("#play"))
+    page.wait(lambda: page.one(".panel [data-task=pay] .status").text.startswith("done"))
+    assert page.run("document.querySelector('.robot').getAttribute('cx')") != begin
+    page.wait(lambda: page.one("#play").text == "Play")
+    assert "accepting" in here(page, ".panel", "pay") and "accepting" in here(page, ".panel", "send")
+    assert page.one(".caption").text == "the end · spent 8 of 8"
+    assert page.one("#time").text == "2.0 s of 2.0 s"
+    page.run(
+        "(document.getElementById('scrub').value = 0.1, "
+        "document.getElementById('scrub').dispatchEvent(new Event('input')))"
+    )
+    assert page.one(".panel [data-task=pay] .status").text == "open · state 0"
+    assert page.complaints() == []
+
+
+def test_everything_can_be_done_by_keyboard(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("errands", ERRANDS))
+    point = page.points(2)[1]
+    page.browser.execute_script("arguments[0].focus()", point)
+    page.press(Keys.ENTER)
+    page.wait(lambda: page.one("#plan").text == "Plan 1")
+    page.browser.execute_script("document.activeElement.blur()")
+    page.press(Keys.ARROW_RIGHT)
+    assert page.one(".caption").text.startswith("2 of 8: ")
+    page.press(Keys.ARROW_LEFT)
+    assert page.one(".caption").text.startswith("1 of 8: ")
+    page.press(Keys.SPACE)
+    assert page.one("#play").text == "Pause"
+    page.press(Keys.SPACE)
+    assert page.one("#play").text == "Play"
+    page.browser.execute_script("document.querySelector('.bar').focus()")
+    page.press(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
+    assert page.run("document.activeElement.dataset.action") == "2"
+    assert page.one(".caption").text.startswith("3 of 8: ")
+    button = page.one("tr[data-plan='0'] .compare")
+    page.browser.execute_script("arguments[0].focus()", button)
+    page.press(Keys.ENTER)
+    assert page.one("#plan").text == "Plans 1 and 0"
+    assert page.complaints() == []
+
+
+@pytest.mark.slow
+def test_films_play_and_two_of_them_in_step(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("cups", CUPS))
+    for i in (0, 1):
+        page.click(page.points(2)[i])
+        page.wait(lambda i=i: page.one("#plan").text == f"Plan {i}")  # type: ignore[misc]
+        page.wait(lambda: page.run("document.querySelector('.panel video').readyState") >= 2)
+        assert f"plan_{i}.mp4" in (page.one(".panel video").get_attribute("src") or "")
+        assert "checks of the run’s log confirm it" in page.one(".panel .certificate summary").text
+    page.click(page.one("tr[data-plan='0'] .compare"))
+    assert len(page.all(".panel video")) == 2
+    assert page.one("#parting").text == (
+        "They differ from the first action on: plan 1 does transit far, and plan 0 does grasp yellow. Go there"
+    )
+    assert page.one("#parting-mark").is_displayed() and len(page.all(".part-line")) == 2
+    page.click(page.one("#play"))
+    times = "[...document.querySelectorAll('video')].map((film) => film.currentTime)"
+    page.wait(lambda: min(page.run(times)) > 1)
+    one, two = page.run(times)
+    assert abs(one - two) < 0.5
+    page.click(page.one("#play"))
+    page.wait(lambda: page.run("[...document.querySelectorAll('video')].every((film) => film.paused)"))
+    page.click(page.all(".panel.first .bar")[5])
+    starts = page.run("JSON.parse(document.getElementById('data').textContent).plans[1].times[5][0]")
+    # Pictures last a thirtieth of a second; what is shown begins no sooner than the action.
+    page.wait(lambda: starts < page.run(times)[0] - 1 / 60 + 1e-3 < starts + 1 / 30 + 2e-3)
+    page.run(
+        "(document.getElementById('scrub').value = 1e9, "
+        "document.getElementById('scrub').dispatchEvent(new Event('input')))"
+    )
+    for panel in (".panel.first", ".panel.second"):
+        assert "accepting" in here(page, panel, "red_first") and "accepting" in here(page, panel, "then_yellow")
+    duration = page.run("Number(document.getElementById('scrub').max)")
+    page.wait(lambda: max(page.run(times)) > duration + 1 / 60 - 1e-3)
+    assert page.complaints() == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_page_fits_phone_and_desk_by_day_and_night(
+    make: Make, chrome: webdriver.Chrome, width: int, scheme: str
+) -> None:
+    page = Page(chrome, make("errands", ERRANDS), width=width, scheme=scheme)
+    page.points(2)
+    page.click(page.one("tr[data-plan='1'] .compare"))
+    assert page.run("document.documentElement.scrollWidth") <= width
+    (red, *_), ink = (
+        [int(part) for part in colour[4:-1].split(",")[:3]]
+        for colour in page.run(
+            "[getComputedStyle(document.body).backgroundColor, getComputedStyle(document.body).color]"
+        )
+    )
+    assert (red > 200) == (scheme == "light") and (max(ink) < 100) == (scheme == "light")
+    side_by_side = page.run(
+        "document.querySelector('.second').getBoundingClientRect().left > "
+        "document.querySelector('.first.panel').getBoundingClientRect().right - 1"
+    )
+    assert side_by_side == (width == 1280)
+    assert page.complaints() == []
+
+
+def test_the_state_of_an_automaton_too_wide_for_its_place_is_in_sight(make: Make, chrome: webdriver.Chrome) -> None:
+    rounds = "F (bank & F (post & F (bank & F (post & F bank))))"
+    page = Page(chrome, make("rounds", ERRANDS.replace("F bank", rounds)), width=390)
+    page.points(1)
+    box = "document.querySelector('.task[data-task=pay] .automaton')"
+    assert page.run(f"{box}.scrollWidth > {box}.clientWidth && {box}.scrollLeft === 0")
+    page.run(
+        "(document.getElementById('scrub').value = 1e9, "
+        "document.getElementById('scrub').dispatchEvent(new Event('input')))"
+    )
+    assert "accepting" in here(page, ".panel", "pay")
+    assert page.run(
+        f"{box}.querySelector('.node.here').getBoundingClientRect().right <= {box}.getBoundingClientRect().right"
+    )
+    assert page.complaints() == []
+
+
+def test_what_can_be_seen_has_words(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("errands", ERRANDS))
+    page.points(2)
+    unnamed = page.run(
+        "[...document.querySelectorAll('svg[role=img], video, button, input, select, path[role=button]')].filter("
+        "(e) => !(e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.[0]?.textContent.trim())"
+        ").map((e) => e.outerHTML)"
+    )
+    assert unnamed == []
+    doubles = page.run(
+        "(() => { const ids = [...document.querySelectorAll('[id]')].map((e) => e.id); "
+        "return ids.filter((id, i) => ids.indexOf(id) !== i); })()"
+    )
+    assert doubles == []
+
+
+@pytest.mark.slow
+def test_many_points_are_still_told_apart(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("many", many()))
+    points = page.points(POINTS)
+    page.click(points[17])
+    page.wait(lambda: page.one("#plan").text == "Plan 17")
+    assert page.all(".panel .headline")[0].text == (
+        "1 more than plan 16: it does s17 rather than s16 so that reach is relaxed for only 18 instead of 19."
+    )
+    shown = [
+        text.text for text in page.all("#chart g.mark-text.role-mark text") if text.get_attribute("opacity") != "0"
+    ]
+    assert shown == ["17"]
+    assert page.complaints() == []
+
+
+def test_a_page_without_a_plan_says_so(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("never", ERRANDS.replace("F post", "F (post & bank)")))
+    assert page.one("#reason").text == "task send can never be satisfied"
+    time.sleep(0.2)
+    assert page.complaints() == []

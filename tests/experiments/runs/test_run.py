@@ -1,0 +1,346 @@
+"""`prefplan run` and the case studies: plans carried out, filmed, failing and interrupted."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import imageio_ffmpeg
+import mujoco
+import pytest
+from command_line import Run, call
+from small_scenes import PLACES, cup_scenario
+
+from experiments import case_study_1, case_study_3
+from experiments.cli import arguments
+from experiments.runs import carry_out
+from experiments.runs.outcome import outcome_json
+from prefplan import load, pareto_front
+from sim.execution import executor
+from sim.robots import catalogue
+from sim.world.scene import Scene, initial_state
+
+CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
+
+PLAN = ["transit desk", "grasp cup", "transport cup tray", "release cup tray"]
+
+
+@pytest.fixture
+def cup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A small scenario in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cup.toml").write_text(CUP)
+    return tmp_path
+
+
+@pytest.fixture
+def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that calls `prefplan run` in that folder."""
+    return partial(call, capsys, "run")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["example"], "example.toml: model.kind: only a manipulation model can be carried out"),
+        (["nowhere"], "no scenario named 'nowhere'"),
+        (["cup.toml", "--plan", "1"], "--plan 1: the front has one plan, 0"),
+        (["case_study_3", "--plan", "2"], "--plan 2: the front has plans 0 to 1"),
+        (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
+        (["cup.toml", "--plan", "-1"], "--plan"),
+        (["cup.toml", "--robot", "panda"], "--robot"),
+        (["cup.toml", "--seed", "-1"], "--seed"),
+        (["cup.toml", "--fault", "slip"], "--fault 'slip': must end with @ and the number of an action from 1, as in"),
+        (["cup.toml", "--fault", "move:cap@2"], "unknown object 'cap' (did you mean 'cup'?)"),
+        (["cup.toml", "--noise", "some"], "'some' is not a number >= 0"),
+        (["cup.toml", "--seed", "two"], "'two' is not a whole number >= 0"),
+        (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
+        (
+            ["cup.toml", "--seed", "1", "--perturb", "mas=1"],
+            "--perturb: unknown perturbation 'mas' (did you",
+        ),
+        (["cup.toml", "--perturb", "mass=0.2"], "--perturb: needs --seed"),
+    ],
+)
+def test_bad_input_is_told_in_a_sentence(run: Run, words: list[str], message: str) -> None:
+    result = run(*words, "--no-video", "--json")
+    assert (result.status, result.out) == (2, "")
+    assert message in result.err and "Traceback" not in result.err
+
+
+def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
+    run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(cup / "cache"))
+    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
+    monkeypatch.delitem(sys.modules, "robot_descriptions.panda_mj_description", raising=False)
+    result = run("cup.toml", "--robot", "menagerie", "--no-video", "--json")
+    assert (result.status, result.out) == (2, "")
+    assert "cannot be fetched" in result.err and "the robot `default`" in result.err
+    assert result.err.count("\n") == 1
+    assert not (cup / "out").exists()
+
+
+def test_the_names_of_the_robots_are_those_of_the_simulation() -> None:
+    assert arguments.ROBOTS == catalogue.ROBOTS
+
+
+def test_a_location_out_of_reach_is_named(run: Run, cup: Path) -> None:
+    (cup / "far.toml").write_text(CUP.replace("[0.60, 0.10]", "[1.60, 0.10]"))
+    result = run("far.toml", "--no-video")
+    assert (result.status, result.out) == (2, "")
+    assert "far.toml: model.locations.shelf" in result.err
+    assert not (cup / "out").exists()
+
+
+def test_a_task_that_cannot_be_done_is_told_before_anything_moves(run: Run, cup: Path) -> None:
+    (cup / "never.toml").write_text(CUP.replace("F cup_tray", "F (cup_tray & cup_desk)"))
+    result = run("never.toml", "--json", "--no-video")
+    assert result.status == 3
+    assert "tidy" in result.err
+    printed = json.loads(result.out)
+    assert printed["front"] == [] and printed["reason"]["tasks"] == ["tidy"]
+
+
+def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
+    result = run("cup.toml", "--json", "--no-video", "--seed", "3", "--out", "deep/down")
+    assert (result.status, result.err) == (0, "")
+    printed = json.loads(result.out)
+    assert list(printed) == [
+        "completed",
+        "plan",
+        "executed",
+        "task_costs",
+        "replans",
+        "sim_seconds",
+        "max_placement_error_mm",
+        "video",
+        "log",
+        "certified",
+        "events",
+    ]
+    assert printed["completed"] is True and printed["video"] is None and printed["replans"] == 0
+    assert printed["executed"] == printed["plan"]["plan"] == PLAN
+    assert printed["task_costs"] == printed["plan"]["task_costs"] == {"tidy": 10}
+    assert 3 < printed["sim_seconds"] < 30
+    assert 0 < printed["max_placement_error_mm"] < 5
+    assert [event["kind"] for event in printed["events"]] == ["grasped", "placed"]
+    assert printed["log"] == "deep/down/cost.npz" and printed["certified"] is True
+    written = sorted(path.name for path in (cup / "deep" / "down").iterdir())
+    assert written == ["cost.certificate.json", "cost.json", "cost.npz"]
+    assert json.loads((cup / "deep" / "down" / "cost.json").read_text()) == printed
+
+
+def test_a_perturbed_run_differs_by_more_than_its_start(run: Run) -> None:
+    def seen(*perturb: str) -> list[Any]:
+        result = run("cup.toml", "--json", "--no-video", "--seed", "3", *perturb)
+        assert result.status == 0, result.err
+        return json.loads(result.out)["events"]
+
+    default = seen()
+    assert seen("--perturb", "position=5,angle=5") == default
+    assert seen("--perturb", "position=5,angle=5,mass=0.9") != default
+
+
+@pytest.mark.parametrize(("plan", "name"), [("preference", "preference"), ("0", "plan_0")])
+def test_people_get_a_summary(run: Run, cup: Path, plan: str, name: str) -> None:
+    result = run("cup.toml", "--no-video", "--plan", plan)
+    assert (result.status, result.err) == (0, "")
+    assert "carried out, 4 of 4 actions, cost 10" in result.out
+    assert "tidy satisfied at cost 10" in result.out
+    assert (cup / "out" / "cup" / f"{name}.json").exists()
+
+
+def misplaced(x: float, y: float) -> Callable[..., mujoco.MjData]:
+    """Return a way to make an initial state in which the cup is not where the model has it."""
+
+    def state(scene: Scene, **options: Any) -> mujoco.MjData:
+        data = initial_state(scene, **options)
+        data.joint("cup").qpos[:2] = x, y
+        mujoco.mj_forward(scene.mujoco, data)
+        return data
+
+    return state
+
+
+def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carry_out, "initial_state", misplaced(0.60, 0.10))
+    result = run("cup.toml", "--no-video", "--json")
+    assert (result.status, result.err) == (0, "")
+    printed = json.loads(result.out)
+    assert printed["completed"] is True and printed["replans"] == 1
+    assert printed["executed"] == printed["plan"]["plan"] == ["transit shelf", *PLAN[1:]]
+    (event,) = (event for event in printed["events"] if event["kind"] == "replan")
+    assert event["reason"] == "expected cup on desk, but it rests on shelf"
+    assert (event["plan"], event["cost"], event["preference"]) == (printed["executed"], 10, 0)
+
+
+def test_people_are_told_of_a_surprise_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carry_out, "initial_state", misplaced(0.60, 0.10))
+    result = run("cup.toml", "--no-video")
+    assert result.status == 0
+    assert "expected cup on desk, but it rests on shelf: planned anew, cost 10, preference 0: transit" in result.out
+
+
+def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> None:
+    arguments = ("cup.toml", "--no-video", "--fault", "miss:1@2", "--fault", "slip@40", "--seed", "3")
+    result = run(*arguments)
+    assert (result.status, result.err) == (0, "")
+    assert "fault miss:1@2" in result.out and "without a firm grip on cup): tried again" in result.out
+    assert "fault slip@40 never happened: the run ended before" in result.out
+    assert "seed of the faults 3" in result.out
+    printed = json.loads((cup / "out" / "cup" / "cost.json").read_text())
+    assert printed["executed"] == printed["plan"]["plan"] == [*PLAN[:2], *PLAN[1:]]
+    assert (printed["plan"]["cost"], printed["replans"], printed["seed"]) == (11, 0, 3)
+    assert [(fault["fault"], fault["time"] is None) for fault in printed["faults"]] == [
+        ("miss:1@2", False),
+        ("slip@40", True),
+    ]
+    assert printed["certified"] is True
+
+
+def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carry_out, "initial_state", misplaced(3.0, 0.0))
+    result = run("cup.toml", "--no-video", "--json")
+    assert result.status == 4
+    printed = json.loads(result.out)
+    assert (printed["completed"], printed["executed"], printed["task_costs"]) == (False, [], {"tidy": 0})
+    assert printed["reason"].startswith("expected cup on desk, but it lies off every location, at (3.00, 0.00, ")
+    assert printed["reason"].endswith("; task tidy can never be satisfied; cup is out of reach")
+    assert printed["reason"] in result.err
+
+
+def interrupted_at(action: str) -> Callable[[executor.Run, str], bool]:
+    """Return a way to carry an action out that is interrupted at one of them."""
+    carry_out = executor.Run.carry_out
+
+    def carry_out_or_stop(self: executor.Run, what: str) -> bool:
+        if what == action:
+            raise KeyboardInterrupt
+        return carry_out(self, what)
+
+    return carry_out_or_stop
+
+
+def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(executor.Run, "carry_out", interrupted_at("transport cup tray"))
+    result = run("cup.toml", "--json")
+    assert result.status == 130
+    printed = json.loads(result.out)
+    assert printed["complete"] is False and printed["completed"] is False
+    assert printed["executed"] == PLAN[:2] and printed["video"] is None
+    assert result.err == "prefplan: interrupted\n"
+
+
+def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("prefplan.planner.Planner.cheapest", interrupted)
+    result = run("cup.toml", "--json")
+    assert result.status == 130
+    printed = json.loads(result.out)
+    assert printed["complete"] is False and printed["plan"] is None and printed["executed"] == []
+
+
+def test_ctrl_c_while_libraries_load_leaves_no_traceback() -> None:
+    code = f"""
+import os
+from experiments.cli.start import loading
+with loading():
+    try:
+        os.kill(os.getpid(), {int(signal.SIGINT)})
+        sum(range(10**6))
+    except BaseException:
+        print("swallowed")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "prefplan: interrupted\n")
+
+
+@pytest.mark.slow
+def test_without_opengl_all_but_the_video_is_there(cup: Path) -> None:
+    command = [sys.executable, "-c", "import sys; from experiments.cli.start import main; sys.exit(main())"]
+    done = subprocess.run(
+        [*command, "run", "cup.toml", "--json"],
+        env=os.environ | {"MUJOCO_GL": "off"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    printed = json.loads(done.stdout)
+    assert printed["completed"] is True and printed["video"] is None
+    assert done.stderr.startswith("prefplan: no video: no OpenGL here") and done.stderr.count("\n") == 1
+    assert not (cup / "out" / "cup" / "cost.mp4").exists()
+
+
+@pytest.mark.slow
+def test_a_run_is_filmed(cup: Path, gl: None) -> None:
+    scenario = load("cup.toml")
+    scene = carry_out.scene_of(scenario)
+    plan = pareto_front(scenario.problem())[0]
+    told: list[tuple[str, int, int, str]] = []
+    film = cup / "cup.mp4"
+    outcome = carry_out.carry_out(
+        scenario,
+        scene,
+        replace(plan, actions=plan.actions[:1]),
+        film=film,
+        size=(160, 90),
+        tell=lambda *what: told.append(what),
+    )
+    assert outcome.video == film
+    frames, _ = imageio_ffmpeg.count_frames_and_secs(str(film))
+    assert frames >= outcome.rollout.sim_seconds * 30
+    assert told[:2] == [("executing", 0, 1, "transit desk"), ("executing", 1, 1, "")]
+    assert told[-1] == ("rendering", frames, frames, "")
+    assert outcome_json(outcome)["video"] == str(film)
+
+
+def test_case_study_1_meets_the_published_front(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert case_study_1.main() == 0
+    assert capsys.readouterr().out.count("agrees") == 6
+    assert (tmp_path / "out" / "case_study_1" / "figure_3.svg").exists()
+
+
+def draw_nothing(scene: Any, rollout: Any, captions: Any, path: Path, **options: Any) -> Path:
+    """Stand in for the renderer."""
+    path.write_bytes(b"")
+    return path
+
+
+def compose_nothing(films: list[Path], path: Path, **options: Any) -> Path:
+    """Stand in for ffmpeg."""
+    assert [film.name for film in films] == ["cost.mp4", "preference.mp4"]
+    path.write_bytes(b"")
+    return path
+
+
+@pytest.mark.slow
+def test_the_demo_carries_both_plans_out(
+    cup: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(carry_out, "render_video", draw_nothing)
+    monkeypatch.setattr(case_study_3, "compose", compose_nothing)
+    assert case_study_3.main() == 0
+    printed = capsys.readouterr().out
+    assert "carried out, 14 of 14 actions, cost 34" in printed
+    assert "carried out, 17 of 17 actions, cost 41" in printed
+    assert (
+        "Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n  out/case_study_3/both.mp4\n"
+        in printed
+    )
+    assert printed.endswith("Report, to be opened in a browser\n  out/case_study_3/index.html\n")
+    page = (cup / "out" / "case_study_3" / "index.html").read_text(encoding="utf-8")
+    assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page

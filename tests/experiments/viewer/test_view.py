@@ -1,0 +1,168 @@
+"""`prefplan view`: the real command, and what a browser makes of it."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import signal
+import socket
+import subprocess
+import sys
+import webbrowser
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
+from small_scenes import CUP
+
+from experiments.commands.command_line import main
+from experiments.viewer import session
+
+PROGRAM = [sys.executable, "-c", "import sys; from experiments.commands.command_line import main; sys.exit(main())"]
+
+PATIENCE = 120.0
+"""What takes a browser longer than this, s, never happens."""
+
+
+@pytest.fixture
+def cup(tmp_path: Path) -> Path:
+    path = tmp_path / "cup.toml"
+    path.write_text(CUP)
+    return path
+
+
+@pytest.fixture
+def server(cup: Path) -> Iterator[subprocess.Popen[str]]:
+    command = [*PROGRAM, "view", str(cup), "--port", "0", "--no-browser"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    yield process
+    process.kill()
+    process.communicate()
+
+
+@pytest.fixture
+def browser(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
+    options = webdriver.ChromeOptions()
+    options.binary_location, driver = chromium
+    for flag in (
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-dev-shm-usage",
+        "--use-gl=angle",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--window-size=640,360",
+    ):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    yield chrome
+    chrome.quit()
+
+
+def address_of(server: subprocess.Popen[str]) -> str:
+    assert server.stdout is not None
+    line = server.stdout.readline()
+    found = re.fullmatch(r"cup: (http://127\.0\.0\.1:\d+) \(Ctrl-C ends it\)\n", line)
+    assert found, line
+    return found[1]
+
+
+def ended(server: subprocess.Popen[str]) -> tuple[int, str, str]:
+    """Press Ctrl-C, and return the exit status and what was printed since."""
+    server.send_signal(signal.SIGINT)
+    out, err = server.communicate(timeout=PATIENCE)
+    return server.returncode, out, err
+
+
+def refuse(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(["view", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert not out
+    return err
+
+
+@pytest.mark.slow
+def test_a_spectator_steps_through_a_plan_sees_it_end_and_presses_ctrl_c(
+    server: subprocess.Popen[str], browser: webdriver.Chrome
+) -> None:
+    browser.get(address_of(server))
+
+    def text(part: str) -> str:
+        return browser.execute_script(f"return document.querySelector('.standing {part}')?.textContent ?? ''")
+
+    def until(happens: Callable[[], bool]) -> None:
+        WebDriverWait(browser, PATIENCE, 0.1).until(lambda _: happens())
+
+    def click(label: str) -> None:
+        (button,) = (b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label)
+        button.click()
+
+    until(lambda: text(".count").startswith("0 of 4 actions done"))
+    assert text(".current") == "transit desk"
+    click("Step")
+    until(lambda: text(".count").startswith("1 of 4") and text(".state") == "paused")
+    assert text(".current") == "grasp cup"
+    click("Play")
+    until(lambda: text(".state") == "completed")
+    assert text(".count").startswith("4 of 4")
+    thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")
+    ActionChains(browser).drag_and_drop_by_offset(thumb, -100, 0).perform()
+    until(lambda: text(".state") == "paused")
+    sought = float(thumb.get_attribute("aria-valuenow") or "nan")
+    until(lambda: abs(float(text(".count").split()[-2]) - sought) < 0.1)
+    assert not text(".count").startswith("4 of 4")
+    click("Restart")
+    until(lambda: text(".count").startswith("0 of 4 actions done"))
+    assert browser.find_element(By.TAG_NAME, "canvas").size["width"] > 200
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+    assert ended(server) == (0, "", "")
+
+
+@pytest.mark.parametrize(("display", "options", "opened"), [(":0", [], 1), (":0", ["--no-browser"], 0), ("", [], 0)])
+def test_a_browser_is_opened_where_there_is_a_screen(
+    display: str,
+    options: list[str],
+    opened: int,
+    cup: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    addresses: list[str] = []
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr(webbrowser, "open", addresses.append)
+    monkeypatch.setattr(session, "watch", lambda *what, ready, **how: ready("http://127.0.0.1:1"))
+    assert main(["view", str(cup), *options]) == 0
+    assert capsys.readouterr().out == "cup: http://127.0.0.1:1 (Ctrl-C ends it)\n"
+    assert addresses == ["http://127.0.0.1:1"] * opened
+
+
+def test_a_port_that_is_taken_is_reported(cup: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        told = refuse(capsys, str(cup), "--port", port, "--no-browser")
+    assert told == f"prefplan: --port {port}: it is taken by another program; --port 0 takes any that is free\n"
+
+
+def test_without_its_libraries_it_names_the_command_that_installs_them(
+    cup: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "mjviser" else find(name))
+    told = refuse(capsys, str(cup))
+    assert told == 'prefplan: view needs the libraries viser and mjviser: pip install "prefplan[viewer]"\n'
+
+
+@pytest.mark.parametrize("port", ["65536", "-1", "http"])
+def test_what_is_no_port_is_refused(port: str, cup: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"'{port}' is not a port, 0 to 65535" in refuse(capsys, str(cup), f"--port={port}")
+
+
+def test_only_a_manipulation_model_can_be_viewed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "only a manipulation model can be carried out" in refuse(capsys, "case_study_1", "--no-browser")

@@ -1,0 +1,241 @@
+"""Minimal DFAs of good prefixes (Definition 6), against hand-made cases and an independent tableau."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from itertools import combinations, product
+
+import judge
+import pytest
+from judge.semantics import monitor, powerset
+
+from prefplan import Automaton, FormulaError, parse
+from prefplan.logic.dfa import automaton
+
+Label = frozenset[str]
+NONE: Label = frozenset()
+
+
+def run(dfa: Automaton, *letters: str) -> int:
+    """Return the state after a word; a letter is a string of one-letter propositions."""
+    state = 0
+    for letter in letters:
+        state = dfa.step(state, frozenset(letter))
+    return state
+
+
+def is_satisfied(formula: str, *letters: str) -> bool:
+    dfa = automaton(formula)
+    return run(dfa, *letters) == dfa.accepting
+
+
+@pytest.mark.parametrize(
+    ("formula", "states"),
+    [
+        ("true", 1),
+        ("false", 1),
+        ("a", 3),
+        ("a & !a", 1),
+        ("a | !a", 1),
+        ("F a", 2),
+        ("X a", 4),
+        ("X X a", 5),
+        ("F X a", 3),
+        ("X F a", 3),
+        ("a U b", 3),
+        ("!a U b", 3),
+        ("F a | F b", 2),
+        ("F(a | F b)", 2),
+        ("F F F a", 2),
+        ("F(a & X b)", 3),
+        ("F a & F b", 4),
+        ("F(a & F b)", 3),
+        ("F(a & F b & F c)", 5),
+        ("F(a & F(b & F c))", 4),
+        ("F a & F b & F c", 8),
+        ("X(a | !a)", 1),
+        ("X a | X !a", 1),
+        ("X X true", 1),
+        ("F(a & !a)", 1),
+        ("F(a & X b) | F(a & X !b)", 2),
+        ("(a U b) & (b -> a U c) & false", 1),
+        ("(!a U b) & (!c U a)", 4),
+    ],
+)
+def test_number_of_states(formula: str, states: int) -> None:
+    assert automaton(formula).size == states
+
+
+@pytest.mark.parametrize("formula", ["true", "X(a | !a)", "X a | X !a", "a -> a", "F true", "b U true"])
+def test_a_formula_nothing_can_falsify_is_satisfied_before_anything_is_read(formula: str) -> None:
+    dfa = automaton(formula)
+    assert (dfa.size, dfa.accepting, dfa.dead) == (1, 0, None)
+
+
+@pytest.mark.parametrize("formula", ["false", "F(a & !a)", "a U false", "X false", "X a & X !a"])
+def test_a_formula_nothing_can_satisfy_is_dead_from_the_start(formula: str) -> None:
+    dfa = automaton(formula)
+    assert dfa.accepting is None
+    assert run(dfa, "a", "", "ab") == dfa.dead
+
+
+@pytest.mark.parametrize("formula", ["F a", "F(a & F b)", "F(a & X b)"])
+def test_an_errand_that_can_always_be_done_later_has_no_dead_state(formula: str) -> None:
+    assert automaton(formula).dead is None
+
+
+@pytest.mark.parametrize(
+    ("formula", "word", "satisfied"),
+    [
+        ("!p U c", ["", "", "c"], True),
+        ("!p U c", ["c"], True),
+        ("!p U c", ["pc"], True),
+        ("!p U c", ["", "p", "c"], False),
+        ("F(a & F b)", ["ab"], True),
+        ("F(a & F b)", ["b", "a"], False),
+        ("F(a & F b)", ["b", "a", "", "b"], True),
+        ("F(a & X F b)", ["ab"], False),
+        ("F(a & X b)", ["a", "a", "b"], True),
+        ("F(a & X b)", ["a", "", "b"], False),
+        ("X a", ["a"], False),
+        ("X a", ["", "a"], True),
+        ("X a | X !a", [], True),
+        ("F(a & X b) | F(a & X !b)", ["a"], True),
+        ("(a -> b) U c", ["ab", "", "b", "c"], True),
+        ("(a -> b) U c", ["a", "c"], False),
+        ("X X X F(a & b)", ["ab", "ab", "ab"], False),
+        ("X X X F(a & b)", ["ab", "ab", "ab", "ab"], True),
+    ],
+)
+def test_words_by_hand(formula: str, word: list[str], satisfied: bool) -> None:
+    assert is_satisfied(formula, *word) == satisfied
+
+
+def test_propositions_the_formula_does_not_mention_are_ignored() -> None:
+    dfa = automaton("F a")
+    assert dfa.propositions == ("a",)
+    assert dfa.step(0, frozenset({"b", "a", "c"})) == dfa.accepting
+    assert dfa.step(0, frozenset({"b"})) == 0
+
+
+def test_letters_are_never_listed() -> None:
+    dfa = automaton("F(" + " | ".join(f"p{i}" for i in range(60)) + ")")
+    assert dfa.size == 2
+    assert dfa.step(0, frozenset({"p59"})) == dfa.accepting
+
+
+def test_an_automaton_that_would_be_too_large_is_refused() -> None:
+    with pytest.raises(FormulaError, match="needs an automaton of more than 20000 states"):
+        automaton("F(a & " + "X " * 18 + "b)")
+
+
+def test_text_and_syntax_tree_give_the_same_automaton() -> None:
+    by_text, by_tree = automaton("F(a & F b)"), automaton(parse("F(a & F b)"))
+    for letter in powerset("ab"):
+        assert [by_text.step(q, letter) for q in range(3)] == [by_tree.step(q, letter) for q in range(3)]
+
+
+def test_the_text_is_kept_as_written() -> None:
+    assert automaton("F( a&F b )").text == "F( a&F b )"
+
+
+def test_a_formula_that_is_not_co_safe_has_no_automaton() -> None:
+    with pytest.raises(FormulaError, match="not co-safe"):
+        automaton("G a")
+
+
+Drawn = list[tuple[judge.Formula, Automaton]]
+BLOCK = 20
+"""Formulas that one test looks at, so that hundreds of them are not thousands of tests."""
+
+
+@pytest.fixture(scope="module", params=range(0, 400, BLOCK))
+def drawn(request: pytest.FixtureRequest) -> Drawn:
+    """Random formulas over up to three propositions, and the automata made of their texts."""
+    found = []
+    for seed in range(request.param, request.param + BLOCK):
+        rng = random.Random(seed)
+        formula = judge.random_formula(rng, "abc"[: rng.choice((1, 2, 3))], rng.choice((2, 3, 4)))
+        found.append((formula, automaton(judge.to_text(formula))))
+    return found
+
+
+def letters_of(dfa: Automaton) -> list[Label]:
+    return powerset(dfa.propositions)
+
+
+def test_random_traces_are_accepted_exactly_when_they_are_good_prefixes(drawn: Drawn) -> None:
+    for formula, dfa in drawn:
+        rng = random.Random(dfa.text)
+        for _ in range(5):
+            trace: list[Label] = []
+            state = 0
+            assert (state == dfa.accepting) == judge.is_good_prefix(formula, trace), dfa.text
+            for _ in range(8):
+                trace.append(frozenset(p for p in "abc" if rng.random() < 0.5))
+                state = dfa.step(state, trace[-1])
+                assert (state == dfa.accepting) == judge.is_good_prefix(formula, trace), (dfa.text, trace)
+
+
+def test_the_language_is_that_of_the_tableau(drawn: Drawn) -> None:
+    """Walk the automaton and the tableau of the negation side by side, over every letter."""
+    for formula, dfa in drawn:
+        tableau = monitor(formula)
+        pairs = {(0, tableau.start)}
+        pending = list(pairs)
+        following: dict[int, set[int]] = {}
+        while pending:
+            state, progress = pending.pop()
+            assert (state == dfa.accepting) == tableau.satisfied(progress), dfa.text
+            for letter in letters_of(dfa):
+                pair = (dfa.step(state, letter), tableau.step(progress, letter))
+                following.setdefault(progress, set()).add(pair[1])
+                if pair not in pairs:
+                    pairs.add(pair)
+                    pending.append(pair)
+        hopeful = {progress for progress in following if tableau.satisfied(progress)}
+        while more := {progress for progress in following if following[progress] & hopeful} - hopeful:
+            hopeful |= more
+        for state, progress in pairs:
+            assert (state == dfa.dead) == (progress not in hopeful), dfa.text
+
+
+def test_no_two_states_are_equivalent_and_all_are_numbered_breadth_first(drawn: Drawn) -> None:
+    """Pairwise table-filling: a pair is told apart by acceptance, or by a letter that leads to such a pair."""
+    for _, dfa in drawn:
+        letters = letters_of(dfa)
+        table = [[dfa.step(state, letter) for letter in letters] for state in range(dfa.size)]
+        pairs = set(combinations(range(dfa.size), 2))
+        apart = {(p, q) for p, q in pairs if (p == dfa.accepting) != (q == dfa.accepting)}
+        while more := {pair for pair in pairs - apart if leads_to(table, pair, apart)}:
+            apart |= more
+        assert apart == pairs, dfa.text
+        assert list(breadth_first(table)) == list(range(dfa.size)), dfa.text
+
+
+def leads_to(table: list[list[int]], pair: tuple[int, int], goal: set[tuple[int, int]]) -> bool:
+    """Say whether some letter leads from a pair of states to one of the pairs given."""
+    return any(tuple(sorted(ends)) in goal for ends in zip(table[pair[0]], table[pair[1]], strict=True))
+
+
+def breadth_first(table: list[list[int]]) -> Iterator[int]:
+    """Yield the reachable states by distance from 0, and those of equal distance by number."""
+    layer, seen = [0], {0}
+    while layer:
+        yield from sorted(layer)
+        layer = list({after for state in layer for after in table[state]} - seen)
+        seen.update(layer)
+
+
+def test_accepting_and_dead_states_are_absorbing(drawn: Drawn) -> None:
+    for _, dfa in drawn:
+        for state, letter in product((dfa.accepting, dfa.dead), letters_of(dfa)):
+            assert state is None or dfa.step(state, letter) == state, dfa.text
+
+
+def test_guards_partition_the_letters(drawn: Drawn) -> None:
+    for _, dfa in drawn:
+        for state, letter in product(range(dfa.size), letters_of(dfa)):
+            ends = [end for guard, end in dfa.guards(state) if guard.items() <= {p: p in letter for p in "abc"}.items()]
+            assert ends == [dfa.step(state, letter)], dfa.text

@@ -1,0 +1,64 @@
+"""Relaxations, prices of skipping and numbers of tasks that cannot be used: each is refused by a sentence."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from small_problems import NAMES, build
+
+from prefplan import Expression, FormulaError, Max, Order, PrefplanError, Relaxation, Sum, WeightedSum
+from prefplan.preferences.kinds import Preference
+from prefplan.preferences.objective import TASK_LIMIT
+
+VIOLATION = WeightedSum({name: 1 for name in NAMES}, over="violation")
+
+
+@pytest.mark.parametrize(
+    ("relaxation", "error", "message"),
+    [
+        (("z", "p", 1), PrefplanError, "assume: unknown proposition 'z' (valid: p, q, r)"),
+        (("r", "pp", 1), FormulaError, "when: unknown proposition 'pp' (did you mean 'p'?), at column 1"),
+        (("r", "F p", 1), FormulaError, "when: 'F p' has a temporal operator"),
+        (("r", "q | p U q", 1), FormulaError, "when: 'q | p U q' has a temporal operator"),
+        (("r", "p &", 1), FormulaError, "when: expected a formula, but the formula ends, at column 4"),
+        (("r", "p", -1), PrefplanError, "cost: negative cost -1"),
+    ],
+)
+def test_a_relaxation_that_makes_no_sense_names_the_key(
+    relaxation: tuple[str, str, int], error: type[PrefplanError], message: str
+) -> None:
+    good = Relaxation("r", "p", 1)
+    with pytest.raises(error, match="^" + re.escape(f"tasks[0].relax[1].{message}")):
+        build(VIOLATION, relax=(good, Relaxation(*relaxation)))
+
+
+def test_a_negative_price_of_skipping_is_refused() -> None:
+    with pytest.raises(PrefplanError, match=r"^tasks\[0\].skip: negative cost -2$"):
+        build(VIOLATION, skip=-2)
+
+
+@pytest.mark.parametrize(
+    "preference", [Order(), Max(), Expression("phi1"), Sum(((Order(), 1), (WeightedSum(dict.fromkeys(NAMES, 1)), 1)))]
+)
+@pytest.mark.parametrize(
+    ("task", "key"), [({"relax": (Relaxation("r", "p", 1),)}, "relax"), ({"skip": 3}, "skip")], ids=["relax", "skip"]
+)
+def test_what_no_term_weighs_may_not_be_relaxed(preference: Preference, task: dict[str, Any], key: str) -> None:
+    with pytest.raises(PrefplanError) as caught:
+        build(preference, **task)
+    assert str(caught.value) == (
+        f"tasks[0].{key}: nothing in the preference weighs what it costs; "
+        'give a term of the preference over = "violation"'
+    )
+
+
+def test_a_problem_needs_a_task_and_takes_no_more_than_the_limit() -> None:
+    with pytest.raises(PrefplanError, match=r"^tasks: a problem needs at least one task$"):
+        build(Order(), names=[])
+    too_many = [f"t{k}" for k in range(TASK_LIMIT + 1)]
+    with pytest.raises(
+        PrefplanError, match=rf"^tasks: {TASK_LIMIT + 1} are more than the {TASK_LIMIT} that the search can take$"
+    ):
+        build(Order(), names=too_many)

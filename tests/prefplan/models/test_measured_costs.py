@@ -1,0 +1,306 @@
+"""Costs that depend on where the hand is, and the file beside a scenario that they are read from."""
+
+from __future__ import annotations
+
+import json
+import random
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, cast
+
+import judge
+import pytest
+
+from prefplan import ManipulationModel, ManipulationState, ModelError, Problem, ScenarioError, Task, load, pareto_front
+from prefplan.models.manipulation.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation.measured_costs import (
+    Measurement,
+    Measurements,
+    geometry,
+    measurements_file,
+    read_measurements,
+    to_json,
+)
+from prefplan.models.manipulation.model import Location, Object
+from prefplan.preferences.kinds import Order
+
+UNIT = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+
+PLACES = {"desk": (0.45, 0.0), "tub": (0.45, 0.3), "tray": (0.45, -0.3)}
+
+SCENARIO = """
+[model]
+kind = "manipulation"
+start = "home"
+costs = { measured = "energy" }
+[model.locations]
+desk = { at = [0.45, 0.0] }
+tub = { at = [0.45, 0.3], marks = "clean" }
+tray = { at = [0.45, -0.3], kind = "bin" }
+[model.objects]
+cup = { start = "desk", rgba = [0.5, 0.5, 0.5, 1] }
+
+[[tasks]]
+name = "tidy"
+formula = "F cup_tray"
+[preference]
+kind = "order"
+"""
+
+
+def pairs(*places: str, start: str = "home") -> list[Pair]:
+    """Return every action between places: the hand leaves the start pose and never returns to it."""
+    moves = [("transit", a, b) for a in (start, *places) for b in places if a != b]
+    moves += [("transport", a, b) for a in places for b in places if a != b]
+    return moves + [(kind, a, a) for kind in ("grasp", "release") for a in places]
+
+
+def table(*places: str, seed: int = 0) -> dict[Pair, Decimal]:
+    """Return a measured cost with three decimals for every action."""
+    rng = random.Random(seed)
+    return {pair: Decimal(rng.randint(500, 9999)).scaleb(-3) for pair in pairs(*places)}
+
+
+def model(costs: Any, *objects: Object, extra: tuple[Location, ...] = ()) -> ManipulationModel:
+    places = tuple(Location(name, at=at) for name, at in PLACES.items())
+    return ManipulationModel("home", costs, places + extra, objects or (Object("cup", "desk"),))
+
+
+def spent(what: ManipulationModel, *actions: str, start: ManipulationState | None = None) -> list[int | float]:
+    """Return the cost of each action."""
+    system = what.transition_system(start=start)
+    state, costs = system.start, []
+    for action in actions:
+        state, cost = system.step(state, action)
+        costs.append(cost)
+    return costs
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    path = tmp_path / "cup.toml"
+    path.write_text(SCENARIO)
+    return path
+
+
+def write(scenario: Path, entries: dict[Pair, Decimal]) -> dict[str, Any]:
+    """Write measurements beside a scenario, its energy as given, and return the file's contents."""
+    done = tuple(Measurement(pair, {"time": 1, "travel": 2, "energy": cost}, 3) for pair, cost in entries.items())
+    what = cast(ManipulationModel, load(scenario, measured=False).model)
+    contents = to_json(what, Measurements(done, "default", "skills"))
+    measurements_file(scenario).write_text(json.dumps(contents))
+    return contents
+
+
+def test_an_action_costs_what_was_measured_between_its_places() -> None:
+    entries = table(*PLACES)
+    actions = ("transit desk", "grasp cup", "transport cup tub", "release cup tub", "transit tray")
+    expected = [
+        entries["transit", "home", "desk"],
+        entries["grasp", "desk", "desk"],
+        entries["transport", "desk", "tub"],
+        entries["release", "tub", "tub"],
+        entries["transit", "tub", "tray"],
+    ]
+    assert spent(model(MeasuredCosts("energy", entries)), *actions) == [float(cost) for cost in expected]
+
+
+def judged(problem: Problem, entries: dict[Pair, Decimal]) -> judge.GraphProblem:
+    """Return a problem as the judge sees it, its costs looked up in the table state by state."""
+    system = problem.system
+    edges = []
+    for s in range(system.size):
+        for edge in system.edges(s):
+            action, t = system.action_names[system.actions[edge]], int(system.targets[edge])
+            before, after = (cast(ManipulationState, system.states[k]).hand for k in (s, t))
+            cost = Fraction(entries[action.split()[0], before, after])
+            edges.append(judge.Edge(f"{s}", action, cost, f"{t}"))
+    labels = {f"{s}": system.label(s) for s in range(system.size)}
+    tasks = tuple(judge.JudgedTask(task.name, judge.parse(task.formula)) for task in problem.tasks)
+    return judge.GraphProblem(f"{system.start}", tuple(edges), labels, tasks)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4, 5])
+def test_fronts_of_measured_costs_are_exact(seed: int) -> None:
+    entries = table(*PLACES, seed=seed)
+    system = model(MeasuredCosts("time", entries), Object("cup", "desk"), Object("jug", "tub")).transition_system()
+    formulas = {"jug": "F (jug_tray & F jug_tub)", "cup": "F (cup_tray & F cup_desk)", "out": "F jug_desk"}
+    tasks = [Task(*task) for task in formulas.items()]
+    rng = random.Random(seed)
+    rng.shuffle(tasks)
+    problem = Problem(system, tasks, Order())
+    front = pareto_front(problem)
+    see = judged(problem, entries)
+    limit = judge.exact(front[-1].cost) + Fraction(1, 2)
+    points = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in front]
+    assert points == judge.exact_front(see, max_cost=limit)
+    for plan in front:
+        verdict = judge.replay(see, plan.actions)
+        assert (verdict.cost, verdict.mu) == (judge.exact(plan.cost), judge.exact(plan.preference))
+
+
+def test_an_action_that_was_not_measured_is_named() -> None:
+    entries = table(*PLACES)
+    del entries["transport", "tub", "tray"]
+    with pytest.raises(ModelError, match="'transport cup tray' with the hand at 'tub' was not measured; `prefplan m"):
+        model(MeasuredCosts("energy", entries)).transition_system()
+
+
+def test_what_cannot_happen_need_not_be_measured() -> None:
+    entries = table(*PLACES)
+    del entries["grasp", "desk", "desk"], entries["transport", "desk", "tub"], entries["transport", "desk", "tray"]
+    fixed = model(MeasuredCosts("energy", entries), Object("cup", "desk", fixed=True), Object("jug", "tub"))
+    with pytest.raises(ModelError, match="'transport jug tub' with the hand at 'desk'|'transport jug tray' with"):
+        replace(fixed, objects=(Object("jug", "tub"),)).transition_system()
+    assert replace(fixed, objects=(Object("cup", "desk", fixed=True),)).transition_system().size == 4
+
+
+def test_where_something_fell_costs_what_the_nearest_place_does() -> None:
+    entries = table(*PLACES)
+    fallen = Location("fallen", at=(0.40, 0.25), closed=True)
+    what = model(MeasuredCosts("energy", entries), Object("cup", "fallen"), extra=(fallen,))
+    actions = ("transit fallen", "grasp cup", "transport cup tray", "release cup tray", "transit fallen")
+    assert spent(what, *actions) == [
+        float(entries[pair])
+        for pair in (
+            ("transit", "home", "tub"),
+            ("grasp", "tub", "tub"),
+            ("transport", "tub", "tray"),
+            ("release", "tray", "tray"),
+            ("transit", "tray", "tub"),
+        )
+    ]
+
+
+def test_from_the_place_nearest_to_it_the_next_nearest_stands_in() -> None:
+    entries = table(*PLACES)
+    fallen = Location("fallen", at=(0.45, 0.25), closed=True)
+    what = model(MeasuredCosts("energy", entries), Object("cup", "fallen"), extra=(fallen,))
+    # The nearest place is the tub itself. The hand is 5 cm from it, and the desk 25 cm from the cup.
+    assert spent(what, "transit tub", "transit fallen")[1] == float(entries["transit", "tub", "desk"])
+
+
+def test_a_hand_over_no_location_is_as_good_as_at_the_start_pose() -> None:
+    entries = table(*PLACES)
+    adrift = ManipulationState("no location", None, (("cup", "desk"),))
+    what = model(MeasuredCosts("energy", entries))
+    assert spent(what, "transit tray", start=adrift) == [float(entries["transit", "home", "tray"])]
+
+
+def test_a_scenario_plans_with_what_was_measured(scenario: Path) -> None:
+    entries = table(*PLACES)
+    write(scenario, entries)
+    (plan,) = pareto_front(load(scenario).problem())
+    way = [("transit", "home", "desk"), ("grasp", "desk", "desk"), ("transport", "desk", "tray"), ("release", "tray")]
+    direct = sum(entries[cast(Pair, step if len(step) == 3 else (*step, step[-1]))] for step in way)
+    assert judge.exact(plan.cost) <= Fraction(direct)
+    timed = scenario.with_name("cup.toml")
+    timed.write_text(SCENARIO.replace('"energy"', '"travel"'))
+    assert pareto_front(load(timed).problem())[0].cost == 8
+
+
+def test_what_is_written_is_read(scenario: Path) -> None:
+    entries = table(*PLACES)
+    write(scenario, entries)
+    what = cast(ManipulationModel, load(scenario, measured=False).model)
+    done = read_measurements(measurements_file(scenario), what)
+    assert {one.pair: one.quantities["energy"] for one in done.actions} == entries
+    assert [one.pair[0] for one in done.actions] == sorted(
+        (one.pair[0] for one in done.actions), key=ACTION_KINDS.index
+    )
+    assert (done.robot, done.sources) == ("default", "skills")
+
+
+def refusal(scenario: Path) -> str:
+    with pytest.raises(ScenarioError) as error:
+        load(scenario)
+    return str(error.value)
+
+
+def test_costs_that_were_never_measured_are_refused_with_what_to_do(scenario: Path) -> None:
+    assert refusal(scenario) == (
+        f"{scenario}: model.costs.measured: nothing was measured yet; "
+        "`prefplan measure` with this scenario makes cup.measured.json"
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("tub = { at = [0.45, 0.3]", "tub = { at = [0.45, 0.31]"),
+        ("tray = {", "shelf = { at = [0.6, 0.1] }\ntray = {"),
+        ("cup = { ", "jug = { start = 'tub' }\ncup = { "),
+        ('start = "home"', 'start = "desk"'),
+    ],
+)
+def test_measurements_of_another_geometry_are_refused(scenario: Path, old: str, new: str) -> None:
+    write(scenario, table(*PLACES))
+    scenario.write_text(SCENARIO.replace(old, new))
+    assert "the measurements were made with other locations or objects; `prefplan measure`" in refusal(scenario)
+
+
+def test_colours_tasks_and_numbers_in_place_of_measurements_change_nothing(scenario: Path) -> None:
+    write(scenario, table(*PLACES))
+    scenario.write_text(SCENARIO.replace("[0.5, 0.5, 0.5, 1]", "[0.1, 0.5, 0.5, 1]").replace("cup_tray", "cup_tub"))
+    assert load(scenario).problem().system.size > 1
+    what = cast(ManipulationModel, load(scenario).model)
+    assert geometry(what, "default") == geometry(replace(what, costs=UNIT), "default")
+    assert geometry(what, "default") != geometry(what, "menagerie")
+
+
+def test_an_older_file_is_refused_with_what_to_do(scenario: Path) -> None:
+    contents = write(scenario, table(*PLACES))
+    del contents["format"]
+    measurements_file(scenario).write_text(json.dumps(contents))
+    assert refusal(scenario) == (
+        f"{scenario}: model.costs.measured: the measurements were made by an older version of prefplan; "
+        "`prefplan measure` with this scenario makes cup.measured.json anew"
+    )
+
+
+@pytest.mark.parametrize("value", [3, "2", None, [1]])
+def test_a_format_that_nobody_knows_is_damage(scenario: Path, value: Any) -> None:
+    contents = write(scenario, table(*PLACES))
+    measurements_file(scenario).write_text(json.dumps(contents | {"format": value}))
+    assert "is damaged" in refusal(scenario)
+
+
+def test_measurements_with_another_robot_than_they_say_are_refused(scenario: Path) -> None:
+    contents = write(scenario, table(*PLACES))
+    measurements_file(scenario).write_text(json.dumps(contents | {"robot": "menagerie"}))
+    assert "were made with other locations or objects" in refusal(scenario)
+
+
+@pytest.mark.parametrize("damage", ["", "[]", "{}", '{"format": 2, "geometry": 1, "actions": [{"action": "transit"}]}'])
+def test_a_damaged_file_is_refused(scenario: Path, damage: str) -> None:
+    measurements_file(scenario).write_text(damage)
+    assert "model.costs.measured: the file of measurements" in refusal(scenario)
+
+
+def test_a_number_that_is_none_is_damage(scenario: Path) -> None:
+    contents = write(scenario, table(*PLACES))
+    contents["actions"][3]["energy"] = "many"
+    measurements_file(scenario).write_text(json.dumps(contents))
+    assert "is damaged" in refusal(scenario)
+
+
+def test_negative_measurements_are_refused(scenario: Path) -> None:
+    write(scenario, table(*PLACES) | {("grasp", "tub", "tub"): Decimal(-1)})
+    assert "model.costs.measured: grasp at 'tub': negative cost -1" in refusal(scenario)
+
+
+@pytest.mark.parametrize(
+    ("costs", "message"),
+    [
+        ('{ measured = "energie" }', "model.costs.measured: unknown quantity 'energie' (did you mean 'energy'?)"),
+        ('{ measured = "energy", grasp = 1 }', "model.costs.grasp: unknown key (valid: measured)"),
+        ("{ measured = 3 }", "model.costs.measured: should be a valid string"),
+        ("{ transit = 3, grasp = 1 }", "model.costs: no cost for 'transport'"),
+        ('{ transit = "3" }', "model.costs.transit: must be a number, not '3'"),
+    ],
+)
+def test_costs_are_read_strictly(scenario: Path, costs: str, message: str) -> None:
+    scenario.write_text(SCENARIO.replace('{ measured = "energy" }', costs))
+    assert refusal(scenario) == f"{scenario}: {message}"

@@ -1,0 +1,208 @@
+"""Numbers that 64 bits do not hold, numbers from computations, and bounds equal to what was printed."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import networkx as nx
+import pytest
+
+from prefplan import (
+    Expression,
+    Front,
+    Function,
+    NoPlanError,
+    Options,
+    Order,
+    PreferenceError,
+    Problem,
+    Task,
+    TransitionSystem,
+    WeightedSum,
+    cheapest_plan,
+    pareto_front,
+)
+from prefplan.errors import ModelError
+from prefplan.preferences.kinds import Preference
+from prefplan.problem import Relaxation
+
+
+def points(front: Front) -> list[tuple[Any, Any]]:
+    return [(plan.cost, plan.preference) for plan in front]
+
+
+def line(cost: Any) -> TransitionSystem:
+    return TransitionSystem.from_transitions([("s", "go", "t", cost)], start="s", labels={"t": ["a"]})
+
+
+def fork(*ways: tuple[Any, Any], resolution: Any = None) -> TransitionSystem:
+    """Return a system on which a and b can be done in this order or the other, each at two costs."""
+    edges = []
+    for k, (first, second) in enumerate(ways):
+        edges += [("s", f"go{k}", f"m{k}", first), (f"m{k}", "on", f"e{k}", second)]
+    labels = {f"m{k}": ["ab"[k % 2]] for k in range(len(ways))} | {f"e{k}": ["ba"[k % 2]] for k in range(len(ways))}
+    return TransitionSystem.from_transitions(edges, start="s", labels=labels, resolution=resolution)
+
+
+TASKS = [Task("p", "F a"), Task("q", "F b")]
+
+
+@pytest.mark.parametrize(
+    ("cost", "skip", "weight", "expected"),
+    [
+        (10, 400, Decimal("0.3333333333333333"), [(0, 133.33333333333332), (10, 0)]),
+        (0.1 + 0.2, 3, 4, [(0, 12), (0.3, 0)]),
+        (Decimal("1e300"), Decimal("1e-300"), Decimal("1e200"), [(0, 1e-100), (10**300, 0)]),
+        (1e-300, 1e300, 1e-300, [(0, 1), (1e-300, 0)]),
+        (Fraction(1, 3), Fraction(1, 7), Fraction(1, 11), [(0, 1 / 77), (1 / 3, 0)]),
+    ],
+)
+def test_a_point_is_found_whatever_the_size_and_digits_of_numbers(
+    cost: Any, skip: Any, weight: Any, expected: list
+) -> None:
+    preference = WeightedSum({"p": weight}, over="violation")
+    assert points(pareto_front(Problem(line(cost), [Task("p", "F a", skip=skip)], preference))) == expected
+
+
+def test_the_difference_between_large_costs_is_kept() -> None:
+    large = 10**15
+    system = fork((large + 1, 1), (large + 3, 0))
+    front = pareto_front(Problem(system, TASKS, WeightedSum({"p": 3, "q": 1000})))
+    assert points(front) == [(large + 2, 3 * (large + 1) + 1000 * (large + 2))]
+
+
+@pytest.mark.parametrize("factor", [1, 2**40, 2**58, 2**64, 10**30, Fraction(1, 3), Decimal("1e-17")])
+@pytest.mark.parametrize("preference", [Order(), WeightedSum({"p": 7, "q": 2}), Expression("p * q + p")])
+def test_fronts_scale_with_their_costs(factor: Any, preference: Preference) -> None:
+    """Compiled search, wide labels and Python's integers meet: the same front in other units."""
+    ways = [(3, 7), (4, 2), (1, 9), (8, 1)]
+    plain = pareto_front(Problem(fork(*ways), TASKS, preference))
+    scaled = pareto_front(Problem(fork(*((x * factor, y * factor) for x, y in ways)), TASKS, preference))
+    assert [plan.actions for plan in scaled] == [plan.actions for plan in plain]
+    assert [plan.cost for plan in scaled] == pytest.approx([plan.cost * float(factor) for plan in plain], rel=1e-15)
+
+
+def test_zero_cost_cycles_do_not_make_costs_large() -> None:
+    edges = [(f"n{i}", f"to{j}", f"n{j}", (i + j) % 2) for i in range(6) for j in range(6) if (i * j) % 3 != 1]
+    system = TransitionSystem.from_transitions(edges, start="n0", labels={"n4": ["a"], "n5": ["b"]}, propositions=["c"])
+    tasks = [Task("p", "F (a & F b)"), Task("q", "F b"), Task("r", "F c")]
+    front = pareto_front(Problem(system, tasks, Order()))
+    assert not front and front.reason is not None and front.reason.tasks == ("r",)
+    assert points(pareto_front(Problem(system, tasks[:2], Order())))
+
+
+def test_tiny_values_of_quotients_stay_apart() -> None:
+    ways = [(k * Decimal("1e-8"), (40 - 2 * k) * Decimal("1e-8")) for k in range(1, 19, 2)]
+    system = fork(*(way for pair in zip(ways, ways, strict=True) for way in pair))
+    front = pareto_front(Problem(system, TASKS, Expression("1 - 0.5 / (1 + p)")), max_cost=1)
+    exact = pareto_front(
+        Problem(system, TASKS, Expression("1 - 0.5 / (1 + p)")), max_cost=1, options=Options(compiled=False)
+    )
+    assert len(front) == 9 and points(front) == points(exact)
+
+
+@pytest.fixture(scope="module")
+def roads() -> TransitionSystem:
+    graph = nx.random_geometric_graph(300, 0.12, seed=5).to_directed()
+    where = nx.get_node_attributes(graph, "pos")
+    for source, target, data in graph.edges(data=True):
+        data["cost"] = math.dist(where[source], where[target])
+    nodes = max(nx.strongly_connected_components(graph), key=len)
+    for name, node in zip("abcd", sorted(nodes)[::70], strict=False):
+        graph.nodes[node]["labels"] = [name]
+    return TransitionSystem.from_networkx(graph.subgraph(nodes).copy(), start=max(nodes))
+
+
+def test_distances_in_doubles_are_planned_with_at_a_stated_resolution(roads: TransitionSystem) -> None:
+    tasks = [Task(name, f"F {name}") for name in sorted(roads.propositions)]
+    front = pareto_front(Problem(roads, tasks, Order()))
+    assert front.complete and front.resolution == pytest.approx(1e-13)
+    for plan in front:
+        before = map(roads.states.index, plan.states[:-1])
+        steps = [roads.step(state, action)[1] for state, action in zip(before, plan.actions, strict=True)]
+        assert plan.cost == pytest.approx(math.fsum(map(float, steps)), abs=1e-12)
+        assert (Fraction(str(plan.cost)) / Fraction(str(front.resolution))).denominator == 1
+
+
+def test_a_resolution_can_be_set() -> None:
+    system = fork((0.123456, 1), (0.2, 1), resolution=0.01)
+    front = pareto_front(Problem(system, TASKS, WeightedSum({"p": 1, "q": 0})))
+    assert (front.resolution, points(front)) == (0.01, [(1.12, 0.12)])
+
+
+def test_decimals_that_people_write_are_never_rounded() -> None:
+    front = pareto_front(Problem(fork((10**17, 0.001)), TASKS, Order()))
+    assert front.resolution is None and front[0].cost == 1e17 and front[0].task_costs["p"] == 10**17
+    assert cheapest_plan(Problem(line(0.001), TASKS[:1], Order())).cost == 0.001
+
+
+@pytest.mark.parametrize("weights", [{"p": 1 / 3, "q": 2 / 3}, {"p": Decimal("0.1234567890123456789"), "q": 7}])
+def test_what_is_printed_is_a_bound_that_admits_its_plan(weights: dict) -> None:
+    system = fork((Decimal("2.3"), 1), (0.1 + 0.2, Decimal("4.9")), (0.7, 9), (Decimal("1e-9"), 6))
+    problem = Problem(system, TASKS, WeightedSum(weights))
+    front = pareto_front(problem)
+    assert len(front) > 1
+    for plan in front:
+        for read in (lambda number: number, lambda number: Decimal(str(number)), lambda number: float(str(number))):
+            assert cheapest_plan(problem, max_preference=read(plan.preference)) == plan
+            assert pareto_front(problem, max_cost=read(plan.cost))[-1] == plan
+    with pytest.raises(NoPlanError):
+        cheapest_plan(problem, max_preference=math.nextafter(front[-1].preference, 0))
+
+
+def test_hundreds_of_relaxations_of_one_task_are_read_at_once() -> None:
+    names = [f"n{k}" for k in range(200)]
+    system = TransitionSystem.from_transitions(
+        [("s", "go", "t", 1)], start="s", labels={"t": ["a"]}, propositions=names
+    )
+    relax = tuple(Relaxation(name, "a", 1 + k % 3) for k, name in enumerate(names + names))
+    task = Task("p", f"F ({' & '.join(names)})", relax)
+    front = pareto_front(Problem(system, [task], WeightedSum({"p": 1}, over="violation")))
+    assert points(front) == [(1, sum(min(1 + k % 3, 1 + (k + 200) % 3) for k in range(200)))]
+
+
+def test_too_many_ways_to_read_a_label_are_refused_with_their_number() -> None:
+    tasks = [Task(f"t{k}", "F a", (Relaxation("a", "true", 1),), skip=2) for k in range(20)]
+    problem = Problem(line(1), tasks, WeightedSum({task.name: 1 for task in tasks}, over="violation"))
+    with pytest.raises(ModelError, match="3,486,784,401 ways"):
+        pareto_front(problem)
+
+
+def falling(costs: Any, violations: Any) -> float:
+    return float(costs[0] if costs[0] < 5000 else 4000 - costs[1] / 1e9)
+
+
+def test_a_claim_is_tried_on_costs_as_large_as_the_problems() -> None:
+    preference = Function(falling, "componentwise")
+    assert pareto_front(Problem(fork((1, 2), (2, 1)), TASKS, preference)).claimed
+    with pytest.raises(PreferenceError, match="^preference: (falls|not componentwise)"):
+        Problem(fork((4000, 2000), (2000, 4001)), TASKS, preference)
+
+
+def test_only_claims_are_called_so() -> None:
+    system = fork((1, 2), (2, 1))
+    assert not pareto_front(Problem(system, TASKS, Expression("p * q", "componentwise"))).claimed
+    assert not pareto_front(Problem(system, TASKS, Expression("p + q"))).claimed
+
+
+def test_a_fall_that_trials_missed_is_met_by_the_search() -> None:
+    def narrow(costs: Any, violations: Any) -> float:
+        return 0.0 if max(costs) == 104729.5 else float(max(costs))
+
+    system = TransitionSystem.from_transitions(
+        [("s", "go", "t", 104728), ("t", "on", "u", 1.5), ("u", "back", "s", 1)],
+        start="s",
+        labels={"u": ["a"], "t": ["b"]},
+    )
+    with pytest.raises(PreferenceError, match=r"mu falls along a trajectory.*104730|mu falls .*p=104730"):
+        pareto_front(Problem(system, TASKS, Function(narrow, "componentwise")))
+
+
+@pytest.mark.parametrize("seconds", [0, 0.05])
+def test_python_integers_keep_limits_of_time(seconds: float) -> None:
+    rng_costs = [(k * 10**25 + 1, (37 * k % 101) * 10**25) for k in range(1, 60)]
+    front = pareto_front(Problem(fork(*rng_costs), TASKS, Order()), max_seconds=seconds)
+    assert front.ended in (None, "time")

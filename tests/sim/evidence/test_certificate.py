@@ -1,0 +1,141 @@
+"""Certificates of true logs, and what the checker refuses and relies on."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from forged_logs import claiming, cut, telling
+from small_scenes import RELAXED_CUP
+
+import sim
+from experiments import scenarios
+from experiments.runs.carry_out import carry_out, scene_of
+from experiments.runs.evidence import evidence
+from prefplan import cheapest_plan
+from prefplan.scenario.decode import loads
+from sim.errors import LogError
+from sim.evidence.certificate import Certificate, certify
+from sim.evidence.log import Log
+from sim.execution.faults import read_fault
+
+
+def test_a_true_log_is_confirmed(arch_log: Log) -> None:
+    certificate = certify(arch_log)
+    assert certificate.refuted == ()
+    assert certificate.confirmed and certificate.agrees and certificate.completed
+    assert certificate.task_costs == {"phi1": 34, "phi2": 17} and certificate.preference == 17
+    names = [check.name for check in certificate.checks]
+    assert names[:2] == ["recording", "start"] and names[2:16] == [f"action {k}" for k in range(1, 15)]
+    assert names[16:] == [
+        "action costs",
+        "total cost",
+        "task cost phi1",
+        "task cost phi2",
+        "preference",
+        "completed",
+        "joint positions",
+        "joint speeds",
+        "joint torques",
+        "objects",
+        "contacts",
+    ]
+    assert "% of the limit, joint" in certificate.check("joint speeds").words
+
+
+def test_nothing_finer_than_a_tenth_of_a_micrometre_is_kept(arch_log: Log) -> None:
+    for rows in (arch_log.qpos, arch_log.speeds, arch_log.torques, arch_log.pad_forces):
+        assert np.array_equal(rows, rows.round(7)) and not np.array_equal(rows, rows.round(6))
+
+
+def test_meshes_are_not_needed(arch_log: Log) -> None:
+    certificate = certify(telling(arch_log, meshes=False))
+    assert certificate.confirmed
+    assert certificate.check("contacts").words.endswith("with plain shapes of the arm")
+
+
+def test_a_robot_that_cannot_be_had_is_stood_in_for(arch_log: Log) -> None:
+    assert certify(telling(arch_log, robot="one nobody knows")).confirmed
+
+
+def test_relaxations_are_granted_where_they_are_offered(relaxed_log: Log) -> None:
+    certificate = certify(relaxed_log)
+    assert certificate.confirmed
+    assert certificate.preference == 9 and certificate.task_costs == {"serve": 1.5, "wash": 1.5}
+    assert certificate.check("relaxations").words == "2 used, as offered"
+    assert certificate.check("completed").words == "serve satisfied on the recorded states; wash skipped"
+
+
+def test_an_unfinished_run_is_confirmed_to_be_one(arch_log: Log) -> None:
+    end = arch_log.about.actions[6].end
+    stopped = telling(cut(arch_log, end), actions=arch_log.about.actions[:7])
+    claims = {"completed": False, "cost": 17, "task_costs": {"phi1": 17, "phi2": 17}, "preference": None}
+    certificate = certify(claiming(stopped, **claims))
+    assert certificate.confirmed and not certificate.completed
+    assert certificate.check("completed").words == "not claimed: phi1 not satisfied"
+
+
+@pytest.mark.slow
+def test_a_run_in_which_a_stranger_was_cleared_away_is_certified() -> None:
+    scenario = scenarios.find("case_study_3")
+    faults = [read_fault("foreign:bin1@1", scenario.model), read_fault("foreign:bin1@2", scenario.model)]
+    scene = scene_of(scenario, faults=faults)
+    plan = cheapest_plan(scenario.problem())
+    log = evidence(scenario, scene, carry_out(scenario, scene, plan, seed=1, faults=faults))
+    certificate = certify(log)
+    assert certificate.confirmed and certificate.completed
+    assert any("foreign" in action.action for action in log.about.actions)
+    without = telling(log, joints={name: at for name, at in log.about.joints.items() if "foreign" not in name})
+    assert certify(without).agrees
+
+
+def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
+    """A block that is not in the scenario, and a place it does not have, may have been seen."""
+    actions = tuple(replace(a, label=(*a.label, "foreign_table", "green_spot_1")) for a in arch_log.about.actions)
+    joints = arch_log.about.joints | {"foreign": arch_log.qpos.shape[1]}
+    strange = np.tile([0.3, 0.45, 0.0225, 1, 0, 0, 0], (len(arch_log.times), 1))
+    log = replace(telling(arch_log, actions=actions, joints=joints), qpos=np.hstack([arch_log.qpos, strange]))
+    assert certify(log).confirmed
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"text": "not toml"}, "the scenario in the log is of no use: .*not TOML"),
+        ({"text": "[model]\nkind = 'grid'"}, "the scenario in the log is of no use"),
+        ({"joints": {}}, "does not say where in a frame 'joint1' is"),
+        ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "does not say where in a frame 'joint1' is"),
+    ],
+)
+def test_a_log_that_cannot_be_checked_is_refused(arch_log: Log, change: dict[str, Any], words: str) -> None:
+    with pytest.raises(LogError, match=words):
+        certify(telling(arch_log, **change))
+
+
+@pytest.mark.parametrize("name", ["certificate", "replay", "motion_checks", "cost_checks"])
+def test_the_checker_has_no_eyes_in_common_with_the_run(name: str) -> None:
+    source = Path(next(iter(sim.__path__)), "evidence", f"{name}.py").read_text(encoding="utf-8")
+    imported = {node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)}
+    shared = (
+        "sim.perception.grounding",
+        "sim.perception.touch",
+        "sim.simulation.workcell",
+        "sim.execution.executor",
+        "sim.perception.sensors",
+        "prefplan.logic.dfa",
+    )
+    assert imported.isdisjoint(
+        {*shared, "prefplan.logic.weighted_dfa", "prefplan.product.product_automaton", "prefplan.planner"}
+    )
+
+
+def test_an_empty_plan_needs_no_action() -> None:
+    scenario = loads(RELAXED_CUP.replace("F (cup_clean & cup_tray)", "F cup_desk").replace("F cup_clean", "F cup_desk"))
+    scene = scene_of(scenario)
+    outcome = carry_out(scenario, scene, cheapest_plan(scenario.problem()))
+    certificate: Certificate = certify(evidence(scenario, scene, outcome))
+    assert certificate.confirmed and certificate.task_costs == {"serve": 0, "wash": 0}

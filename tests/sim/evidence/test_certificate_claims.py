@@ -1,0 +1,141 @@
+"""Certificates of logs that claim or tell something else than the frames show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from forged_logs import claiming, cut, log_of_plan, moved, refutations, telling, without_action
+
+from experiments import scenarios
+from prefplan import Purchase
+from sim.evidence.certificate import certify
+from sim.evidence.log import Log
+from sim.simulation.rollout import Event
+
+
+@pytest.mark.parametrize(
+    ("claims", "name", "words"),
+    [
+        ({"cost": 33}, "total cost", "33 is claimed, but the frames give 34"),
+        ({"task_costs": {"phi1": 34, "phi2": 16}}, "task cost phi2", "16 is claimed, but the frames give 17"),
+        ({"task_costs": {"phi1": 17, "phi2": 34}}, "task cost phi1", "17 is claimed, but the frames give 34"),
+        ({"task_costs": {"phi1": 34}}, "task cost phi2", "nothing is claimed; the frames give 17"),
+        ({"preference": 0}, "preference", "0 is claimed, but the frames give 17"),
+        ({"preference": None}, "preference", "nothing is claimed; the frames give 17"),
+        ({"violation_costs": {"phi1": 2}}, "violation cost phi1", "2 is claimed, but the frames give 0"),
+        (
+            {"relaxations": (Purchase("phi1", 0, None, 3),)},
+            "relaxations",
+            "phi1 cannot be skipped for 3 at step 0",
+        ),
+        (
+            {"relaxations": (Purchase("phi1", 3, "blue_bin1", 1),)},
+            "relaxations",
+            "blue_bin1 at step 3 of phi1, for 1, is not on offer",
+        ),
+    ],
+)
+def test_a_forged_claim_is_refuted(arch_log: Log, claims: dict[str, Any], name: str, words: str) -> None:
+    assert refutations(claiming(arch_log, **claims))[name] == words
+
+
+@pytest.mark.parametrize(
+    ("purchases", "words"),
+    [
+        ([("serve", 4, "cup_clean", 3)], "cup_clean at step 4 of serve, for 3, is not on offer"),
+        ([("serve", 2, "cup_clean", 4)], "cup_clean at step 2 of serve, for 4, is not on offer there"),
+        ([("serve", 9, "cup_clean", 4)], "cup_clean at step 9 of serve, for 4, lies beyond the last action"),
+        ([("wash", 1, None, 5)], "wash cannot be skipped for 5 at step 1"),
+        ([("wash", 0, None, 1)], "wash cannot be skipped for 1 at step 0"),
+        ([("dry", 0, None, 1)], "there is no task dry"),
+    ],
+)
+def test_a_relaxation_that_nobody_offers_is_refuted(
+    relaxed_log: Log, purchases: list[tuple[str, int, str | None, int]], words: str
+) -> None:
+    found = refutations(claiming(relaxed_log, relaxations=tuple(Purchase(*purchase) for purchase in purchases)))
+    assert found["relaxations"].startswith(words)
+    assert "completed" in found
+
+
+def test_without_its_relaxations_a_task_is_not_satisfied(relaxed_log: Log) -> None:
+    skip = tuple(bought for bought in relaxed_log.about.claims.relaxations if bought.assume is None)
+    found = refutations(claiming(relaxed_log, relaxations=skip))
+    assert found["completed"] == "not satisfied on the recorded states: serve"
+    assert found["violation cost serve"] == "4 is claimed, but the frames give 0"
+
+
+@pytest.mark.parametrize("k", range(1, 15))
+def test_no_action_can_be_dropped_unnoticed(arch_log: Log, k: int) -> None:
+    found = refutations(without_action(arch_log, k))
+    assert "total cost" in found
+    if arch_log.about.actions[k - 1].action == "release pink san":
+        assert found["completed"] == "not satisfied on the recorded states: phi2"
+
+
+@pytest.mark.parametrize("k", range(1, 15))
+def test_no_action_can_be_made_cheaper(arch_log: Log, k: int) -> None:
+    actions = list(arch_log.about.actions)
+    actions[k - 1] = replace(actions[k - 1], cost=0)
+    words = refutations(telling(arch_log, actions=tuple(actions)))["action costs"]
+    assert words.startswith(f"action {k} `{actions[k - 1].action}` costs") and words.endswith("not 0")
+
+
+def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
+    log = log_of_plan(scenarios.find("case_study_3_energy"))
+    assert certify(log).confirmed
+    # Into the other slot of the bin it would have cost something else.
+    (k,) = [k for k, action in enumerate(log.about.actions) if action.action == "transport blue bin1"]
+    slots = [cost for *pair, cost in log.about.measured if pair[:2] == ["transport", "san"] and "bin1[" in pair[2]]
+    (other,) = set(slots) - {log.about.actions[k].cost}
+    forged = tuple(replace(action, cost=other) if i == k else action for i, action in enumerate(log.about.actions))
+    words = refutations(telling(log, actions=forged))["action costs"]
+    assert words == f"action {k + 1} `transport blue bin1` costs {log.about.actions[k].cost}, not {other}"
+    # After a surprise the arm has seen for itself what lies where.
+    surprise = Event(log.about.actions[k].start, "replan", {})
+    assert "action costs" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))
+    actions = log.about.actions
+    for k, action in enumerate(actions):
+        kind = action.action.split()[0]
+        other = next(a.cost for a in actions if a.action.startswith(f"{kind} ") and a.cost != action.cost)
+        forged = (*actions[:k], replace(action, cost=other), *actions[k + 1 :])
+        words = refutations(telling(log, actions=forged))["action costs"]
+        assert words == f"action {k + 1} `{action.action}` costs {action.cost}, not {other}"
+
+
+def test_an_object_that_starts_elsewhere_is_told(arch_log: Log) -> None:
+    swapped = arch_log.about.text.replace('start = "top"', 'start = "table"')
+    assert refutations(telling(arch_log, text=swapped))["start"] == "pink does not start at table"
+
+
+def test_another_formula_is_judged_anew(arch_log: Log) -> None:
+    text = arch_log.about.text.replace("(blue_sanitized & blue_bin1)", "(blue_sanitized & blue_bin2)")
+    assert text != arch_log.about.text
+    assert refutations(telling(arch_log, text=text))["completed"].endswith(": phi1")
+
+
+def test_every_certificate_of_a_forger_who_guesses_is_refuted(arch_log: Log) -> None:
+    """Random tamperings of several kinds, none of them told apart beforehand."""
+    rng = np.random.default_rng(0)
+    claims = arch_log.about.claims
+    kinds: list[Callable[[], Log]] = [
+        lambda: claiming(arch_log, cost=int(rng.integers(1, 34))),
+        lambda: claiming(arch_log, task_costs=claims.task_costs | {"phi1": int(rng.integers(0, 34))}),
+        lambda: claiming(arch_log, preference=int(rng.integers(0, 17))),
+        lambda: cut(arch_log, float(rng.uniform(0, 0.95)) * arch_log.times[-1]),
+        lambda: without_action(arch_log, int(rng.integers(1, 15))),
+        lambda: moved(
+            arch_log,
+            str(rng.choice(["blue", "pink", "green"])),
+            (0.3, float(rng.uniform(0.40, 0.5)), 0.0225),
+            since=float(rng.uniform(0.1, 0.95)) * arch_log.times[-1],
+        ),
+        lambda: replace(arch_log, pad_forces=arch_log.pad_forces * (arch_log.times < rng.uniform(0, 25))[:, None]),
+    ]
+    for _ in range(70):
+        certificate = certify(kinds[int(rng.integers(len(kinds)))]())
+        assert not certificate.confirmed and not certificate.agrees

@@ -1,0 +1,137 @@
+"""Certificates of logs whose frames were tampered with, and of motions that should not be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from forged_logs import cut, moved, refutations, telling
+
+from experiments import scenarios
+from experiments.runs.carry_out import scene_of
+from sim.evidence.log import ARRAYS, Log
+from sim.robots.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
+from sim.simulation.rollout import Event
+
+
+@pytest.mark.parametrize("k", range(14))
+def test_a_recording_cut_short_is_refuted(arch_log: Log, k: int) -> None:
+    end = 0.0 if k == 0 else arch_log.about.actions[k - 1].end
+    found = refutations(cut(arch_log, end))
+    assert f"but action {k + 1} `" in found["recording"]
+    # Told shorter to match, it tells of tasks that were not done.
+    found = refutations(telling(cut(arch_log, end), actions=arch_log.about.actions[:k]))
+    assert "recording" not in found and "not satisfied on the recorded states" in found["completed"]
+
+
+def test_frames_cut_out_are_missed(arch_log: Log) -> None:
+    keep = (arch_log.times < 5) | (arch_log.times > 6)
+    arrays = {name: getattr(arch_log, name)[keep] for name in ARRAYS}
+    assert refutations(replace(arch_log, **arrays))["recording"].startswith("frames are missing or out of order after")
+    assert "out of order" in refutations(replace(arch_log, times=arch_log.times[::-1].copy()))["recording"]
+
+
+@pytest.mark.parametrize("thing", ["blue", "pink", "green"])
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+def test_a_block_that_is_teleported_is_missed_where_it_was(arch_log: Log, thing: str, share: float) -> None:
+    since = share * arch_log.times[-1]
+    found = refutations(moved(arch_log, thing, (0.30, 0.45, 0.0225), since=since))
+    assert found["objects"].startswith(f"{thing} leaps")
+    assert any(name.startswith("action ") for name in found)
+    if (thing, share) in {("blue", 0.1), ("blue", 0.5), ("pink", 0.1)}:
+        assert "completed" in found
+
+
+def test_a_block_that_appears_where_it_was_wanted_was_not_carried_there(arch_log: Log) -> None:
+    """Only the end is made up: pink, left alone on the arch, is suddenly in the bin."""
+    scenario = scenarios.find("case_study_3")
+    blocks = scene_of(scenario).slots
+    start, goal = blocks["top"][0].position, blocks["bin1"][0].position
+    first = arch_log.about.joints["pink"]
+    qpos = arch_log.qpos.copy()
+    qpos[:, first : first + 7] = arch_log.qpos[0, first : first + 7]
+    late = arch_log.times > arch_log.times[-1] - 0.5
+    qpos[late, first : first + 7] = arch_log.qpos[-1, first : first + 7]
+    found = refutations(replace(arch_log, qpos=qpos))
+    assert np.hypot(*(goal - start)[:2]) > 0.3
+    assert found["objects"].startswith("pink leaps 0.3")
+    assert "action 2" in found and "holding_pink" in found["action 2"]
+    assert found["completed"].startswith("not satisfied on the recorded states: ")
+
+
+def test_a_leap_that_a_fault_explains_is_none(arch_log: Log) -> None:
+    leapt = moved(arch_log, "green", (0.30, 0.45, 0.0225), since=5.0)
+    time = float(leapt.times[leapt.times >= 5.0][0])
+    fault = Event(time, "fault", {"fault": "move:green@2"})
+    assert "objects" in refutations(leapt)
+    assert "objects" not in refutations(telling(leapt, events=(*leapt.about.events, fault)))
+    assert "objects" in refutations(telling(leapt, events=(replace(fault, detail={"fault": "move:pink@2"}),)))
+    assert "objects" in refutations(telling(leapt, events=(replace(fault, time=8.0),)))
+
+
+def test_what_no_pad_presses_is_not_held(arch_log: Log) -> None:
+    found = refutations(replace(arch_log, pad_forces=np.zeros_like(arch_log.pad_forces)))
+    assert "frames show nothing, the record tells holding_pink instead" in found["action 2"]
+    # Nothing was ever held, so nothing was put down and marked.
+    assert found["completed"] == "not satisfied on the recorded states: phi1, phi2"
+
+
+def test_what_no_location_worked_on_is_not_marked(arch_log: Log) -> None:
+    found = refutations(replace(arch_log, glow=np.full_like(arch_log.glow, -1)))
+    assert "record tells pink_sanitized instead" in found["action 4"]
+    assert found["completed"] == "not satisfied on the recorded states: phi1, phi2"
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_a_limit_that_was_passed_is_told(arch_log: Log, joint: int) -> None:
+    for name, array, limits in (
+        ("speeds", arch_log.speeds, VELOCITY_LIMITS),
+        ("torques", arch_log.torques, TORQUE_LIMITS),
+    ):
+        beyond = array.copy()
+        beyond[100, joint] = 1.01 * limits[joint]
+        words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name}"]
+        assert words == f"exceeded: 101.0% of the limit, {ARM_JOINTS[joint]} at {arch_log.times[100]:.2f} s"
+
+
+def test_a_joint_past_its_stop_is_told(arch_log: Log) -> None:
+    qpos = arch_log.qpos.copy()
+    qpos[:, arch_log.about.joints["joint4"]] = -3.1
+    assert "exceeded" in refutations(replace(arch_log, qpos=qpos))["joint positions"]
+
+
+def test_speeds_are_not_hidden(arch_log: Log) -> None:
+    words = refutations(replace(arch_log, speeds=np.zeros_like(arch_log.speeds)))["joint speeds"]
+    assert "where at most 0.00 rad/s are recorded" in words
+
+
+def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:
+    first = arch_log.about.joints["joint1"]
+    qpos = arch_log.qpos.copy()
+    low = int(np.argmin(np.abs(arch_log.times - arch_log.about.actions[1].start - 1.5)))
+    qpos[low, first + 1] += 0.25
+    words = refutations(replace(arch_log, qpos=qpos))["contacts"]
+    assert "touches" in words and f"at {arch_log.times[low]:.2f} s" in words
+
+
+def test_a_touch_that_the_log_itself_tells_counts(arch_log: Log) -> None:
+    touch = Event(1.0, "contact", {"moving": "hand", "other": "green"})
+    words = refutations(telling(arch_log, events=(*arch_log.about.events, touch)))["contacts"]
+    assert words == "hand touched green at 1.00 s, the log itself says"
+
+
+def test_what_a_fault_throws_at_the_arm_is_not_the_arms_doing(arch_log: Log) -> None:
+    fault = Event(4.0, "fault", {"fault": "knock:green@2"})
+    cases = ((4.5, "green", False), (4.5, "blue", True), (3.9, "green", True), (9.0, "green", True))
+    for time, other, refuted in cases:
+        touch = Event(time, "contact", {"moving": "hand", "other": other})
+        events = (*arch_log.about.events, fault, touch)
+        assert ("contacts" in refutations(telling(arch_log, events=events))) == refuted
+
+
+def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:
+    """While pink is said to be handled, the fingers hold blue."""
+    actions = tuple(replace(a, action=a.action.replace("blue", "green")) for a in arch_log.about.actions)
+    found = refutations(telling(arch_log, actions=actions))
+    assert "touches blue" in found["contacts"]

@@ -1,0 +1,183 @@
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from prefplan.front import Purchase
+from sim.errors import LogError
+from sim.evidence.log import ARRAYS, FORMAT, About, Claims, Log, LoggedAction, encode, read_log
+from sim.simulation.rollout import Event
+
+
+@pytest.fixture
+def log() -> Log:
+    about = About(
+        program="0.1.0",
+        scenario="cup",
+        text="[model]\n",
+        measured=(("transit", "home", "desk", 1.5),),
+        robot="default",
+        meshes=True,
+        setting={"seed": 3, "faults": ["slip@2"]},
+        joints={"joint1": 0},
+        actions=(LoggedAction("grasp cup", 0.0, 0.05, 1, ("holding_cup",)),),
+        events=(Event(0.04, "grasped", {"object": "cup"}),),
+        claims=Claims(True, 1.5, {"tidy": 1.5}, {"tidy": 0}, 2, (Purchase("tidy", 0, None, 3),)),
+    )
+    rows = np.arange(14.0).reshape(2, 7)
+    return Log(about, np.array([0.0, 1 / 30]), rows, np.array([-1, 0]), rows + 1, rows + 2, np.zeros((2, 2)))
+
+
+@pytest.fixture
+def path(log: Log, tmp_path: Path) -> Path:
+    path = tmp_path / "cost.npz"
+    path.write_bytes(encode(log))
+    return path
+
+
+Rewrite = Callable[..., None]
+
+
+@pytest.fixture
+def rewrite(path: Path) -> Rewrite:
+    """Return a function that changes parts of the file: arrays, or parts of its JSON; None leaves a part out."""
+
+    def change(*, about: dict[str, Any] | None = None, **arrays: np.ndarray | None) -> None:
+        with np.load(path) as archive:
+            parts: dict[str, Any] = dict(archive)
+        words = json.loads(parts["about"].tobytes()) | (about or {})
+        words = {key: value for key, value in words.items() if value is not None}
+        parts["about"] = np.frombuffer(json.dumps(words).encode(), dtype=np.uint8)
+        parts |= arrays
+        file = io.BytesIO()
+        np.savez(file, **{name: array for name, array in parts.items() if array is not None})
+        path.write_bytes(file.getvalue())
+
+    return change
+
+
+def test_what_is_written_is_read_back(log: Log, path: Path) -> None:
+    found = read_log(path)
+    assert found.about == log.about
+    assert isinstance(found.about.claims.cost, float) and isinstance(found.about.actions[0].cost, int)
+    for name in ARRAYS:
+        assert np.array_equal(getattr(found, name), getattr(log, name))
+
+
+def test_the_same_log_is_the_same_file(log: Log) -> None:
+    assert encode(log) == encode(log)
+
+
+def test_a_file_cut_short_is_told_wherever_it_is_cut(path: Path) -> None:
+    whole = path.read_bytes()
+    for share in np.linspace(0, 1, 40, endpoint=False):
+        path.write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(LogError, match="cost.npz: broken, or not a log"):
+            read_log(path)
+
+
+def test_flipped_bytes_never_pass_for_another_log(log: Log, path: Path) -> None:
+    whole = path.read_bytes()
+    rng = np.random.default_rng(0)
+    told = 0
+    for place in rng.integers(0, len(whole), 100):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 0xFF]) + whole[place + 1 :])
+        try:
+            found = read_log(path)
+        except LogError:
+            told += 1
+        else:
+            assert found.about == log.about and np.array_equal(found.qpos, log.qpos)
+    assert told > 50
+
+
+@pytest.mark.parametrize(
+    ("contents", "words"),
+    [
+        (b"", "broken, or not a log"),
+        (b"PK\x05\x06" + bytes(18), "not a log of `prefplan run`"),
+        (b"hello, world", "broken, or not a log"),
+        (b'{"completed": true}', "broken, or not a log"),
+    ],
+)
+def test_other_files_are_refused(path: Path, contents: bytes, words: str) -> None:
+    path.write_bytes(contents)
+    with pytest.raises(LogError, match=words) as told:
+        read_log(path)
+    assert "pickle" not in str(told.value)
+
+
+def test_arrays_of_somebody_else_are_refused(path: Path) -> None:
+    np.savez(path, weights=np.zeros(3))
+    with pytest.raises(LogError, match="not a log of `prefplan run`"):
+        read_log(path)
+    np.save(path.with_suffix(".npy"), np.zeros(3))
+    with pytest.raises(LogError, match="not a log of `prefplan run`"):
+        read_log(path.with_suffix(".npy"))
+
+
+def test_missing_files_and_folders_are_told(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="none.npz: no such file"):
+        read_log(tmp_path / "none.npz")
+    with pytest.raises(LogError, match="a folder"):
+        read_log(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("about", "words"),
+    [
+        ({"format": FORMAT + 1}, f"a log of format {FORMAT + 1}; this version of prefplan reads {FORMAT}"),
+        ({"format": None}, "about.format is missing"),
+        ({"claims": None}, "about.claims is missing"),
+        ({"text": 3}, "about.text: input should be a valid string"),
+        ({"claims": {"completed": "perhaps"}}, "about.claims.completed"),
+        ({"actions": [{"action": "grasp cup"}]}, "about.actions.0.start: field required"),
+    ],
+)
+def test_a_damaged_account_is_told(path: Path, rewrite: Rewrite, about: dict[str, Any], words: str) -> None:
+    rewrite(about=about)
+    with pytest.raises(LogError, match=words):
+        read_log(path)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"speeds": None}, "speeds is missing"),
+        ({"qpos": np.zeros(2)}, "qpos has the shape"),
+        ({"torques": np.zeros((2, 6))}, "torques has the shape"),
+        ({"times": np.zeros(3)}, "qpos has the shape"),
+        ({"pad_forces": np.full((2, 2), np.nan)}, "pad_forces holds what is not a number"),
+        ({"times": np.array(["a", "b"])}, "times holds what is not a number"),
+    ],
+)
+def test_damaged_arrays_are_told(path: Path, rewrite: Rewrite, arrays: dict[str, Any], words: str) -> None:
+    rewrite(**arrays)
+    with pytest.raises(LogError, match=words):
+        read_log(path)
+
+
+@pytest.mark.parametrize("words", [b"{", b"[1]", b"3", b"\xff", b""])
+def test_an_account_that_is_none_is_told(path: Path, log: Log, words: bytes) -> None:
+    np.savez(path, about=np.frombuffer(words, dtype=np.uint8), **{name: getattr(log, name) for name in ARRAYS})
+    with pytest.raises(LogError, match="about is not the JSON"):
+        read_log(path)
+
+
+def test_an_empty_recording_is_refused(path: Path, rewrite: Rewrite, log: Log) -> None:
+    rewrite(**{name: getattr(log, name)[:0] for name in ARRAYS})
+    with pytest.raises(LogError, match="not a single frame"):
+        read_log(path)
+
+
+def test_the_account_is_plain_json(path: Path, log: Log) -> None:
+    with np.load(path) as archive:
+        words = json.loads(archive["about"].tobytes())
+    assert words["format"] == FORMAT and set(words) == {"format", *asdict(log.about)}

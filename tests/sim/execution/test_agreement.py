@@ -1,0 +1,87 @@
+"""The run and the checker of its log, which share no code, see the same in the same moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import mujoco
+import numpy as np
+import pytest
+from small_scenes import CUP
+
+from experiments.runs.carry_out import scene_of
+from prefplan.scenario.decode import loads
+from sim.evidence.log import Claims, Log, log_of
+from sim.evidence.replay import RecordedWorld
+from sim.execution.executor import Run
+from sim.execution.fault_injection import SLIP_GAP, SLIP_TIME
+from sim.perception.grounding import observe
+from sim.perception.sensors import true_poses
+from sim.world.scene import Scene, initial_state
+from sim.world.shapes import CUBE_EDGE
+
+ARRANGEMENTS = 150
+
+
+def arrangements(scene: Scene) -> Iterator[dict[str, np.ndarray]]:
+    """Yield places for three blocks, apart from one another, crowded round the slots of some locations."""
+    rng = np.random.default_rng(1)
+    slots = [slot.position for name in ("table", "right", "left", "bin1") for slot in scene.slots[name]]
+    made = 0
+    while made < ARRANGEMENTS:
+        centres = [slots[rng.integers(len(slots))]] * 2 + [slots[rng.integers(len(slots))]]
+        points = [centre + [*rng.uniform(-0.055, 0.055, 2), CUBE_EDGE / 2] for centre in centres]
+        if all(np.abs(a - b)[:2].max() > CUBE_EDGE + 0.001 for a, b in combinations(points, 2)):
+            made += 1
+            yield dict(zip(("blue", "pink", "green"), points, strict=True))
+
+
+def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch_log: Log) -> None:
+    data = initial_state(scene)
+    seen: list[Mapping[str, str]] = []
+    rows = []
+    for points in arrangements(scene):
+        for thing, point in points.items():
+            data.joint(thing).qpos[:] = [*point, 1, 0, 0, 0]
+        mujoco.mj_forward(scene.mujoco, data)
+        seen.append(observe(scene, data, true_poses(scene, data), hand="home", held=None).place)
+        rows.append(data.qpos.copy())
+    frames = np.array(rows)
+    width = arch_log.qpos.shape[1]
+    world = RecordedWorld(replace(arch_log, qpos=frames[:, :width], times=np.arange(len(frames)) / 30))
+    shown = []
+    for frame in range(len(frames)):
+        world.show(frame)
+        shown.append(world.resting(None))
+    assert shown == seen
+    assert {len(places) for places in seen} == {0, 1, 2, 3}
+    assert all(list(places.values()).count(name) <= 1 for places in seen for name in ("table", "right", "left"))
+
+
+@pytest.mark.parametrize("before", [-0.02, 0.01, 0.03, 0.05, 0.08, 0.12])
+def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) -> None:
+    """The hand opens for a moment, so many seconds before the grasp would have ended."""
+    scenario = loads(CUP, name="cup")
+    scene = scene_of(scenario)
+    plain = Run(scene, initial_state(scene))
+    assert plain.carry_out("transit desk") and plain.carry_out("grasp cup")
+    begin = plain.steps[-1].end - before
+    run = Run(scene, initial_state(scene))
+
+    def slip() -> None:
+        if begin <= run.cell.data.time < begin + SLIP_TIME:
+            run.cell.gripping = CUBE_EDGE + SLIP_GAP
+
+    run.cell.disturb = slip
+    assert run.carry_out("transit desk")
+    assert run.carry_out("grasp cup") == (before < 0)
+    if before > 0:
+        assert "expected cup in the hand" in str(run.reason)
+    claims = Claims(completed=False, cost=4, task_costs={"tidy": 4}, violation_costs={}, preference=None)
+    world = RecordedWorld(log_of(scene, run.rollout(), claims, scenario="cup", text=CUP))
+    step = run.steps[-1]
+    world.show(world.frame_at(step.end))
+    assert world.held() == step.observed.held == ("cup" if before < 0 else None)
+    assert world.resting(world.held()) == step.observed.place

@@ -1,0 +1,150 @@
+"""Faults: how they are written, and that each does to the simulation what it says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from sim.errors import SimulationError
+from sim.execution.executor import Run
+from sim.execution.fault_injection import SLIP_TIME
+from sim.execution.faults import Fault, read_fault
+from sim.perception.sensors import true_poses
+from sim.simulation.workcell import FLICKER
+from sim.world.scene import Scene, build_scene, initial_state
+
+LIFT = ["transit top", "grasp pink"]
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("slip@2", Fault("slip", 2)),
+        ("move:pink@3", Fault("move", 3, "pink")),
+        ("knock:blue@1", Fault("knock", 1, "blue")),
+        ("miss:2@4", Fault("miss", 4, amount=2)),
+        ("foreign:san@5", Fault("foreign", 5, "san")),
+        ("blind:1.5@6", Fault("blind", 6, amount=1.5)),
+    ],
+)
+def test_faults_are_read_as_they_are_written(scene: Scene, text: str, fault: Fault) -> None:
+    assert read_fault(text, scene.model) == fault
+    assert str(fault) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("slp@2", "'slp@2': unknown fault 'slp' (did you mean 'slip'?)"),
+        ("fire", "'fire': unknown fault 'fire' (valid: slip, move, knock, miss, foreign, blind)"),
+        ("slip", "'slip': must end with @ and the number of an action from 1, as in slip@K"),
+        ("move:pink", "'move:pink': must end with @ and the number of an action from 1, as in move:OBJECT@K"),
+        ("slip@0", "'slip@0': must end with @ and the number of an action from 1, as in slip@K"),
+        ("slip@two", "'slip@two': must end with @ and the number of an action from 1, as in slip@K"),
+        ("slip:pink@2", "'slip:pink@2': is written slip@K"),
+        ("move@2", "'move@2': is written move:OBJECT@K"),
+        ("move:pnk@2", "'move:pnk@2': unknown object 'pnk' (did you mean 'pink'?)"),
+        ("foreign:sun@2", "'foreign:sun@2': unknown location 'sun' (did you mean 'san'?)"),
+        ("miss:1.5@2", "'miss:1.5@2': '1.5' does not say how many grasps are missed, as in miss:N@K"),
+        (
+            "blind:inf@2",
+            "'blind:inf@2': 'inf' does not say for how many seconds nothing is seen, as in blind:SECONDS@K",
+        ),
+    ],
+)
+def test_a_wrong_spelling_is_told_with_what_would_be_right(scene: Scene, text: str, message: str) -> None:
+    with pytest.raises(SimulationError) as caught:
+        read_fault(text, scene.model)
+    assert str(caught.value).startswith(message)
+
+
+@pytest.fixture(scope="module")
+def stocked(scene: Scene) -> Scene:
+    """The arch with one object in store."""
+    return build_scene(scene.model, spares=1)
+
+
+def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) -> Run:
+    """Return an execution after some actions, up to the first that goes wrong."""
+    read = [read_fault(text, scene.model) for text in faults]
+    run = Run(scene, initial_state(scene), faults=read, seed=seed)
+    for action in actions:
+        if not run.carry_out(action):
+            break
+    return run
+
+
+def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
+    run = run_with(scene, [*LIFT, "transport pink bin2"], "slip@3", seed=5)
+    events = {event.kind: event for event in run.cell.events}
+    assert events["fault"].detail == {"fault": "slip@3"}
+    begun = events["fault"].time
+    assert begun < events["lost"].time < begun + SLIP_TIME + 0.2
+    frames = run.cell.recorder.arrays
+    gone = [
+        t for t, forces in zip(frames["times"], frames["pad_forces"], strict=True) if t > begun and not forces.any()
+    ]
+    assert events["lost"].time - gone[0] < FLICKER + 0.05 < 0.25
+    assert run.steps[-1].action == "transport pink bin2" and "expected pink in the hand" in str(run.reason)
+    tool = run.cell.data.site("tcp").xpos
+    assert min(np.hypot(*(tool - slot.position)[:2]) for slot in scene.slots["bin2"]) > 0.1, "it went on to the end"
+    assert run.rollout().speed_share.max() < 1 and run.rollout().torque_share.max() < 1
+
+
+def test_missed_grasps_close_on_nothing_and_disturb_nothing(scene: Scene) -> None:
+    run = run_with(scene, LIFT, "miss:1@2")
+    assert "the fingers closed without a firm grip on pink" in str(run.reason)
+    assert run.steps[-1].observed.place == {"blue": "left", "pink": "top", "green": "right"}
+    assert run.carry_out("grasp pink") is True
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_moved_stands_upright_somewhere_on_the_table(scene: Scene, seed: int) -> None:
+    before = true_poses(scene, initial_state(scene))["green"].position
+    run = run_with(scene, ["transit san"], "move:green@1", seed=seed)
+    pose = true_poses(scene, run.cell.data)["green"]
+    assert np.hypot(*(pose.position - before)[:2]) > 0.02
+    assert pose.tilt < np.radians(3) and 0.02 < pose.position[2] < 0.03
+    assert 0.3 < np.hypot(*pose.position[:2]) < 0.7
+
+
+def test_the_same_seed_moves_an_object_to_the_same_place_and_another_elsewhere(scene: Scene) -> None:
+    places = [
+        true_poses(scene, run_with(scene, ["transit san"], "move:green@1", seed=seed).cell.data)["green"].position
+        for seed in (3, 3, 4)
+    ]
+    assert np.array_equal(places[0], places[1]) and not np.allclose(places[0], places[2], atol=0.01)
+
+
+def test_what_is_knocked_over_tumbles(scene: Scene) -> None:
+    run = run_with(scene, ["transit san", "transit bin1"], "knock:pink@1")
+    assert run.cell.events[0].detail == {"fault": "knock:pink@1", "object": "pink"}
+    path = run.cell.recorder.arrays["qpos"][:, scene.mujoco.joint("pink").qposadr[0] :][:, :7]
+    turned = 2 * np.arccos(np.clip(np.abs(path[:, 3] * path[0, 3] + np.sum(path[:, 4:7] * path[0, 4:7], axis=1)), 0, 1))
+    assert turned.max() > np.radians(45)
+
+
+def test_an_unknown_object_appears_and_is_seen(stocked: Scene) -> None:
+    run = run_with(stocked, ["transit top", "transit san"], "foreign:san@2")
+    assert run.steps[-1].action == "transit san"
+    assert str(run.reason).startswith("after `transit san`: an unknown object has appeared at (0.4")
+    assert [event.detail.get("object") for event in run.cell.events if event.kind == "fault"] == ["foreign1"]
+
+
+def test_before_it_appears_nobody_sees_what_is_in_store(stocked: Scene) -> None:
+    run = run_with(stocked, ["transit top"], "foreign:san@2")
+    assert run.reason is None and "foreign1" not in run.cell.shapes
+    assert run.injector.happened == {}
+
+
+def test_the_robot_waits_until_it_sees_again(scene: Scene) -> None:
+    run = run_with(scene, LIFT, "blind:2@2")
+    assert run.reason is None
+    assert run.steps[1].end - run.steps[1].start > 2
+
+
+def test_who_sees_nothing_for_too_long_gives_up(scene: Scene) -> None:
+    run = run_with(scene, LIFT, "blind:9@2")
+    assert run.blind and "nothing has been seen of" in str(run.reason)

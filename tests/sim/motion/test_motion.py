@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from sim.errors import SimulationError
+from sim.motion.kinematics import CONTROL_PERIOD, Arm, ToolPose, arch, duration, smooth_step, wrap
+from sim.robots.panda import HOME, VELOCITY_LIMITS
+from sim.world.places import NEAREST
+
+PLACES = [(0.50, 0.0, 0.07), (0.45, 0.30, 0.03), (0.38, -0.30, 0.15), (0.75, 0.2, 0.03), (-0.2, 0.5, 0.05)]
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    return Arm()
+
+
+def test_wrap_is_the_nearest_equivalent() -> None:
+    assert wrap(1.5 * np.pi) == pytest.approx(-0.5 * np.pi)
+    assert wrap(np.radians(80), np.pi / 2) == pytest.approx(np.radians(-10))
+
+
+def test_smooth_step_keeps_to_speed_and_acceleration() -> None:
+    length, speed, acceleration = 0.3, 0.5, 2.0
+    t = np.linspace(0, duration(length, speed, acceleration), 2001)
+    velocity = np.gradient(length * smooth_step(t / t[-1]), t)
+    assert velocity.max() <= speed * 1.001
+    assert np.abs(np.gradient(velocity, t)).max() <= acceleration * 1.01
+    assert abs(velocity[0]) < 1e-3 and abs(velocity[-1]) < 1e-3
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("yaw", [0.0, np.pi / 2, np.radians(100)])
+def test_reach_points_the_tool_down_at_the_goal(arm: Arm, place: tuple[float, float, float], yaw: float) -> None:
+    q, taken = arm.reach(np.array(place), [yaw, yaw + np.pi])
+    tool = arm.tool(q)
+    assert np.linalg.norm(tool.position - place) < 0.001
+    assert abs(wrap(tool.yaw - taken)) < 0.005
+    assert abs(wrap(tool.yaw - yaw, np.pi)) < 0.005
+
+
+def test_reach_keeps_the_last_joint_off_its_stops(arm: Arm) -> None:
+    for yaw in np.radians(np.arange(0, 180, 15)):
+        q, _ = arm.reach(np.array([0.45, 0.3, 0.1]), [yaw, yaw + np.pi])
+        assert abs(q[6]) <= np.pi / 2 + 1e-3
+
+
+def test_reach_refuses_what_is_out_of_reach(arm: Arm) -> None:
+    with pytest.raises(SimulationError, match=r"cannot point down at \(1\.100, 0\.000, 0\.050\)"):
+        arm.reach(np.array([1.1, 0.0, 0.05]), [0.0])
+
+
+def test_arch_rises_straight_clears_the_height_and_comes_down_straight() -> None:
+    start, goal = ToolPose(np.array([0.5, 0.2, 0.05]), 0.0), ToolPose(np.array([0.4, -0.3, 0.08]), 1.0)
+    path = arch(start, goal, 1.0, height=0.3)
+    p = path.positions
+    near = np.hypot(*(p - start.position)[:, :2].T) < 0.05
+    far = np.hypot(*(p - goal.position)[:, :2].T) < 0.05
+    assert p[~near & ~far, 2].min() > 0.25
+    assert np.abs(p[:20, :2] - start.position[:2]).max() < 0.001
+    assert np.allclose(p[-1], goal.position) and path.yaws[-1] == pytest.approx(1.0)
+    assert np.abs(p[-10:, :2] - goal.position[:2]).max() < 0.001
+
+
+def test_arch_never_cuts_across_the_base() -> None:
+    start, goal = ToolPose(np.array([-0.2, 0.45, 0.2]), 0.0), ToolPose(np.array([-0.2, -0.45, 0.2]), 0.0)
+    p = arch(start, goal, 0.0, height=0.0).positions
+    assert np.hypot(p[:, 0], p[:, 1]).min() > 0.45
+    assert p[:, 0].max() > 0.45, "it should turn past the front"
+
+
+def test_a_slower_pace_takes_longer() -> None:
+    start, goal = ToolPose(np.array([0.5, 0.2, 0.1]), 0.0), ToolPose(np.array([0.5, -0.2, 0.1]), 0.0)
+    usual, slow = (len(arch(start, goal, 0.0, height=0.2, pace=pace).yaws) for pace in (1.0, 0.5))
+    assert slow == pytest.approx(2 * usual, rel=0.05)
+
+
+def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
+    low, high = arm.model.jnt_range.T
+    q = HOME
+    for place in PLACES:
+        position = np.array(place)
+        goal, yaw = arm.reach(position, [0.3, 0.3 + np.pi])
+        references = arm.move(q, goal, position, yaw, height=0.2)
+        speeds = np.diff(references, axis=0, prepend=q[None]) / CONTROL_PERIOD
+        assert (np.abs(speeds) <= VELOCITY_LIMITS).all()
+        assert np.abs(speeds[[0, -1]]).max() < 0.05, "it should start and end at rest"
+        assert np.abs(np.diff(speeds, axis=0) / CONTROL_PERIOD).max() < 15, "accelerations should be smooth"
+        assert (references > low).all() and (references < high).all()
+        assert np.linalg.norm(arm.tool(references[-1]).position - position) < 0.001
+        q = references[-1]
+
+
+def test_the_elbow_does_not_wander(arm: Arm) -> None:
+    there, yaw = arm.reach(np.array(PLACES[1]), [0.0, np.pi])
+    q = HOME
+    for place in (PLACES[0], PLACES[2], PLACES[1]) * 3:
+        goal, taken = arm.reach(np.array(place), [0.0, np.pi])
+        q = arm.move(q, goal, np.array(place), taken, height=0.2)[-1]
+    assert np.abs(q - there).max() < 0.01
+
+
+def test_the_tool_stays_upright_on_the_way(arm: Arm) -> None:
+    position = np.array(PLACES[2])
+    goal, yaw = arm.reach(position, [np.pi / 2, -np.pi / 2])
+    data = mujoco.MjData(arm.model)
+    for q in arm.move(HOME, goal, position, yaw, height=0.2)[::10]:
+        data.qpos[:] = q
+        mujoco.mj_kinematics(arm.model, data)
+        assert data.site("tcp").xmat[8] < -np.cos(np.radians(1))
+
+
+def test_from_high_up_the_tool_comes_down_on_its_way_out() -> None:
+    start, goal = ToolPose(np.array([0.3, 0.0, 0.5]), 0.0), ToolPose(np.array([0.7, 0.0, 0.1]), 0.0)
+    path = arch(start, goal, 0.0, height=0.2)
+    halfway = path.positions[np.searchsorted(path.positions[:, 0], 0.5)]
+    assert halfway[2] == pytest.approx(0.35, abs=0.01)
+    straight = arch(start, goal, 0.0)
+    assert straight.positions[np.searchsorted(straight.positions[:, 0], 0.5)][2] == pytest.approx(0.5)
+    assert path.positions[-1] == pytest.approx(goal.position) and straight.positions[-1] == pytest.approx(goal.position)
+
+
+def test_a_path_drawn_in_passes_nearer_to_the_base_but_not_too_near() -> None:
+    start, goal = ToolPose(np.array([0.6, 0.2, 0.2]), 0.0), ToolPose(np.array([0.6, -0.2, 0.2]), 0.0)
+    end = float(np.hypot(0.6, 0.2))
+    for drawn_in, nearest in ((0.0, end), (0.15, end - 0.15), (0.5, NEAREST)):
+        radii = np.hypot(*arch(start, goal, 0.0, drawn_in=drawn_in).positions[:, :2].T)
+        assert radii.min() == pytest.approx(nearest, abs=1e-3)
+        assert radii[-1] == pytest.approx(end)

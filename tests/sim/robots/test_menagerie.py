@@ -1,0 +1,225 @@
+"""Menagerie's Panda: robot_descriptions' own code, on a git repository made here that stands in for the real one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from prefplan.models.manipulation.model import ManipulationModel
+from sim.errors import RobotError
+from sim.execution.executor import execute
+from sim.motion.kinematics import Arm
+from sim.robots.catalogue import arm_spec, robot_spec
+from sim.robots.menagerie import REPOSITORY, fetch, menagerie_spec
+from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH, PADS, TCP, panda_spec
+from sim.world.scene import Scene, build_scene
+
+STAND_IN = Path(__file__).parent / "menagerie"
+DESCRIPTION = "robot_descriptions.panda_mj_description"
+
+
+def git(folder: Path, *arguments: str) -> str:
+    identity = ["-c", "user.name=test", "-c", "user.email=test@example.org", "-c", "commit.gpgsign=false"]
+    done = subprocess.run(["git", *identity, *arguments], cwd=folder, check=True, capture_output=True, text=True)
+    return done.stdout.strip()
+
+
+def commit(folder: Path) -> str:
+    """Commit all there is; return the commit's name."""
+    git(folder, "add", "--all")
+    git(folder, "commit", "--quiet", "--message", "A stand-in for Menagerie")
+    return git(folder, "rev-parse", "HEAD")
+
+
+@pytest.fixture(scope="module")
+def monkeymodule() -> Iterator[pytest.MonkeyPatch]:
+    with pytest.MonkeyPatch.context() as patch:
+        yield patch
+
+
+def isolate(patch: pytest.MonkeyPatch, folder: Path, settings: str) -> None:
+    """Let git read these settings alone, robot_descriptions start with an empty cache, and no module be left."""
+    folder.joinpath("gitconfig").write_text(settings)
+    patch.setenv("GIT_CONFIG_GLOBAL", str(folder / "gitconfig"))
+    patch.setenv("GIT_CONFIG_NOSYSTEM", "1")
+    patch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(folder / "cache"))
+    patch.delenv("ROBOT_DESCRIPTION_COMMIT", raising=False)
+    patch.delitem(sys.modules, DESCRIPTION, raising=False)
+
+
+def stand_in(patch: pytest.MonkeyPatch, folder: Path) -> Path:
+    """Put a repository where git finds Menagerie's; return its folder."""
+    repository = folder / "repository"
+    shutil.copytree(STAND_IN, repository)
+    git(repository, "init", "--quiet")
+    isolate(patch, folder, f'[url "{repository.as_uri()}"]\n\tinsteadOf = {REPOSITORY}\n')
+    patch.setenv("ROBOT_DESCRIPTION_COMMIT", commit(repository))
+    return repository
+
+
+@pytest.fixture(scope="module")
+def menagerie(tmp_path_factory: pytest.TempPathFactory, monkeymodule: pytest.MonkeyPatch) -> Path:
+    """Return the repository's folder; for the whole module `menagerie` is the stand-in."""
+    return stand_in(monkeymodule, tmp_path_factory.mktemp("menagerie"))
+
+
+@pytest.fixture(scope="module")
+def panda(menagerie: Path) -> mujoco.MjModel:
+    return menagerie_spec().compile()
+
+
+@pytest.fixture(scope="module")
+def menagerie_scene(menagerie: Path, arch_model: ManipulationModel) -> Scene:
+    return build_scene(arch_model, robot="menagerie")
+
+
+def test_it_is_fetched_by_robot_descriptions_and_kept_in_its_cache(menagerie: Path, tmp_path: Path) -> None:
+    path = fetch()
+    cache = Path(os.environ["ROBOT_DESCRIPTIONS_CACHE"])
+    assert path.is_relative_to(cache) and path.read_text() == (menagerie / "franka_emika_panda/panda.xml").read_text()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GIT_ALLOW_PROTOCOL", "none")
+        patch.delitem(sys.modules, DESCRIPTION)
+        assert fetch() == path, "what is cached needs no network"
+
+
+def test_fetching_says_nothing_on_standard_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    stand_in(monkeypatch, tmp_path)
+    fetch()
+    out, err = capfd.readouterr()
+    assert out == "" and "Cloning" in err
+
+
+def test_kinematics_and_limits_are_those_of_our_own_panda(panda: mujoco.MjModel) -> None:
+    own = panda_spec(meshes=False).compile()
+    for name in (*ARM_JOINTS, *FINGER_JOINTS):
+        assert panda.joint(name).range == pytest.approx(own.joint(name).range)
+    for name in ARM_JOINTS:
+        for field in ("ctrlrange", "forcerange"):
+            assert getattr(panda.actuator(name), field) == pytest.approx(getattr(own.actuator(name), field))
+    theirs, ours = mujoco.MjData(panda), mujoco.MjData(own)
+    rng = np.random.default_rng(1)
+    for q in rng.uniform(*own.jnt_range[:7].T, size=(50, 7)):
+        theirs.qpos[:7] = ours.qpos[:7] = q
+        mujoco.mj_kinematics(panda, theirs)
+        mujoco.mj_kinematics(own, ours)
+        # Menagerie rounds the hand's orientation to seven digits.
+        assert theirs.site(TCP).xpos == pytest.approx(ours.site(TCP).xpos, abs=1e-7)
+        assert theirs.site(TCP).xmat == pytest.approx(ours.site(TCP).xmat, abs=1e-6)
+
+
+def test_it_holds_its_pose_and_closes_its_fingers_to_the_commanded_width(panda: mujoco.MjModel) -> None:
+    data = mujoco.MjData(panda)
+    for name, value in zip(ARM_JOINTS, HOME, strict=True):
+        data.joint(name).qpos[0] = data.actuator(name).ctrl[0] = value
+    for name in FINGER_JOINTS:
+        data.joint(name).qpos[0] = MAX_WIDTH / 2
+    data.actuator(GRIPPER).ctrl[0] = 0.03
+    mujoco.mj_step(panda, data, 1000)
+    assert [data.joint(name).qpos[0] for name in ARM_JOINTS] == pytest.approx(HOME, abs=1e-3)
+    assert [data.joint(name).qpos[0] for name in FINGER_JOINTS] == pytest.approx([0.015, 0.015], abs=5e-4)
+
+
+def test_only_pads_boxes_and_hulls_collide_and_no_part_of_the_robot_touches_another(panda: mujoco.MjModel) -> None:
+    fingers = {panda.body(name).id for name in ("left_finger", "right_finger")}
+    colliding = [geom for geom in map(panda.geom, range(panda.ngeom)) if geom.contype[0] or geom.conaffinity[0]]
+    assert {geom.name for geom in colliding if int(geom.bodyid[0]) in fingers} == {
+        *PADS,
+        "left_finger_shape",
+        "right_finger_shape",
+    }
+    assert {(int(geom.contype[0]), int(geom.conaffinity[0])) for geom in colliding} == {(2, 1)}
+    own = panda_spec(meshes=False).compile()
+    for pad in PADS:
+        for field in ("pos", "size", "friction", "solref", "solimp", "condim", "priority"):
+            assert getattr(panda.geom(pad), field) == pytest.approx(getattr(own.geom(pad), field))
+
+
+def test_the_arm_of_either_robot_reaches_the_same_way(menagerie: Path) -> None:
+    place = np.array([0.5, 0.1, 0.1])
+    ours, theirs = (Arm(robot).reach(place, [0.0])[0] for robot in ("default", "menagerie"))
+    assert theirs == pytest.approx(ours, abs=1e-4)
+    assert arm_spec("menagerie").compile().nmesh == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_same_skills_work(menagerie_scene: Scene, seed: int) -> None:
+    actions = ["transit top", "grasp pink", "transport pink san", "release pink san"]
+    actions += ["grasp pink", "transport pink bin1", "release pink bin1"]
+    rollout = execute(menagerie_scene, actions, seed=seed)
+    assert rollout.completed, rollout.reason
+    assert [event for event in rollout.events if event.kind == "contact"] == []
+    assert rollout.speed_share.max() < 1 and rollout.torque_share.max() < 1
+    assert rollout.placement_error < 0.002
+
+
+def test_without_network_and_cache_the_error_names_the_default_robot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    isolate(monkeypatch, tmp_path, "")
+    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
+    with pytest.raises(RobotError, match="cannot be fetched: transport 'https' not allowed; the robot `default` needs"):
+        robot_spec("menagerie")
+
+
+def test_a_commit_that_does_not_exist_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_in(monkeypatch, tmp_path)
+    monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", "1" * 40)
+    with pytest.raises(RobotError, match="cannot be fetched: .*1{40}; the robot `default`"):
+        robot_spec("menagerie")
+
+
+def test_a_repository_that_never_answers_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sim.robots.menagerie.PATIENCE", 0.5)
+    isolate(monkeypatch, tmp_path, f'[url "ext::sleep 30 "]\n\tinsteadOf = {REPOSITORY}\n')
+    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "ext")
+    with pytest.raises(RobotError, match="does not answer within 0.5 s; the robot `default`"):
+        robot_spec("menagerie")
+
+
+def test_missing_robot_descriptions_and_git_are_named(
+    menagerie: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "robot_descriptions", None)
+    monkeypatch.delitem(sys.modules, DESCRIPTION, raising=False)
+    with pytest.raises(RobotError, match=r"pip install \"prefplan\[menagerie\]\""):
+        robot_spec("menagerie")
+    monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(RobotError, match="git, which is not installed; the robot `default`"):
+        robot_spec("menagerie")
+
+
+@pytest.mark.parametrize(
+    ("name", "other", "named"),
+    [
+        ("joint4", "elbow", "no joint 'joint4'"),
+        ("split", "width", "no actuator of 'split'"),
+        ("<body", "<corpse", "Schema violation|Error"),
+    ],
+)
+def test_another_robot_in_its_place_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, other: str, named: str
+) -> None:
+    repository = stand_in(monkeypatch, tmp_path)
+    path = repository / "franka_emika_panda/panda.xml"
+    path.write_text(path.read_text().replace(name, other))
+    monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", commit(repository))
+    with pytest.raises(RobotError, match=named) as caught:
+        robot_spec("menagerie")
+    assert "panda.xml" in str(caught.value)
+
+
+def test_an_unknown_robot_is_refused() -> None:
+    with pytest.raises(RobotError, match=r"unknown robot 'menagery' \(did you mean 'menagerie'\?\)"):
+        robot_spec("menagery")

@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.execution.executor import Run
+from sim.robots.panda import ARM_JOINTS
+from sim.simulation.workcell import Workcell
+from sim.skills.skills import transit
+from sim.world.scene import Scene, initial_state
+
+
+@pytest.fixture
+def cell(scene: Scene) -> Workcell:
+    return Workcell(scene, initial_state(scene))
+
+
+def test_an_arm_at_rest_takes_time_alone(cell: Workcell) -> None:
+    cell.wait(0.5)
+    assert cell.meter.total.time == pytest.approx(0.5)
+    assert cell.meter.total.travel < 0.01 and cell.meter.total.energy < 0.1
+
+
+def test_travel_is_the_angle_covered(cell: Workcell) -> None:
+    transit(cell, "table")
+    joints = [cell.scene.mujoco.joint(name).qposadr[0] for name in ARM_JOINTS]
+    angles = cell.recorder.arrays["qpos"][:, joints]
+    assert cell.meter.total.travel == pytest.approx(np.abs(np.diff(angles, axis=0)).sum(), rel=0.03)
+
+
+def test_energy_is_at_least_the_work_done_against_gravity(cell: Workcell) -> None:
+    data, model = cell.data, cell.scene.mujoco
+    low, high = ([*cell.scene.slots["table"][0].position[:2], z] for z in (0.10, 0.45))
+    heights, spent = [], []
+    for point in (low, high):
+        goal, yaw = cell.arm.reach(np.array(point), [0.0, np.pi])
+        cell.follow(cell.arm.move(cell.reference, goal, np.array(point), yaw, height=0.0))
+        cell.wait(0.5)
+        links = [i for i in range(model.nbody) if model.body_gravcomp[i] > 0]
+        heights.append(-model.opt.gravity[2] * sum(model.body_mass[i] * data.xipos[i][2] for i in links))
+        spent.append(cell.meter.total.energy)
+    assert heights[1] - heights[0] > 5
+    assert spent[1] - spent[0] > heights[1] - heights[0]
+
+
+def test_a_step_tells_its_own_effort(scene: Scene) -> None:
+    run = Run(scene, initial_state(scene))
+    run.carry_out("transit top")
+    run.carry_out("grasp pink")
+    first, second = (step.effort for step in run.steps)
+    assert (first + second).energy == pytest.approx(run.cell.meter.total.energy)
+    assert second.time == pytest.approx(run.steps[1].end - run.steps[1].start)
+    assert 0 < second.travel and 0 < second.energy

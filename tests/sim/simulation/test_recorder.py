@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from sim.execution.executor import execute
+from sim.motion.kinematics import Arm
+from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, TORQUE_LIMITS
+from sim.simulation.recorder import Recorder
+from sim.simulation.rollout import Rollout
+from sim.world.scene import Scene, initial_state
+
+
+@pytest.fixture(scope="module")
+def grasp(scene: Scene) -> Rollout:
+    return execute(scene, ["transit top", "grasp pink"])
+
+
+def test_the_greatest_load_between_two_frames_is_kept(scene: Scene) -> None:
+    data, recorder = initial_state(scene), Recorder(scene)
+    recorder.record(data, glow=-1)
+    for speed in (0.5, -2.0, 1.0):
+        data.joint("joint2").qvel[0] = speed
+        mujoco.mj_forward(scene.mujoco, data)
+        recorder.feel(data)
+    recorder.record(data, glow=-1)
+    data.joint("joint2").qvel[0] = 0.25
+    recorder.feel(data)
+    recorder.record(data, glow=-1)
+    assert recorder.arrays["speeds"][:, 1].tolist() == [0, 2.0, 0.25]
+
+
+def test_loads_after_the_last_frame_count_too(scene: Scene) -> None:
+    data, recorder = initial_state(scene), Recorder(scene)
+    recorder.record(data, glow=-1)
+    data.ctrl[:] = 0
+    mujoco.mj_forward(scene.mujoco, data)
+    recorder.feel(data)
+    torques = recorder.arrays["torques"]
+    assert torques.shape == (1, 7) and (torques / TORQUE_LIMITS).max() > 0.9
+
+
+def test_whatever_presses_a_pad_is_felt(scene: Scene) -> None:
+    data, recorder = initial_state(scene), Recorder(scene)
+    recorder.record(data, glow=-1)
+    q, _ = Arm().reach(np.array([0.50, 0.0, 0.0675]), [0.0, np.pi])
+    for name, value in zip(ARM_JOINTS, q, strict=True):
+        data.joint(name).qpos[0] = value
+    for name in FINGER_JOINTS:
+        data.joint(name).qpos[0] = 0.022
+    data.actuator(GRIPPER).ctrl[0] = 0.0
+    mujoco.mj_forward(scene.mujoco, data)
+    recorder.record(data, glow=-1)
+    forces = recorder.arrays["pad_forces"]
+    assert forces[0].tolist() == [0, 0] and forces[1].min() > 0.5
+
+
+def test_a_rollout_holds_the_loads_of_every_frame(grasp: Rollout) -> None:
+    frames = len(grasp.times)
+    assert grasp.speeds.shape == grasp.torques.shape == (frames, 7) and grasp.pad_forces.shape == (frames, 2)
+    assert 0.1 < grasp.speed_share.max() < 1 and 0.1 < grasp.torque_share.max() < 1
+    assert np.median(grasp.pad_forces[-10:], axis=0) == pytest.approx([15, 15], abs=2)
+    assert not grasp.pad_forces[grasp.times < grasp.steps[0].end].any()
+
+
+def test_the_least_distance_of_a_joint_from_its_ends_is_kept(scene: Scene) -> None:
+    data, recorder = initial_state(scene), Recorder(scene)
+    recorder.record(data, glow=-1)
+    for angle in (-1.7, 1.80, 0.0):
+        data.joint("joint2").qpos[0] = angle
+        recorder.feel(data)
+    recorder.record(data, glow=-1)
+    data.joint("joint2").qpos[0] = 1.7
+    recorder.feel(data)
+    margins = recorder.arrays["margins"]
+    assert margins[0, 1] == pytest.approx(1.7628 - np.pi / 4)
+    assert margins[1, 1] == pytest.approx(1.7628 - 1.80) and margins[1, 0] == pytest.approx(2.8973)
+    recorder.record(data, glow=-1)
+    assert recorder.arrays["margins"][2, 1] == pytest.approx(0.0628)

@@ -1,0 +1,157 @@
+"""The arm on its way: past lamps, over and behind towers, far out and all round, without a touch or a limit passed."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.errors import SimulationError
+from sim.robots.panda import ARM_JOINTS, VELOCITY_LIMITS
+from sim.simulation.workcell import Workcell
+from sim.skills.skills import perform
+from sim.skills.transfer import CLEARANCE, BlockedError, travel
+from sim.world.scene import Scene, build_scene, initial_state
+
+COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
+
+THERE_AND_BACK = (
+    "transit a, grasp cup, transport cup b, release cup b, transit a, transit b, grasp cup, transport cup a, "
+    "release cup a"
+).split(", ")
+
+
+def table(*locations: Location, objects: tuple[Object, ...] = (Object("cup", "a"),)) -> Scene:
+    return build_scene(ManipulationModel("home", COSTS, locations, objects))
+
+
+def tower(height: int, at: tuple[float, float]) -> tuple[tuple[Location, ...], tuple[Object, ...]]:
+    """Return the locations of a tower and the blocks it is made of."""
+    places = [Location("t0", at=at)]
+    places += [Location(f"t{i}", on=(f"t{i - 1}",)) for i in range(1, height)]
+    return tuple(places), tuple(Object(f"block{i}", place.name) for i, place in enumerate(places))
+
+
+def polar(radius: float, bearing: float) -> tuple[float, float]:
+    return float(radius * np.cos(bearing)), float(radius * np.sin(bearing))
+
+
+def run(scene: Scene, *actions: str) -> Workcell:
+    cell = Workcell(scene, initial_state(scene, seed=1))
+    for action in actions:
+        perform(cell, action)
+    return cell
+
+
+def assert_clean(cell: Workcell) -> None:
+    """Fail if anything was touched that should not be, or a limit of position, speed or torque was passed."""
+    assert [event for event in cell.events if event.kind == "contact"] == []
+    model, recorded = cell.scene.mujoco, cell.recorder.arrays
+    assert (recorded["speeds"] < VELOCITY_LIMITS).all()
+    assert (recorded["torques"] < [model.actuator(name).forcerange[1] for name in ARM_JOINTS]).all()
+    assert recorded["margins"].min() > 0.05
+
+
+@pytest.mark.slow
+def test_a_lamp_in_the_way_is_not_brushed() -> None:
+    places = (Location("a", at=polar(0.65, 0.4)), Location("b", at=polar(0.65, -0.4)))
+    scene = table(Location("wash", at=(0.42, 0.0), marks="clean"), *places)
+    assert_clean(run(scene, *THERE_AND_BACK, "grasp cup", "transport cup wash", "release cup wash"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [0.34, 0.79])
+def test_the_arm_turns_all_the_way_round_near_and_far(radius: float) -> None:
+    scene = table(Location("a", at=polar(radius, 2.5)), Location("b", at=polar(radius, -2.5)))
+    assert_clean(run(scene, *THERE_AND_BACK))
+
+
+def test_the_arm_reaches_from_its_nearest_place_to_its_farthest() -> None:
+    assert_clean(run(table(Location("a", at=(0.33, 0.0)), Location("b", at=(0.79, 0.0))), *THERE_AND_BACK))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("height", "at", "b"),
+    [
+        pytest.param(6, (0.50, 0.0), (0.48, -0.2), id="between"),
+        pytest.param(4, (0.45, 0.0), (0.62, 0.0), id="before the goal"),
+        pytest.param(6, (0.60, 0.0), (0.45, 0.0), id="behind the goal"),
+    ],
+)
+def test_a_tower_is_passed_over(height: int, at: tuple[float, float], b: tuple[float, float]) -> None:
+    places, blocks = tower(height, at)
+    scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=b), *places, objects=(Object("cup", "a"), *blocks))
+    cell = run(scene, *THERE_AND_BACK)
+    assert_clean(cell)
+    for block in blocks:
+        slot = scene.slots[block.start][0]
+        assert cell.data.body(block.name).xpos[:2] == pytest.approx(slot.position[:2], abs=0.008)
+
+
+def test_a_place_right_behind_a_tower_is_refused() -> None:
+    places, blocks = tower(5, (0.45, 0.0))
+    with pytest.raises(SimulationError, match="locations.b: no room for the arm over an object at 't4'"):
+        table(
+            Location("a", at=(0.4, 0.3)), Location("b", at=(0.6, 0.0)), *places, objects=(Object("cup", "a"), *blocks)
+        )
+
+
+def test_a_hand_that_starts_below_an_obstacle_goes_up_first() -> None:
+    places, blocks = tower(4, (0.50, 0.0))
+    scene = table(Location("a", at=(0.48, 0.17)), *places, objects=(Object("cup", "t3"), *blocks[:3]))
+    cell = run(scene, "transit a")
+    low = scene.slots["a"][0].position + [0.0, 0.0, 0.03]
+    goal, yaw = cell.arm.reach(low, [np.pi / 2, -np.pi / 2])
+    cell.follow(cell.arm.move(cell.reference, goal, low, yaw))
+    perform(cell, "transit t0")
+    assert cell.data.site("tcp").xpos[:2] == pytest.approx([0.50, 0.0], abs=0.003)
+    assert_clean(cell)
+
+
+def test_a_tall_load_is_carried_over_towers() -> None:
+    places, blocks = tower(4, (0.50, 0.0))
+    others = (Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)), Location("b1", on=("b",)))
+    objects = (*blocks, Object("cup", "a"), Object("under", "b"))
+    cell = run(table(*places, *others, objects=objects), "transit t3", "grasp block3", "transport block3 b1")
+    assert_clean(cell)
+    perform(cell, "release block3 b1")
+    assert_clean(cell)
+
+
+def test_what_stands_everywhere_blocks_the_way() -> None:
+    scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)))
+    cell = run(scene, "transit a")
+    cell.data.joint("cup").qpos[:3] = cell.data.site("tcp").xpos + [0.0, -0.40, 0.10]
+    mujoco.mj_forward(scene.mujoco, cell.data)
+    with pytest.raises(BlockedError, match="the way is blocked by cup"):
+        travel(cell, cell.data.site("tcp").xpos + [0.0, -0.40, 0.0], np.pi / 2, height=0.1)
+
+
+def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
+    scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)))
+    cell = run(scene, "transit a")
+    low = np.array([0.48, 0.0, 0.0225])
+    goal, yaw = cell.arm.reach(low, [np.pi / 2, -np.pi / 2])
+    cell.follow(cell.arm.move(cell.reference, goal, low, yaw))
+    finger = cell.data.body("left_finger").xpos
+    beside = low + [0.0, np.sign(finger[1]) * (abs(finger[1]) + 0.025 + scene.shapes["cup"].half[1] + 0.002), 0.0]
+    cell.data.joint("cup").qpos[:] = [*beside, 1, 0, 0, 0]
+    mujoco.mj_forward(scene.mujoco, cell.data)
+    assert cell.foresee(cell.reference, clearance=CLEARANCE) == ["cup"]
+    travel(cell, np.array([0.48, -0.2, 0.15]), np.pi / 2, height=0.12)
+    assert cell.data.body("cup").xpos == pytest.approx(beside, abs=0.001)
+
+
+def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
+    scene = table(Location("a", at=(0.50, 0.0)))
+    cell = run(scene)
+    before = cell.data.qpos.copy()
+    top = float(cell.data.body("cup").xpos[2] + scene.shapes["cup"].half[2])
+    tips = 0.0102
+    q, _ = cell.arm.reach(np.array([0.50, 0.0, top + tips + 0.004]), [0.0, np.pi])
+    assert cell.foresee(q, width=0.0) == []
+    assert cell.foresee(q, width=0.0, clearance=0.006) == ["cup"]
+    assert cell.foresee(q, width=0.0) == []
+    assert (cell.data.qpos == before).all() and (scene.mujoco.geom_margin == 0).all()

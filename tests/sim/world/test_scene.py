@@ -1,0 +1,260 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.errors import SimulationError
+from sim.world.layout import arrange
+from sim.world.places import FLOOR, Layout
+from sim.world.scene import Scene, build_scene, initial_state, start_slots
+from sim.world.shapes import CUBE_EDGE
+
+COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+
+HALF = np.array([0.0, 0.0, CUBE_EDGE / 2])
+
+
+@pytest.fixture
+def layout_of() -> Callable[..., Layout]:
+    def make(*locations: Location) -> Layout:
+        return arrange(ManipulationModel("home", COSTS, locations, ()))
+
+    return make
+
+
+def settle(scene: Scene, data: mujoco.MjData, seconds: float) -> None:
+    for _ in range(round(seconds / scene.mujoco.opt.timestep)):
+        mujoco.mj_step(scene.mujoco, data)
+
+
+def test_every_location_has_as_many_slots_as_it_has_room(scene: Scene) -> None:
+    for place in scene.model.locations:
+        row = scene.slots[place.name]
+        assert [(slot.location, slot.index) for slot in row] == [(place.name, i) for i in range(place.capacity)]
+        if place.at:
+            assert np.mean([slot.position[:2] for slot in row], axis=0) == pytest.approx(place.at)
+
+
+def test_a_location_on_others_lies_midway_and_one_object_higher(scene: Scene) -> None:
+    left, right, top = (scene.slots[name][0].position for name in ("left", "right", "top"))
+    assert top == pytest.approx((left + right) / 2 + [0, 0, CUBE_EDGE])
+
+
+def test_stacks_stand_on_stacks(layout_of: Callable[..., Layout]) -> None:
+    slots = layout_of(
+        Location("third", on=("second",)), Location("second", on=("first",)), Location("first", at=(0.5, 0.0))
+    ).slots
+    assert list(slots) == ["third", "second", "first"]
+    assert slots["third"][0].position == pytest.approx([0.5, 0.0, 2 * CUBE_EDGE])
+
+
+def test_fingers_close_past_a_near_neighbour_rather_than_into_the_gap(scene: Scene) -> None:
+    for name in ("left", "right"):
+        assert scene.slots[name][0].yaw % np.pi == pytest.approx(0)
+
+
+def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
+    data = initial_state(scene)
+    occupant = {slot.position.tobytes(): name for name, slot in start_slots(scene.model, scene.slots).items()}
+    for slot in (slot for row in scene.slots.values() for slot in row):
+        name = occupant.get(slot.position.tobytes())
+        inside = -1 if name is None else data.body(name).id
+        line = np.array([np.cos(slot.yaw), np.sin(slot.yaw), 0.0])
+        for direction in (line, -line):
+            hit = np.array([-1], dtype=np.int32)
+            start = slot.position + HALF - [0.0, 0.0, 0.01]
+            distance = mujoco.mj_ray(scene.mujoco, data, start, direction, None, 1, inside, hit)
+            assert distance < 0 or distance > 0.062, (slot, scene.mujoco.geom(hit[0]).name)
+
+
+@pytest.mark.parametrize(
+    ("locations", "message"),
+    [
+        ([Location("far", at=(1.2, 0.0))], r"locations\.far: 1\.20 m .* beyond its reach of 0\.80 m$"),
+        ([Location("near", at=(0.1, 0.0))], r"locations\.near: 0\.10 m .* too near"),
+        ([Location("back", at=(-0.5, 0.05))], r"locations\.back: behind the robot"),
+        ([Location("box", at=(0.5, 0.0), kind="bim")], r"locations\.box\.kind: .*did you mean 'bin'\?"),
+        (
+            [Location("a", at=(0.5, 0.0)), Location("b", at=(0.5, 0.05))],
+            r"locations\.b: 0\.050 m from 'a', so close that they would touch",
+        ),
+        (
+            [
+                Location("a", at=(0.4, 0.0), kind="bin", capacity=2),
+                Location("b", at=(0.5, 0.0), kind="bin", capacity=2),
+            ],
+            r"locations\.b: .* would touch",
+        ),
+        (
+            [Location("a", at=(0.5, 0.0), capacity=2), Location("b", on=("a",))],
+            r"locations\.b\.on: 'a' has room for 2",
+        ),
+        (
+            [Location("a", at=(0.5, 0.0)), Location("b", on=("a",), capacity=2)],
+            r"locations\.b\.capacity: .* 1, not 2",
+        ),
+        (
+            [Location("a", at=(0.5, 0.0)), Location("b", on=("a",), kind="bin")],
+            r"locations\.b\.kind: only a location on the table",
+        ),
+        (
+            [Location("a", at=(0.5, 0.1)), Location("b", at=(0.5, -0.1)), Location("c", on=("a", "b"))],
+            r"locations\.c\.on: .* would not rest on it",
+        ),
+        (
+            [
+                Location("a", at=(0.5, 0.03)),
+                Location("b", at=(0.5, -0.03), marks="clean"),
+                Location("c", on=("a", "b")),
+            ],
+            r"locations\.\w",
+        ),
+        (
+            [Location(f"s{i}", at=(0.5 + 0.06 * (i % 3), 0.06 * (i // 3 - 1))) for i in range(9)],
+            r"locations\.s\d: no room for the (fingers|hand) beside",
+        ),
+    ],
+)
+def test_places_that_cannot_work_are_refused_by_name(
+    layout_of: Callable[..., Layout], locations: list[Location], message: str
+) -> None:
+    with pytest.raises(SimulationError, match=message):
+        layout_of(*locations)
+
+
+def test_a_tall_stack_lowers_the_reach_of_the_hand_that_passes_over_it(layout_of: Callable[..., Layout]) -> None:
+    tower = [Location("s0", at=(0.4, 0.2))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 8)]
+    edge = Location("edge", at=(0.75, -0.2))
+    layout_of(edge)
+    with pytest.raises(SimulationError, match=r"locations\.edge: .* passes over a stack 0\.36 m high"):
+        layout_of(*tower, edge)
+
+
+def test_a_lamp_keeps_out_of_the_hands_way(arch_model: ManipulationModel) -> None:
+    layout = arrange(arch_model)
+    lamps = [station.lamp for station in layout.stations if station.lamp is not None]
+    assert len(lamps) == 1
+    for slot in (slot for row in layout.slots.values() for slot in row):
+        assert np.hypot(*(slot.position[:2] - lamps[0])) >= 0.17
+
+
+def test_a_lamp_gives_way_to_other_locations(layout_of: Callable[..., Layout]) -> None:
+    san = Location("san", at=(0.45, 0.0), marks="clean")
+    (free,) = layout_of(san).stations
+    assert free.lamp is not None
+    blocked = Location("spot", at=(float(free.lamp[0]), float(free.lamp[1])))
+    moved = next(station for station in layout_of(san, blocked).stations if station.name == "san")
+    assert moved.lamp is not None
+    assert np.hypot(*(moved.lamp - blocked.at)) >= 0.17
+
+
+def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
+    data = initial_state(scene)
+    settle(scene, data, 1.0)
+    for thing, slot in start_slots(scene.model, scene.slots).items():
+        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_perturbed_start_stays_within_bounds_and_stands(scene: Scene, seed: int) -> None:
+    data = initial_state(scene, seed=seed)
+    places = {name: data.body(name).xpos.copy() for name in start_slots(scene.model, scene.slots)}
+    for name, slot in start_slots(scene.model, scene.slots).items():
+        off = places[name] - slot.position - HALF
+        assert np.abs(off[:2]).max() <= 0.005 and off[2] == pytest.approx(0)
+        turn = 2 * np.arctan2(data.body(name).xquat[3], data.body(name).xquat[0]) - slot.yaw
+        assert abs((turn + np.pi / 4) % (np.pi / 2) - np.pi / 4) <= np.radians(5) + 1e-9
+    assert min((contact.dist for contact in data.contact), default=0.0) > -1e-6
+    settle(scene, data, 1.0)
+    for name, place in places.items():
+        assert data.body(name).xpos == pytest.approx(place, abs=1e-3)
+
+
+def test_the_same_seed_perturbs_alike_and_another_does_not(scene: Scene) -> None:
+    first, again, other = (initial_state(scene, seed=seed).qpos for seed in (4, 4, 5))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+def test_nothing_but_contact_holds_an_object(scene: Scene) -> None:
+    model = scene.mujoco
+    assert model.nmocap == 0
+    assert model.neq == 1 and model.eq_type[0] == mujoco.mjtEq.mjEQ_JOINT
+    assert {model.joint(name).id for name in ("finger_joint1", "finger_joint2")} == {
+        int(model.eq_obj1id[0]),
+        int(model.eq_obj2id[0]),
+    }
+    assert model.nexclude == 0
+    for thing in scene.model.objects:
+        assert model.joint(thing.name).type == mujoco.mjtJoint.mjJNT_FREE
+
+
+def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> None:
+    data = initial_state(scene)
+    middle = np.mean([slot.position for slot in scene.slots["bin1"]], axis=0)
+    data.joint("green").qpos[:3] = middle + [0.02, 0.02, 0.05]
+    data.joint("green").qvel[:2] = [0.1, 0.2]
+    settle(scene, data, 1.5)
+    inside = data.body("green").xpos - middle
+    assert np.abs(inside[:2]).max() < 0.0665
+    assert data.body("green").xpos[2] == pytest.approx(FLOOR["bin"] + CUBE_EDGE / 2, abs=2e-3)
+
+
+def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationModel) -> None:
+    plain = replace(arch_model, objects=tuple(Object(thing.name, thing.start) for thing in arch_model.objects))
+    scene = build_scene(plain, meshes=False)
+    colours = {tuple(scene.mujoco.mat(thing.name).rgba) for thing in plain.objects}
+    assert len(colours) == 3
+
+
+def test_any_number_of_locations_and_objects(layout_of: Callable[..., Layout]) -> None:
+    model = ManipulationModel(
+        "home",
+        COSTS,
+        (
+            Location("shelf", at=(0.45, 0.0), capacity=4),
+            Location("wash", at=(0.35, 0.35), marks="clean"),
+            Location("dry", at=(0.62, 0.30), marks="dried", kind="bin"),
+            Location("tray", at=(0.40, -0.40), kind="pad", capacity=3),
+        ),
+        tuple(Object(f"cup{i}", "shelf") for i in range(4)),
+    )
+    scene = build_scene(model, meshes=False)
+    data = initial_state(scene, seed=1)
+    settle(scene, data, 0.5)
+    for thing, slot in start_slots(model, scene.slots).items():
+        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
+    assert {"wash_glow", "dry_glow"} <= {scene.mujoco.mat(i).name for i in range(scene.mujoco.nmat)}
+
+
+def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
+    model = ManipulationModel(
+        "home",
+        COSTS,
+        (
+            Location("stove", at=(0.45, 0.30), kind="stove", capacity=2, marks="cooked"),
+            Location("plate", at=(0.45, -0.30), kind="plate", capacity=2),
+        ),
+        tuple(
+            Object(f"{place}{i}", place, kind="cylinder", size=(0.05, 0.03 + 0.02 * i))
+            for place in ("stove", "plate")
+            for i in range(2)
+        ),
+    )
+    scene = build_scene(model, meshes=False)
+    data = initial_state(scene, seed=1)
+    settle(scene, data, 1.0)
+    for thing, slot in start_slots(model, scene.slots).items():
+        assert data.body(thing).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[thing].half[2], abs=1e-3)
+        assert data.body(thing).xmat[8] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., Layout]) -> None:
+    kinds = {place: Location("hot", at=(0.45, 0.30), kind=place, marks="cooked") for place in ("stove", "pad")}
+    lamps = {kind: layout_of(place).stations[0].lamp is not None for kind, place in kinds.items()}
+    assert lamps == {"stove": False, "pad": True}

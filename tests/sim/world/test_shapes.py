@@ -1,0 +1,215 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.errors import SimulationError
+from sim.execution.executor import execute
+from sim.perception.grounding import slot_of
+from sim.perception.sensors import object_pose, true_poses
+from sim.robots.panda import MAX_WIDTH
+from sim.world.layout import arrange
+from sim.world.scene import build_scene, initial_state
+from sim.world.shapes import CUBE_EDGE, HEAVIEST, LIGHTEST, extent, shape_of
+
+COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
+
+THINGS = {
+    "cube": Object("x", "spot"),
+    "small cube": Object("x", "spot", size=(0.03,)),
+    "tin": Object("x", "spot", kind="cylinder", size=(0.055, 0.06)),
+    "thin rod": Object("x", "spot", kind="cylinder", size=(0.02, 0.06)),
+    "wide disc": Object("x", "spot", kind="cylinder", size=(0.065, 0.03)),
+    "box": Object("x", "spot", kind="box", size=(0.075, 0.045, 0.03)),
+    "box that only fits along x": Object("x", "spot", kind="box", size=(0.03, 0.08, 0.05)),
+    "largest box": Object("x", "spot", kind="box", size=(0.12, 0.065, 0.06)),
+}
+
+ROUND = (
+    "transit spot, grasp x, transport x stove, release x stove, grasp x, transport x bin, release x bin, grasp x, "
+    "transport x plate, release x plate, grasp x, transport x top, release x top, grasp x, transport x spot, "
+    "release x spot"
+).split(", ")
+
+
+def model_of(thing: Object) -> ManipulationModel:
+    """Return a model in which one object meets every kind of location, and the top of another object."""
+    return ManipulationModel(
+        "home",
+        COSTS,
+        (
+            Location("spot", at=(0.50, 0.0)),
+            Location("base", at=(0.64, 0.12)),
+            Location("top", on=("base",)),
+            Location("stove", at=(0.43, 0.34), kind="stove", marks="cooked"),
+            Location("plate", at=(0.34, -0.36), kind="plate"),
+            Location("bin", at=(0.63, -0.22), kind="bin", capacity=2),
+        ),
+        (thing, Object("y", "base", kind="cylinder", size=(0.05, 0.055))),
+    )
+
+
+def laid_out(*things: Object, locations: tuple[Location, ...] = (Location("spot", at=(0.5, 0.0)),)) -> None:
+    arrange(ManipulationModel("home", COSTS, locations, things))
+
+
+def assert_carried_round(thing: Object, seed: int) -> None:
+    model = model_of(thing)
+    scene = build_scene(model, meshes=False)
+    rollout = execute(scene, ROUND, seed=seed)
+    assert rollout.completed, rollout.reason
+    errors = [event.detail["error_mm"] for event in rollout.events if event.kind == "placed"]
+    assert len(errors) == 5 and max(errors) < 2
+    assert [event for event in rollout.events if event.kind == "contact"] == []
+    assert rollout.speed_share.max() < 1 and rollout.torque_share.max() < 1
+
+
+@pytest.mark.parametrize("name", ["tin", "box", "box that only fits along x", "largest box"])
+def test_every_kind_is_taken_and_put_down_everywhere(name: str) -> None:
+    assert_carried_round(THINGS[name], seed=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["cube", "small cube", "thin rod", "wide disc"])
+def test_extreme_sizes_are_taken_and_put_down_everywhere(name: str) -> None:
+    assert_carried_round(THINGS[name], seed=2)
+
+
+@pytest.mark.parametrize(
+    ("thing", "half", "widths"),
+    [
+        (THINGS["cube"], [0.0225, 0.0225, 0.0225], [0.045, 0.045]),
+        (THINGS["tin"], [0.0275, 0.0275, 0.03], [0.055, 0.055]),
+        (THINGS["box"], [0.0225, 0.0375, 0.015], [0.045]),
+        (THINGS["box that only fits along x"], [0.015, 0.04, 0.025], [0.03]),
+        (Object("x", "spot", kind="box", size=(0.03, 0.05, 0.04)), [0.025, 0.015, 0.02], [0.05, 0.03]),
+    ],
+)
+def test_the_hand_closes_along_y_unless_only_x_fits(thing: Object, half: list[float], widths: list[float]) -> None:
+    shape = shape_of(thing)
+    assert shape.half == pytest.approx(half)
+    assert [grip.width for grip in shape.grips] == pytest.approx(widths)
+    assert all(grip.width + 0.01 <= grip.opening <= MAX_WIDTH for grip in shape.grips)
+
+
+def test_masses_follow_the_volume_within_limits() -> None:
+    assert shape_of(THINGS["cube"]).mass == pytest.approx(0.055)
+    assert shape_of(THINGS["tin"]).mass == pytest.approx(0.055 * np.pi / 4 * 0.055**2 * 0.06 / CUBE_EDGE**3)
+    assert shape_of(THINGS["thin rod"]).mass == LIGHTEST
+    assert shape_of(THINGS["largest box"]).mass == HEAVIEST
+
+
+def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
+    turn = np.radians(80)
+    cube, box, tin = (shape_of(THINGS[name]) for name in ("cube", "box", "tin"))
+    assert cube.yaw_near(turn, 0.0) == pytest.approx(np.radians(-10))
+    assert box.yaw_near(turn, 0.0) == pytest.approx(turn)
+    assert box.yaw_near(np.radians(170), 0.0) == pytest.approx(np.radians(-10))
+    assert tin.yaw_near(turn, 0.3) == 0.3
+
+
+@pytest.mark.parametrize(
+    ("thing", "message"),
+    [
+        (
+            Object("x", "spot", kind="cylindre"),
+            r"objects\.x\.kind: unknown kind 'cylindre' \(did you mean 'cylinder'\?",
+        ),
+        (Object("x", "spot", kind="box"), r"objects\.x\.size: missing; a box has length along x, .* and height, in m"),
+        (Object("x", "spot", kind="cylinder", size=(0.05,)), r"objects\.x\.size: a cylinder has .*, not 1 number$"),
+        (Object("x", "spot", size=(0.05, 0.05, 0.05)), r"objects\.x\.size: a cube has edge, in metres, not 3 numbers"),
+        (Object("x", "spot", size=(-0.05,)), r"objects\.x\.size: must be positive, not -0\.05"),
+        (Object("x", "spot", size=(float("nan"),)), r"objects\.x\.size: must be positive, not nan"),
+        (Object("x", "spot", size=(0.07,)), r"objects\.x\.size: 0\.07 m wide, but the fingers take .* 0\.02 to 0\.065"),
+        (Object("x", "spot", kind="box", size=(0.08, 0.01, 0.04)), r"objects\.x\.size: 0\.08 m wide"),
+        (Object("x", "spot", kind="cylinder", size=(0.015, 0.05)), r"objects\.x\.size: 0\.015 m wide"),
+        (
+            Object("x", "spot", kind="cylinder", size=(0.05, 0.09)),
+            r"objects\.x\.size: 0\.09 m high, .* 0\.028 to 0\.06",
+        ),
+        (Object("x", "spot", kind="box", size=(0.05, 0.05, 0.02)), r"objects\.x\.size: 0\.02 m high"),
+        (Object("x", "spot", kind="box", size=(0.2, 0.05, 0.04)), r"objects\.x\.size: 0\.2 m long, .* up to 0\.12 m"),
+    ],
+)
+def test_what_the_hand_cannot_take_is_refused_by_name(thing: Object, message: str) -> None:
+    with pytest.raises(SimulationError, match=message):
+        laid_out(thing)
+
+
+def test_what_rests_on_several_objects_needs_them_equally_high() -> None:
+    locations = (Location("a", at=(0.5, 0.03)), Location("b", at=(0.5, -0.03)), Location("bridge", on=("a", "b")))
+    cubes = (Object("one", "a"), Object("two", "b"))
+    laid_out(*cubes, locations=locations)
+    with pytest.raises(SimulationError, match=r"locations\.bridge\.on: .* 'one' is 0\.045 m high and 'two' 0\.05 m"):
+        laid_out(cubes[0], replace(cubes[1], kind="cylinder", size=(0.045, 0.05)), locations=locations)
+
+
+def test_slots_grow_with_the_largest_object() -> None:
+    row = (Location("row", at=(0.5, 0.0), capacity=2, kind="bin"),)
+    distances = []
+    for things in ((), (THINGS["box"],), (THINGS["largest box"],)):
+        model = ManipulationModel("home", COSTS, row, tuple(replace(thing, start="row") for thing in things))
+        first, second = arrange(model).slots["row"]
+        distances.append(float(np.hypot(*(second.position - first.position)[:2])))
+    assert distances == pytest.approx([0.064, 0.075 + 0.019, 0.12 + 0.019])
+
+
+def test_locations_that_only_suit_smaller_objects_are_refused() -> None:
+    near = (Location("spot", at=(0.5, 0.0)), Location("other", at=(0.5, 0.1)))
+    laid_out(THINGS["cube"], locations=near)
+    with pytest.raises(SimulationError, match=r"locations\.\w+: "):
+        laid_out(THINGS["largest box"], locations=near)
+
+
+def test_the_palm_over_a_low_object_passes_beside_a_high_one() -> None:
+    flat = Object("flat", "row", kind="box", size=(0.03, 0.03, 0.028))
+    high = Object("high", "row", kind="cylinder", size=(0.03, 0.06))
+    row = (Location("row", at=(0.5, 0.0), capacity=2), Location("away", at=(0.45, 0.35)))
+    scene = build_scene(ManipulationModel("home", COSTS, row, (flat, high)), meshes=False)
+    rollout = execute(scene, ["transit row", "grasp flat", "transport flat away", "release flat away"])
+    assert rollout.completed, rollout.reason
+    assert [event for event in rollout.events if event.kind == "contact"] == []
+
+
+def test_the_hand_between_two_wide_slots_is_over_their_location() -> None:
+    row = Location("row", at=(0.5, 0.0), capacity=2)
+    model = ManipulationModel("home", COSTS, (row,), (replace(THINGS["largest box"], start="row"),))
+    rollout = execute(build_scene(model, meshes=False), ["transit row", "grasp x", "release x row"])
+    assert rollout.completed, rollout.reason
+
+
+def test_a_slot_on_others_is_as_high_as_what_lies_there() -> None:
+    model = model_of(replace(THINGS["box"], start="top"))
+    scene = build_scene(model, meshes=False)
+    data = initial_state(scene, seed=3)
+    assert data.body("x").xpos[2] == pytest.approx(0.055 + 0.015)
+    slot = slot_of(scene, true_poses(scene, data), "x")
+    assert slot is not None and slot.location == "top"
+
+
+def test_what_fell_over_rests_nowhere() -> None:
+    scene = build_scene(model_of(Object("x", "spot", kind="cylinder", size=(0.05, 0.05))), meshes=False)
+    data = initial_state(scene)
+    assert object_pose(scene, data, "x").tilt == pytest.approx(0)
+    data.joint("x").qpos[3:] = [np.sqrt(0.5), np.sqrt(0.5), 0, 0]
+    mujoco.mj_forward(scene.mujoco, data)
+    assert object_pose(scene, data, "x").tilt == pytest.approx(np.pi / 2)
+    assert slot_of(scene, true_poses(scene, data), "x") is None
+
+
+def test_the_extent_of_nothing_is_a_cubes() -> None:
+    assert extent([]).high == extent([]).low == CUBE_EDGE
+
+
+def test_what_is_tilted_reaches_farther_down() -> None:
+    c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
+    rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    cube = shape_of(Object("cup", "desk"))
+    can = shape_of(Object("can", "desk", kind="cylinder", size=(0.04, 0.05)))
+    for shape, across, up in ((cube, 0.0225, 0.0225), (can, 0.02, 0.025)):
+        assert shape.depth(np.eye(3)) == pytest.approx(up)
+        assert shape.depth(rotation) == pytest.approx(s * across + c * up)
