@@ -126,7 +126,7 @@ def run(
         states: product states met.
         labels: paths.
         queue: the open list.
-        counters: see `label_store`.
+        counters: see `labels`.
         bounds: (2,) int64, mu must stay below the first, and cost must not exceed the second.
         room: successors, and scratch.
         infinite: a cost or mu that does not fit the labels' type.

@@ -39,7 +39,7 @@ HUGE = 1e200
 """A formula's value beyond this, or below 0, ends the search."""
 
 FALLS = 7
-"""Why a run of the kernel ended, beside those of `biobjective`: mu is less than on the path before."""
+"""Why a run of the kernel ended, beside those of `boa_star`: mu is less than on the path before."""
 
 CARRIED, ORDERED, EQUAL = 0, 1, 2
 """How entries are compared: not at all, smaller is better, or must be the same."""
@@ -67,7 +67,7 @@ class VectorLabels(NamedTuple):
     """Paths.
 
     Attributes:
-        row: (L,) int32, cost: (L,), parent: (L,) int32, sibling: (L,) int32: as in `biobjective.Labels`.
+        row: (L,) int32, cost: (L,), parent: (L,) int32, sibling: (L,) int32: as in `boa_star.Labels`.
         key: (L, D) float64, whole units; costs of unsatisfied tasks are entered as 0.
         mu: (L,) float64 units, never more than the exact value, and equal to it where no formula rounds.
     """
@@ -109,7 +109,7 @@ def run_vector(
 ) -> Integer:
     """Expand labels until a goal is found, memory is short or the budget is spent; return which.
 
-    Arguments are as for `biobjective.run`, but for:
+    Arguments are as for `boa_star.run`, but for:
         key: what the entries are. programs, callback: formulas.
         best: (2,) float64, mu must stay below the first, and must not exceed the second; neither is less than the exact
             number that it stands for.

@@ -1,4 +1,4 @@
-"""The search with keys of several entries (`multiobjective`), for measures that need more than (g, mu)."""
+"""The search with keys of several entries (`multi_objective`), for measures that need more than (g, mu)."""
 
 from __future__ import annotations
 

@@ -268,7 +268,7 @@ with loading():
 
 @pytest.mark.slow
 def test_without_opengl_all_but_the_video_is_there(cup: Path) -> None:
-    command = [sys.executable, "-c", "import sys; from experiments.cli.start import main; sys.exit(main())"]
+    command = [sys.executable, "-c", "import sys; from experiments.program import main; sys.exit(main())"]
     done = subprocess.run(
         [*command, "run", "cup.toml", "--json"],
         env=os.environ | {"MUJOCO_GL": "off"},

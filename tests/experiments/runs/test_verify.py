@@ -90,7 +90,7 @@ sys.modules["gymnasium_robotics"] = None
 import importlib.util
 find = importlib.util.find_spec
 importlib.util.find_spec = lambda name, *rest: None if name == "gymnasium_robotics" else find(name, *rest)
-from experiments.cli.start import main
+from experiments.program import main
 sys.exit(main())
 """
     done = subprocess.run(

@@ -27,7 +27,7 @@ from sim.execution.faults import SPELLINGS, read_fault
 from sim.world.randomization import read_perturbation
 
 ROOT = Path(__file__).parents[3]
-PROGRAM = [sys.executable, "-c", "import sys; from experiments.cli.start import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-c", "import sys; from experiments.program import main; sys.exit(main())"]
 
 CUP = cup_scenario(places=PLACES_NEARBY)
 
