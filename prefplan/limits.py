@@ -25,14 +25,14 @@ class Limits:
         bytes: memory of the search.
         expansions: labels expanded.
         ended: `time`, `memory`, `expansions` or `interrupt` once that stopped a search.
-        floor: all goals of lower cost (internal units) have been found.
+        complete_below: all goals of lower cost (internal units) have been found.
     """
 
     seconds: float = math.inf
     bytes: float = math.inf
     expansions: float = math.inf
     ended: str | None = None
-    floor: float = 0
+    complete_below: float = 0
     _began: float = field(default_factory=time.perf_counter)
 
     @property

@@ -215,7 +215,11 @@ class Planner:
 
     def _below(self, limits: Limits) -> Number | None:
         """Return up to which cost a search that was stopped has found everything, in the user's units."""
-        return to_number(Fraction(limits.floor) * self.problem.units.cost) if limits.floor < math.inf else None
+        return (
+            to_number(Fraction(limits.complete_below) * self.problem.units.cost)
+            if limits.complete_below < math.inf
+            else None
+        )
 
     def _require_bound(self, max_cost: Number | None) -> None:
         if self.problem.measure.contract == "general" and max_cost is None:
@@ -289,7 +293,7 @@ class Planner:
         """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
         while True:
             alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
-            limits.expansions = prepared.patience
+            limits.expansions = prepared.deepening_expansions
             cheapest = next(alone.goals(limits), None)
             limits.expansions = math.inf
             if limits.ended != "expansions":

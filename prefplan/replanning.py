@@ -139,9 +139,9 @@ def achievable(problem: Problem, past: Past, system: TransitionSystem) -> Plan |
     """
     tasks = problem.tasks
     while tasks:
-        some = Problem(problem.system, tasks, WeightedSum({task.name: 0 for task in tasks}, over="violation"))
+        fewer = Problem(problem.system, tasks, WeightedSum({task.name: 0 for task in tasks}, over="violation"))
         try:
-            return continue_cheaply(some, past, system)
+            return continue_cheaply(fewer, past, system)
         except NoPlanError as error:
             left_out = error.reason.tasks[-1]
             tasks = tuple(task for task in tasks if task.name != left_out)

@@ -42,7 +42,7 @@ POLL_PERIOD = 0.2
 
 
 @dataclass(frozen=True)
-class Run:
+class BenchmarkRun:
     """What to time.
 
     Attributes:
@@ -63,7 +63,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Timing:
     """What a run took.
 
     Attributes:
@@ -100,7 +100,7 @@ def wrong_fronts() -> list[str]:
     return wrong
 
 
-def carry_out(run: Run, tick: Callable[[], None]) -> Outcome:
+def carry_out(run: BenchmarkRun, tick: Callable[[], None]) -> Timing:
     """Carry a run out in a fork of this process, calling `tick` now and then.
 
     A fork starts with everything loaded and compiled, and its memory is counted anew.
@@ -114,9 +114,9 @@ def carry_out(run: Run, tick: Callable[[], None]) -> Outcome:
     try:
         while not receiver.poll(POLL_PERIOD):
             tick()
-        outcome: Outcome = receiver.recv()
+        outcome: Timing = receiver.recv()
     except EOFError:
-        outcome = Outcome(time.perf_counter() - began, 0, 0, 0, None, "killed")
+        outcome = Timing(time.perf_counter() - began, 0, 0, 0, None, "killed")
     finally:
         process.kill()
         process.join()
@@ -124,14 +124,14 @@ def carry_out(run: Run, tick: Callable[[], None]) -> Outcome:
     return outcome
 
 
-def _send(sender: Connection, run: Run) -> None:
+def _send(sender: Connection, run: BenchmarkRun) -> None:
     plan = _front if run.kind == FRONT else _single
     # A fork's first use of each page of memory copies it, which should not count.
     plan(run.method, instance(RANDOM, 3, 0), math.inf)
     problem = instance(run.family, run.tasks, run.seed)
     baseline = _peak()
     seconds, expanded, found, ended = plan(run.method, problem, run.max_seconds)
-    sender.send(Outcome(seconds, expanded, _peak() - baseline, baseline, found, ended))
+    sender.send(Timing(seconds, expanded, _peak() - baseline, baseline, found, ended))
 
 
 def _peak() -> int:

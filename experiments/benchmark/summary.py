@@ -8,13 +8,13 @@ from typing import Any
 
 from experiments.benchmark.facts import PUBLISHED
 from experiments.benchmark.instances import FAMILIES
-from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, OURS, SINGLE, Outcome, Run
+from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, OURS, SINGLE, BenchmarkRun, Timing
 
 MEGABYTE = 1e6
 
 TITLES = {SINGLE: "one plan of least cost", FRONT: "Pareto front"}
 
-Results = Mapping[Run, Outcome]
+Results = Mapping[BenchmarkRun, Timing]
 
 
 def disagreements(results: Results) -> list[str]:
@@ -31,7 +31,7 @@ def disagreements(results: Results) -> list[str]:
 
 def cells(results: Results) -> list[dict[str, Any]]:
     """Return what all runs of one family, kind, size and method came to, cell by cell."""
-    groups: dict[tuple[str, str, int, str], dict[int, Outcome]] = {}
+    groups: dict[tuple[str, str, int, str], dict[int, Timing]] = {}
     for run, outcome in results.items():
         groups.setdefault((run.family, run.kind, run.tasks, run.method), {})[run.seed] = outcome
     return [
@@ -48,7 +48,7 @@ def cells(results: Results) -> list[dict[str, Any]]:
     ]
 
 
-def _cell(by_seed: Mapping[int, Outcome]) -> dict[str, Any]:
+def _cell(by_seed: Mapping[int, Timing]) -> dict[str, Any]:
     outcomes = list(by_seed.values())
     return {
         "runs": len(outcomes),
@@ -60,7 +60,7 @@ def _cell(by_seed: Mapping[int, Outcome]) -> dict[str, Any]:
     }
 
 
-def _ratio(yardstick: Mapping[int, Outcome], ours: Mapping[int, Outcome]) -> dict[str, Any] | None:
+def _ratio(yardstick: Mapping[int, Timing], ours: Mapping[int, Timing]) -> dict[str, Any] | None:
     """Return how many times longer than ours the yardstick took on the same instances."""
     both = [seed for seed in yardstick if seed in ours and ours[seed].ended is None]
     if not both:

@@ -30,8 +30,8 @@ from experiments.benchmark.runs import (
     OURS,
     SINGLE,
     YARDSTICKS,
-    Outcome,
-    Run,
+    BenchmarkRun,
+    Timing,
     carry_out,
     warm_up,
     wrong_fronts,
@@ -128,7 +128,7 @@ def _span(text: str) -> range:
     return span
 
 
-def plan_runs(sizes: range, seeds: int, yardstick_seeds: int) -> list[Run]:
+def plan_runs(sizes: range, seeds: int, yardstick_seeds: int) -> list[BenchmarkRun]:
     """Return all runs, small instances first."""
     runs = []
     for tasks in sizes:
@@ -138,21 +138,21 @@ def plan_runs(sizes: range, seeds: int, yardstick_seeds: int) -> list[Run]:
                 if tasks not in SIZES[kind] or (few and family != RANDOM):
                     continue
                 ours = min(seeds, FEW_SEEDS) if few else seeds
-                runs += [Run(family, kind, OURS, tasks, seed, OUR_SECONDS) for seed in range(ours)]
+                runs += [BenchmarkRun(family, kind, OURS, tasks, seed, OUR_SECONDS) for seed in range(ours)]
                 for method in YARDSTICKS if tasks <= YARDSTICK_SIZE else ():
                     numbers = range(min(yardstick_seeds, seeds))
-                    runs += [Run(family, kind, method, tasks, seed, YARDSTICK_SECONDS) for seed in numbers]
+                    runs += [BenchmarkRun(family, kind, method, tasks, seed, YARDSTICK_SECONDS) for seed in numbers]
     return runs
 
 
-def carry_out_all(runs: Sequence[Run], folder: Path) -> dict[Run, Outcome]:
+def carry_out_all(runs: Sequence[BenchmarkRun], folder: Path) -> dict[BenchmarkRun, Timing]:
     """Carry runs out one after the other, except those that an interrupted benchmark has done."""
     conditions = _conditions()
     journal = _journal(folder)
     done = dict(_read(journal, conditions))
     with journal.open("w") as file, _progress(len(runs)) as advance:
 
-        def keep(run: Run) -> None:
+        def keep(run: BenchmarkRun) -> None:
             entry = {"conditions": conditions, "run": asdict(run), "outcome": asdict(done[run])}
             print(json.dumps(entry), file=file, flush=True)
 
@@ -171,7 +171,7 @@ def _journal(folder: Path) -> Path:
     return folder / "table1.runs.jsonl"
 
 
-def _read(journal: Path, conditions: str) -> Iterator[tuple[Run, Outcome]]:
+def _read(journal: Path, conditions: str) -> Iterator[tuple[BenchmarkRun, Timing]]:
     """Yield the runs of a journal that were carried out under the same conditions."""
     for line in journal.read_text().splitlines() if journal.exists() else []:
         try:
@@ -182,7 +182,7 @@ def _read(journal: Path, conditions: str) -> Iterator[tuple[Run, Outcome]]:
             outcome = entry["outcome"]
             if outcome["points"] is not None:
                 outcome["points"] = tuple(map(tuple, outcome["points"]))
-            yield Run(**entry["run"]), Outcome(**outcome)
+            yield BenchmarkRun(**entry["run"]), Timing(**outcome)
 
 
 def _conditions() -> str:
@@ -227,7 +227,7 @@ def _machine() -> dict[str, Any]:
     }
 
 
-def write(results: dict[Run, Outcome], folder: Path, remarks: Sequence[str]) -> dict[str, Any]:
+def write(results: dict[BenchmarkRun, Timing], folder: Path, remarks: Sequence[str]) -> dict[str, Any]:
     """Write the results as JSON, a page and a picture, and return what the JSON holds."""
     report: dict[str, Any] = {
         "about": ABOUT,

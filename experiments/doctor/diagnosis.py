@@ -33,7 +33,7 @@ ENCODING = ["-f", "lavfi", "-i", "testsrc=size=64x64:rate=5:duration=1", "-c:v",
 
 
 @dataclass(frozen=True)
-class Finding:
+class Diagnosis:
     """What a check found.
 
     Attributes:
@@ -49,25 +49,25 @@ class Finding:
     mend: str | None = None
 
 
-Check = Callable[[], list[Finding]]
+Check = Callable[[], list[Diagnosis]]
 """Looks at one thing; most have one finding."""
 
 
-def python() -> list[Finding]:
+def python() -> list[Diagnosis]:
     """Which Python runs this."""
-    return [Finding("python", OK, f"{platform.python_version()} ({sys.executable})")]
+    return [Diagnosis("python", OK, f"{platform.python_version()} ({sys.executable})")]
 
 
-def packages() -> list[Finding]:
+def packages() -> list[Diagnosis]:
     """Whether the packages that prefplan needs are installed, in versions that it works with."""
     wrong = [(need, state) for need in _needs() if not need.marker or need.marker.evaluate() if (state := _state(need))]
     if wrong:
         text = ", ".join(f"{need.name} is {state}" for need, state in wrong)
-        return [Finding("packages", PROBLEM, text, pip_installs(*(_bare(need) for need, _ in wrong)))]
-    return [Finding("packages", OK, "all that prefplan needs are installed")]
+        return [Diagnosis("packages", PROBLEM, text, pip_installs(*(_bare(need) for need, _ in wrong)))]
+    return [Diagnosis("packages", OK, "all that prefplan needs are installed")]
 
 
-def extras() -> list[Finding]:
+def extras() -> list[Diagnosis]:
     """Which optional parts are installed, a finding each."""
     parts: dict[str, list[Requirement]] = {}
     for need in _needs():
@@ -80,9 +80,9 @@ def extras() -> list[Finding]:
         if missing:
             text = ", ".join(f"{need.name} is {state}" for need, state in missing)
             mend = pip_installs(*(_bare(need) for need, _ in missing))
-            found.append(Finding(extra, WARNING, f"optional: {text}", mend))
+            found.append(Diagnosis(extra, WARNING, f"optional: {text}", mend))
         else:
-            found.append(Finding(extra, OK, ", ".join(f"{need.name} {version(need.name)}" for need in needs)))
+            found.append(Diagnosis(extra, OK, ", ".join(f"{need.name} {version(need.name)}" for need in needs)))
     return found
 
 
@@ -117,7 +117,7 @@ def _bare(need: Requirement) -> str:
     return f"{need.name}{need.specifier}"
 
 
-def planner() -> list[Finding]:
+def planner() -> list[Diagnosis]:
     """Whether the search is compiled, and may be kept so."""
     from prefplan.search import boa_star
     from prefplan.warm_up import is_compiled
@@ -126,20 +126,20 @@ def planner() -> list[Finding]:
     existing = next(folder for folder in (cache, *cache.parents) if folder.exists())
     if not os.access(existing, os.W_OK):
         mend = 'export NUMBA_CACHE_DIR="$HOME/.cache/numba"'
-        return [Finding("planner", WARNING, f"{cache} cannot be written to: every start compiles anew", mend)]
+        return [Diagnosis("planner", WARNING, f"{cache} cannot be written to: every start compiles anew", mend)]
     if not is_compiled():
         mend = f"{sys.executable} -m prefplan.warm_up"
-        return [Finding("planner", WARNING, "not compiled yet: the first plan takes a minute longer", mend)]
-    return [Finding("planner", OK, f"compiled (numba {version('numba')}, cache {cache})")]
+        return [Diagnosis("planner", WARNING, "not compiled yet: the first plan takes a minute longer", mend)]
+    return [Diagnosis("planner", OK, f"compiled (numba {version('numba')}, cache {cache})")]
 
 
-def simulation() -> list[Finding]:
+def simulation() -> list[Diagnosis]:
     """Whether all that simulation needs can be loaded."""
     text, works = in_a_child([sys.executable, "-c", SOFTWARE])
     if works:
-        return [Finding("simulation", OK, f"MuJoCo {text}, mink {_version('mink')}")]
+        return [Diagnosis("simulation", OK, f"MuJoCo {text}, mink {_version('mink')}")]
     needed = pip_installs("--force-reinstall", *(_bare(need) for need in _needs() if need.name in ("mujoco", "mink")))
-    return [Finding("simulation", PROBLEM, f"cannot be loaded: {text}", needed if _needs() else None)]
+    return [Diagnosis("simulation", PROBLEM, f"cannot be loaded: {text}", needed if _needs() else None)]
 
 
 def _version(name: str) -> str:
@@ -170,59 +170,59 @@ def in_a_child(command: list[str], environment: dict[str, str] | None = None) ->
     return lines[-1] if lines else silent, done.returncode == 0
 
 
-def ffmpeg() -> list[Finding]:
+def ffmpeg() -> list[Diagnosis]:
     """Whether a film can be encoded."""
     try:
         from imageio_ffmpeg import get_ffmpeg_exe
 
         program = get_ffmpeg_exe()
     except (ImportError, RuntimeError) as error:
-        return [Finding("ffmpeg", PROBLEM, str(error), pip_installs("--force-reinstall", "imageio-ffmpeg"))]
+        return [Diagnosis("ffmpeg", PROBLEM, str(error), pip_installs("--force-reinstall", "imageio-ffmpeg"))]
     text, works = in_a_child([program, "-v", "error", *ENCODING])
     if works:
-        return [Finding("ffmpeg", OK, f"encodes H.264 ({program})")]
+        return [Diagnosis("ffmpeg", OK, f"encodes H.264 ({program})")]
     chosen = os.environ.get("IMAGEIO_FFMPEG_EXE")
     mend = "unset IMAGEIO_FFMPEG_EXE" if chosen else pip_installs("--force-reinstall", "imageio-ffmpeg")
-    return [Finding("ffmpeg", PROBLEM, f"{program} cannot encode H.264: {text}", mend)]
+    return [Diagnosis("ffmpeg", PROBLEM, f"{program} cannot encode H.264: {text}", mend)]
 
 
-def meshes() -> list[Finding]:
+def meshes() -> list[Diagnosis]:
     """Whether the arm's surfaces are installed."""
     mend = pip_installs("--force-reinstall", "--no-deps", "gymnasium-robotics")
     try:
         from sim.robots.meshes import LINKS, mesh_folder
     except (AttributeError, ImportError, OSError, RuntimeError) as error:  # whatever loading MuJoCo may raise
-        return [Finding("meshes", WARNING, f"cannot be looked for: {error}")]
+        return [Diagnosis("meshes", WARNING, f"cannot be looked for: {error}")]
     folder = mesh_folder()
     if folder is None:
-        return [Finding("meshes", WARNING, "not installed: the arm is drawn as plain capsules", mend)]
+        return [Diagnosis("meshes", WARNING, "not installed: the arm is drawn as plain capsules", mend)]
     missing = [link for link in LINKS if not (folder / "visual" / f"{link}.stl").is_file()]
     if missing:
-        return [Finding("meshes", PROBLEM, f"{folder} lacks {', '.join(missing)}", mend)]
-    return [Finding("meshes", OK, f"of all {len(LINKS)} links ({folder})")]
+        return [Diagnosis("meshes", PROBLEM, f"{folder} lacks {', '.join(missing)}", mend)]
+    return [Diagnosis("meshes", OK, f"of all {len(LINKS)} links ({folder})")]
 
 
-def cores() -> list[Finding]:
+def cores() -> list[Diagnosis]:
     """How many cores this process may use."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return [Finding("cores", OK, str(count))]
+    return [Diagnosis("cores", OK, str(count))]
 
 
-def memory() -> list[Finding]:
+def memory() -> list[Diagnosis]:
     """How much memory is free."""
     free = available_memory()
     text = f"{free / 2**30:.1f} GiB free"
     if free < ENOUGH_MEMORY:
-        return [Finding("memory", WARNING, f"{text}: long searches may end early")]
-    return [Finding("memory", OK, text)]
+        return [Diagnosis("memory", WARNING, f"{text}: long searches may end early")]
+    return [Diagnosis("memory", OK, text)]
 
 
-def browser() -> list[Finding]:
+def browser() -> list[Diagnosis]:
     """Whether there is a browser that pages can be looked at with from the command line."""
     names = ("chromium", "chromium-browser", "google-chrome", "firefox")
     found = next((path for name in names if (path := shutil.which(name))), None)
     if found is None and sys.platform == "darwin":
-        return [Finding("browser", OK, "macOS has one")]
+        return [Diagnosis("browser", OK, "macOS has one")]
     if found is None:
-        return [Finding("browser", WARNING, "optional: none to look at pages with", installs("browser"))]
-    return [Finding("browser", OK, found)]
+        return [Diagnosis("browser", WARNING, "optional: none to look at pages with", installs("browser"))]
+    return [Diagnosis("browser", OK, found)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-from experiments.doctor.diagnosis import OK, PROBLEM, WARNING, Finding, in_a_child
+from experiments.doctor.diagnosis import OK, PROBLEM, WARNING, Diagnosis, in_a_child
 from experiments.doctor.mending import installs
 
 
@@ -25,7 +25,7 @@ def in_use() -> str:
     return backends()[-1] if "egl" not in backends() or "glfw" in backends() else "egl"
 
 
-def rendering() -> list[Finding]:
+def rendering() -> list[Diagnosis]:
     """Try every backend in a process of its own; the one in use is needed, the others are not."""
     used = in_use()
     tried = {name: try_backend(name) for name in dict.fromkeys([*backends(), used])}
@@ -38,15 +38,15 @@ def try_backend(name: str) -> tuple[str, bool]:
     return in_a_child([sys.executable, "-m", "experiments.doctor.gl_trial"], {"MUJOCO_GL": name})
 
 
-def _finding(name: str, text: str, works: bool, used: str, working: list[str]) -> Finding:
+def _finding(name: str, text: str, works: bool, used: str, working: list[str]) -> Diagnosis:
     if works:
-        return Finding(name, OK, f"renders ({text})" + (", used for films" if name == used else ""))
+        return Diagnosis(name, OK, f"renders ({text})" + (", used for films" if name == used else ""))
     if name != used:
-        return Finding(name, WARNING, f"optional: does not render ({text})", _install(name))
+        return Diagnosis(name, WARNING, f"optional: does not render ({text})", _install(name))
     what = f"does not render, so that no film can be made ({text})"
     if os.environ.get("MUJOCO_GL") and working:
-        return Finding(name, PROBLEM, what, f"export MUJOCO_GL={working[0]}")
-    return Finding(name, PROBLEM, what, _install(name))
+        return Diagnosis(name, PROBLEM, what, f"export MUJOCO_GL={working[0]}")
+    return Diagnosis(name, PROBLEM, what, _install(name))
 
 
 def _install(name: str) -> str | None:

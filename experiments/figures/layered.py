@@ -39,7 +39,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Layout:
+class LayeredDrawing:
     """Where everything lies; x to the right, y downwards, all of it at positive coordinates.
 
     Attributes:
@@ -57,7 +57,7 @@ class Layout:
 
 def place(
     nodes: Sequence[Box], edges: Sequence[tuple[int, int]], labels: Sequence[Box], *, gap: tuple[float, float]
-) -> Layout:
+) -> LayeredDrawing:
     """Lay out a graph whose nodes can all be reached from node 0.
 
     Args:
@@ -95,7 +95,7 @@ def place(
         sense = 1 if rank[source] < rank[target] else -1
         points = [(x[i] + sense * side * widths[column[i]] / 2, y[i]) for i in way for side in (-1, 1)]
         routes.append(np.array(points))
-    return Layout(
+    return LayeredDrawing(
         np.column_stack([x, y])[: len(nodes)],
         tuple(routes),
         np.array([(x[i], y[i]) for i in label_of]).reshape(-1, 2),

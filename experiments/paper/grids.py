@@ -6,18 +6,14 @@ from fractions import Fraction
 from pathlib import Path
 
 from experiments import scenarios
+from experiments.case_study_1 import PUBLISHED as FIGURE_3
+from experiments.case_study_2 import PUBLISHED as FIGURE_4
 from experiments.cli.output import condense, relaxed
 from experiments.figures import plans
 from experiments.paper.findings import Finding, Study, compared, erratum, fact, point_by_point
 from experiments.regression.front_comparison import compare
 from prefplan import Front, Order, Problem, Scenario, pareto_front, parse
 from prefplan.logic.good_prefix import is_satisfied
-
-FIGURE_3 = ((68, 29), (70, 28), (72, 24), (74, 23), (84, 11), (98, 0))
-"""(cost, mu) in the captions of Figure 3 (a) to (f)."""
-
-FIGURE_4 = ((50, 77), (60, 30), (64, 15))
-"""(cost, mu) in the captions of Figure 4 (a) to (c)."""
 
 WITH_20 = ((50, 67), (60, 30), (64, 15))
 """What the price in the text gives in place of Figure 4's."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from prefplan.logic.formula import TRUE, And, Constant, Formula, Literal, Next, Or, Until, parse
+from prefplan.logic.formula import TRUE, And, Formula, Literal, Next, Or, Truth, Until, parse
 
 
 def words_of(text: str) -> str:
@@ -18,7 +18,7 @@ def words_of(text: str) -> str:
 
 def _words(formula: Formula) -> str:
     match formula:
-        case Constant(value):
+        case Truth(value):
             return "anything" if value else "the impossible"
         case Literal(name, positive):
             return name if positive else f"no {name}"
@@ -34,7 +34,7 @@ def _words(formula: Formula) -> str:
 
 def _part(formula: Formula) -> str:
     """Return a part of a formula, in brackets unless nothing beside it could be taken for a part of it."""
-    alone = isinstance(formula, Constant | Literal | Next) or (isinstance(formula, Until) and formula.left == TRUE)
+    alone = isinstance(formula, Truth | Literal | Next) or (isinstance(formula, Until) and formula.left == TRUE)
     return _words(formula) if alone else f"({_words(formula)})"
 
 

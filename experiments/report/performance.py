@@ -15,7 +15,7 @@ from sim.rendering.renderer import check_rendering
 
 
 @dataclass(frozen=True)
-class Performance:
+class PlanRecorder:
     """What came of carrying plans out.
 
     Attributes:
@@ -38,7 +38,7 @@ def perform(
     size: tuple[int, int] = (1280, 720),
     film: bool = True,
     tell: Tell = lambda stage, done, total, what: None,
-) -> Performance:
+) -> PlanRecorder:
     """Carry plans out and film them, up to the first that the user interrupts.
 
     Args:
@@ -70,10 +70,10 @@ def perform(
 
             recording = record(scenario, scene, plan, folder / f"plan_{i}", seed=seed, size=size, film=film, tell=told)
             if recording is None:
-                return Performance(recordings, notices, interrupted=True)
+                return PlanRecorder(recordings, notices, interrupted=True)
             recordings[i] = recording
             if recording.no_video:
                 notices += (f"no video of plan {i}: {recording.no_video}",)
     except KeyboardInterrupt:
-        return Performance(recordings, notices, interrupted=True)
-    return Performance(recordings, notices, interrupted=False)
+        return PlanRecorder(recordings, notices, interrupted=True)
+    return PlanRecorder(recordings, notices, interrupted=False)

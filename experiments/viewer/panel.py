@@ -7,7 +7,7 @@ from collections.abc import Callable
 import viser
 
 from experiments.viewer.control import Control
-from experiments.viewer.performance import Moment, Performance
+from experiments.viewer.performance import LiveRun, Moment
 from experiments.viewer.standing_html import standing_html
 
 SPEEDS = ("1/4", "1/2", "1", "2", "4", "8")
@@ -25,7 +25,7 @@ class Panel:
             title: what is carried out.
             restart: called when another performance is wanted.
         """
-        self._performance: Performance | None = None
+        self._performance: LiveRun | None = None
         self._shown: Moment | None = None
         gui = server.gui
         # Sharing would open the page to the world through somebody else's server.
@@ -56,7 +56,7 @@ class Panel:
         above, _, below = self._speed.value.partition("/")
         return float(above) / float(below or 1)
 
-    def control(self, performance: Performance) -> None:
+    def control(self, performance: LiveRun) -> None:
         """Let the buttons act on a performance from now on."""
         self._performance = performance
 

@@ -43,7 +43,7 @@ class Moment:
     sought: bool = False
 
 
-class Performance(threading.Thread):
+class LiveRun(threading.Thread):
     """One execution of a plan, live; when it has ended, its recording.
 
     Attributes:

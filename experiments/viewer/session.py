@@ -13,7 +13,7 @@ from collections.abc import Callable
 import viser
 
 from experiments.viewer.panel import Panel
-from experiments.viewer.performance import Begin, Performance
+from experiments.viewer.performance import Begin, LiveRun
 from experiments.viewer.stage import Stage
 from prefplan.errors import PrefplanError
 from prefplan.problem import Problem
@@ -65,7 +65,7 @@ def watch(
                 restart.clear()
                 if performance is not None:
                     performance.stop()
-                performance = Performance(problem, begin, speed=panel.speed)
+                performance = LiveRun(problem, begin, speed=panel.speed)
                 panel.control(performance)
                 performance.start()
             assert performance is not None

@@ -13,7 +13,7 @@ import numpy as np
 from prefplan.product.contraction import by_way_of
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product.successors import NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
 
 
 class ReverseView(NamedTuple):
@@ -27,7 +27,7 @@ class ReverseView(NamedTuple):
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
         sizes: (N,) int64.
         shift: the low bits of costs, that count actions and do not make mu grow.
-        near: (S, S) int64, edges as a matrix, FAR for none; empty unless the graph is contracted.
+        near: (S, S) int64, edges as a matrix, NO_EDGE for none; empty unless the graph is contracted.
         active: (N, S) bool, whether a node's label can change an automaton; empty unless the graph is contracted.
     """
 
@@ -86,8 +86,8 @@ def restricted(reverse: ReverseView, tasks: np.ndarray) -> ReverseView:
         return reverse
     matters = reverse.active[tasks].any(axis=0)
     near = by_way_of(reverse.near, ~matters)
-    near[:, ~matters] = FAR
-    target, source = np.nonzero(near.T < FAR)
+    near[:, ~matters] = NO_EDGE
+    target, source = np.nonzero(near.T < NO_EDGE)
     offsets = np.searchsorted(target, np.arange(len(near) + 1)).astype(np.int64)
     return reverse._replace(offsets=offsets, sources=source.astype(np.int32), costs=near[source, target])
 
@@ -109,7 +109,7 @@ class _Readings(NamedTuple):
 
 
 @kernel
-def _room(reverse: ReverseView, tasks: np.ndarray) -> _Readings:
+def _buffer(reverse: ReverseView, tasks: np.ndarray) -> _Readings:
     most = 1
     for j in range(tasks.shape[0]):
         most *= reverse.sizes[tasks[j]]
@@ -124,7 +124,7 @@ def _room(reverse: ReverseView, tasks: np.ndarray) -> _Readings:
 
 
 @bare_kernel
-def _readings(reverse: ReverseView, tasks: np.ndarray, cell: Integer, room: _Readings) -> Integer:
+def _readings(reverse: ReverseView, tasks: np.ndarray, cell: Integer, buffer: _Readings) -> Integer:
     """Write the combinations from which reading a cell's label may lead to it, and return how many there are."""
     first, states, ends, sizes = reverse.first, reverse.states, reverse.ends, reverse.sizes
     nodes = reverse.classes.shape[0]
@@ -134,10 +134,10 @@ def _readings(reverse: ReverseView, tasks: np.ndarray, cell: Integer, room: _Rea
     for j in range(k):
         q = rest % sizes[tasks[j]]
         rest //= sizes[tasks[j]]
-        room.low[j] = first[tasks[j], q, label]
-        room.high[j] = first[tasks[j], q, label + 1]
-        room.at[j] = room.low[j]
-        if room.low[j] == room.high[j]:
+        buffer.low[j] = first[tasks[j], q, label]
+        buffer.high[j] = first[tasks[j], q, label + 1]
+        buffer.at[j] = buffer.low[j]
+        if buffer.low[j] == buffer.high[j]:
             return 0
     found = 0
     while True:
@@ -145,19 +145,19 @@ def _readings(reverse: ReverseView, tasks: np.ndarray, cell: Integer, room: _Rea
         before = np.int64(0)
         satisfied = 0
         for j in range(k):
-            q = states[room.at[j]]
+            q = states[buffer.at[j]]
             before += stride * q
             stride *= sizes[tasks[j]]
             if q == ends[tasks[j], 0]:
                 satisfied |= 1 << j
-        room.before[found], room.satisfied[found] = before, satisfied
+        buffer.before[found], buffer.satisfied[found] = before, satisfied
         found += 1
         j = 0
         while j < k:
-            room.at[j] += 1
-            if room.at[j] < room.high[j]:
+            buffer.at[j] += 1
+            if buffer.at[j] < buffer.high[j]:
                 break
-            room.at[j] = room.low[j]
+            buffer.at[j] = buffer.low[j]
             j += 1
         if j == k:
             return found
@@ -185,7 +185,7 @@ def dijkstra(
     """
     offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
     nodes = reverse.classes.shape[0]
-    room = _room(reverse, tasks)
+    buffer = _buffer(reverse, tasks)
     keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
     count: Integer = 0
     for combination in range(table.shape[0] // nodes):
@@ -202,8 +202,8 @@ def dijkstra(
         if table[cell] < cost:
             continue
         node = cell % nodes
-        for reading in range(_readings(reverse, tasks, cell, room)):
-            before, factor = room.before[reading], factors[room.satisfied[reading]]
+        for reading in range(_readings(reverse, tasks, cell, buffer)):
+            before, factor = buffer.before[reading], factors[buffer.satisfied[reading]]
             for edge in range(offsets[node], offsets[node + 1]):
                 source = sources[edge]
                 new = cost + factor * costs[edge]
@@ -238,12 +238,12 @@ def dijkstra_within_budgets(
     """
     offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
     nodes = reverse.classes.shape[0]
-    room = _room(reverse, tasks)
+    buffer = _buffer(reverse, tasks)
     last = budgets.shape[0] - 1
     strictest = budgets[1] if last > 0 else -1
-    least = np.full(table.shape[1], FAR, dtype=np.int64)
-    last_cost = np.full(table.shape[1], FAR, dtype=np.int64)
-    last_growth = np.full(table.shape[1], FAR, dtype=np.int64)
+    least = np.full(table.shape[1], NO_EDGE, dtype=np.int64)
+    last_cost = np.full(table.shape[1], NO_EDGE, dtype=np.int64)
+    last_growth = np.full(table.shape[1], NO_EDGE, dtype=np.int64)
     keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
     cells, growths = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
     count: Integer = 0
@@ -262,18 +262,18 @@ def dijkstra_within_budgets(
         cost, item = keys[0], items[0]
         count = heap_pop(keys, items, count)
         cell, growth = cells[item], growths[item]
-        if growth >= least[cell] or (growth > strictest and least[cell] < FAR):
+        if growth >= least[cell] or (growth > strictest and least[cell] < NO_EDGE):
             continue
         least[cell] = growth
         _settle(table, budgets, cell, cost, growth)
         node = cell % nodes
-        for reading in range(_readings(reverse, tasks, cell, room)):
-            before, rate = room.before[reading], rates[room.satisfied[reading]]
+        for reading in range(_readings(reverse, tasks, cell, buffer)):
+            before, rate = buffer.before[reading], rates[buffer.satisfied[reading]]
             for edge in range(offsets[node], offsets[node + 1]):
                 source = sources[edge]
                 new_cell = source + before
                 new = cost + costs[edge]
-                more = min(growth + rate * (costs[edge] >> reverse.shift), FAR - 1)
+                more = min(growth + rate * (costs[edge] >> reverse.shift), NO_EDGE - 1)
                 if new >= infinite:
                     if table.itemsize == 4:
                         return False
@@ -283,7 +283,7 @@ def dijkstra_within_budgets(
                     continue
                 if new >= last_cost[new_cell] and more >= last_growth[new_cell]:
                     continue
-                if more < least[new_cell] and (more <= strictest or least[new_cell] == FAR):
+                if more < least[new_cell] and (more <= strictest or least[new_cell] == NO_EDGE):
                     last_cost[new_cell], last_growth[new_cell] = new, more
                     if made == keys.shape[0]:
                         keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)

@@ -19,7 +19,7 @@ from prefplan.heuristics.backward_dijkstra import (
 )
 from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import FAR, INFINITE, ProductView
+from prefplan.product.successors import INFINITE, NO_EDGE, ProductView
 
 
 class Backward:
@@ -90,7 +90,7 @@ def _least(backward: Backward, tasks: np.ndarray, dtype: type, factors: np.ndarr
     size = _size(backward, tasks)
     if (stages := backward.stages) is not None:
         if shift:
-            stages = stages._replace(near=np.where(stages.near < FAR, stages.near >> shift, FAR))
+            stages = stages._replace(near=np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE))
         table: np.ndarray = np.empty(size, dtype=dtype)
         fits = fill_in_order(stages, tasks, factors, table, INFINITE[dtype])
     else:

@@ -1,4 +1,4 @@
-"""Exact cost-to-go for a few tasks at a time whose automata never come back to a state that they left.
+"""Exact cost-to-go for task subsets whose DFAs are acyclic up to self-loops (topological sweep).
 
 The combinations of such automata's states can be put in an order in which reading a label leads to an earlier one or
 changes nothing. For one combination after the other, a Dijkstra over no more than the nodes whose labels matter then
@@ -14,14 +14,14 @@ import numpy as np
 
 from prefplan.product.contraction import by_way_of
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import FAR, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product.successors import NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
 
 
 class Stages(NamedTuple):
     """A contracted graph of S nodes and N automata that only go on.
 
     Attributes:
-        near: (S, S) int64, edges as a matrix, FAR for none.
+        near: (S, S) int64, edges as a matrix, NO_EDGE for none.
         classes: (S,) int32.
         active: (N, S) bool, whether a node's label can change an automaton.
         delta: (N, Q, C) int32, state after reading a class.
@@ -90,12 +90,12 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
     matters = np.zeros(nodes, dtype=np.bool_)
     for j in range(k):
         matters |= stages.active[tasks[j]]
-    doors = np.flatnonzero(matters)
+    changing = np.flatnonzero(matters)
     near = by_way_of(stages.near, ~matters)
-    steps, relays = _weighted(near, doors, factors), _relays(near, doors)
-    onto = _onto(stages, tasks, doors)
+    steps, through = _weighted(near, changing, factors), _intermediate(near, changing)
+    onto = _onto(stages, tasks, changing)
     ranks, states = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
-    there = np.empty(doors.shape[0], dtype=np.int64)
+    there = np.empty(changing.shape[0], dtype=np.int64)
     costs = np.empty(nodes, dtype=np.int64)
     for _ in range(table.shape[0] // nodes):
         here, stride = 0, nodes
@@ -109,13 +109,13 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
                 satisfied |= 1 << j
             elif q != stages.ends[tasks[j], 1]:
                 finished = False
-        costs[:] = 0 if finished else FAR
+        costs[:] = 0 if finished else NO_EDGE
         if not finished:
-            there[:] = doors
+            there[:] = changing
             for j in range(k):
-                for d in range(doors.shape[0]):
+                for d in range(changing.shape[0]):
                     there[d] += onto[j, states[j], d]
-            _solve(steps[satisfied], doors, relays, there, here, table, infinite, costs)
+            _solve(steps[satisfied], changing, through, there, here, table, infinite, costs)
         if not _write(table[here : here + nodes], costs, infinite):
             return False
         for j in range(k):
@@ -127,40 +127,40 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
 
 
 @kernel
-def _weighted(near: np.ndarray, doors: np.ndarray, factors: np.ndarray) -> np.ndarray:
+def _weighted(near: np.ndarray, changing: np.ndarray, factors: np.ndarray) -> np.ndarray:
     """Return (F, D, S) costs of edges to some nodes from all, times each factor."""
-    steps = np.full((factors.shape[0], doors.shape[0], near.shape[0]), FAR, dtype=np.int64)
+    steps = np.full((factors.shape[0], changing.shape[0], near.shape[0]), NO_EDGE, dtype=np.int64)
     for f in range(factors.shape[0]):
-        for d in range(doors.shape[0]):
+        for d in range(changing.shape[0]):
             for node in range(near.shape[0]):
-                cost = near[node, doors[d]]
-                if cost < FAR:
+                cost = near[node, changing[d]]
+                if cost < NO_EDGE:
                     steps[f, d, node] = factors[f] * cost
     return steps
 
 
 @kernel
-def _relays(near: np.ndarray, doors: np.ndarray) -> Integer:
+def _intermediate(near: np.ndarray, changing: np.ndarray) -> Integer:
     """Return, as bits, those of some nodes by way of which another may be reached for less than the edge to it."""
-    relays = np.uint64(0)
-    for d in range(doors.shape[0]):
-        via = doors[d]
+    through = np.uint64(0)
+    for d in range(changing.shape[0]):
+        via = changing[d]
         for source in range(near.shape[0]):
-            for target in doors:
+            for target in changing:
                 if near[source, via] + near[via, target] < near[source, target]:
-                    relays |= np.uint64(1) << np.uint64(d)
-    return relays
+                    through |= np.uint64(1) << np.uint64(d)
+    return through
 
 
 @kernel
-def _onto(stages: Stages, tasks: np.ndarray, doors: np.ndarray) -> np.ndarray:
+def _onto(stages: Stages, tasks: np.ndarray, changing: np.ndarray) -> np.ndarray:
     """Return (k, Q, D) what each task adds to the table's index when some nodes' labels are read."""
-    onto = np.zeros((tasks.shape[0], stages.delta.shape[1], doors.shape[0]), dtype=np.int64)
+    onto = np.zeros((tasks.shape[0], stages.delta.shape[1], changing.shape[0]), dtype=np.int64)
     stride = stages.classes.shape[0]
     for j in range(tasks.shape[0]):
         for q in range(stages.sizes[tasks[j]]):
-            for d in range(doors.shape[0]):
-                onto[j, q, d] = stride * stages.delta[tasks[j], q, stages.classes[doors[d]]]
+            for d in range(changing.shape[0]):
+                onto[j, q, d] = stride * stages.delta[tasks[j], q, stages.classes[changing[d]]]
         stride *= stages.sizes[tasks[j]]
     return onto
 
@@ -168,8 +168,8 @@ def _onto(stages: Stages, tasks: np.ndarray, doors: np.ndarray) -> np.ndarray:
 @bare_kernel
 def _solve(
     steps: np.ndarray,
-    doors: np.ndarray,
-    relays: Integer,
+    changing: np.ndarray,
+    through: Integer,
     there: np.ndarray,
     here: Integer,
     table: np.ndarray,
@@ -178,17 +178,17 @@ def _solve(
 ) -> None:
     """Write the cost-to-go of all nodes: first by way of changes, then of nodes that change nothing (Dijkstra)."""
     waiting = np.uint64(0)
-    for d in range(doors.shape[0]):
-        if there[d] == here + doors[d]:
-            waiting |= np.uint64(relays) & np.uint64(1) << np.uint64(d)
+    for d in range(changing.shape[0]):
+        if there[d] == here + changing[d]:
+            waiting |= np.uint64(through) & np.uint64(1) << np.uint64(d)
         elif table[there[d]] < infinite:
             _relax(steps[d], np.int64(table[there[d]]), costs)
     while waiting:
-        least = np.int64(FAR)
+        least = np.int64(NO_EDGE)
         best = -1
-        for d in range(doors.shape[0]):
-            if (waiting >> np.uint64(d)) & np.uint64(1) and costs[doors[d]] < least:
-                best, least = d, costs[doors[d]]
+        for d in range(changing.shape[0]):
+            if (waiting >> np.uint64(d)) & np.uint64(1) and costs[changing[d]] < least:
+                best, least = d, costs[changing[d]]
         if best < 0:
             return
         waiting ^= np.uint64(1) << np.uint64(best)
@@ -205,7 +205,7 @@ def _relax(steps: np.ndarray, rest: Integer, costs: np.ndarray) -> None:
 def _write(row: np.ndarray, costs: np.ndarray, infinite: Integer) -> bool:
     """Write costs into a table, and return whether they fit."""
     for node in range(costs.shape[0]):
-        if costs[node] >= FAR:
+        if costs[node] >= NO_EDGE:
             row[node] = infinite
         elif costs[node] >= infinite and row.itemsize == 4:
             return False

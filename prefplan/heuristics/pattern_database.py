@@ -23,7 +23,7 @@ import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward, cost_to_go
 from prefplan.preferences.objective import Measure
-from prefplan.product.successors import FAR, Integer, bare_kernel
+from prefplan.product.successors import NO_EDGE, Integer, bare_kernel
 
 # Columns of a product state's row that hold what is known of its bound: the bound so far, how many tables were looked
 # up for it, the table that it comes from, and the one that gave the largest bound under a budget.
@@ -69,7 +69,7 @@ class Patterns(NamedTuple):
 def no_patterns(dtype: type) -> Patterns:
     """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
     empty = np.zeros((0, 1), dtype=np.int64)
-    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([FAR]))
+    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([NO_EDGE]))
 
 
 def count_entries(backward: Backward, k: int) -> float:
@@ -120,8 +120,8 @@ def patterns(
     Raises:
         OverflowError: if a finite cost does not fit the type.
     """
-    sets = [np.array(some, dtype=np.int64) for some in combinations(range(len(backward.sizes)), k)]
-    levels = np.array([FAR, *budgets], dtype=np.int64)
+    sets = [np.array(databases, dtype=np.int64) for databases in combinations(range(len(backward.sizes)), k)]
+    levels = np.array([NO_EDGE, *budgets], dtype=np.int64)
 
     def tabulate(tasks: np.ndarray) -> np.ndarray:
         rates = None
@@ -150,16 +150,18 @@ def _rate(measure: Measure, members: list[int], satisfied: int, factor: Fraction
 
 
 @bare_kernel
-def cost_bound(some: Patterns, node: Integer, automata: np.ndarray) -> Integer:
+def cost_bound(databases: Patterns, node: Integer, automata: np.ndarray) -> Integer:
     """Return h(p): the largest of all sets' entries."""
     bound = np.int64(0)
-    for p in range(some.base.shape[0]):
-        bound = max(bound, _entry(some, node, automata, 0, p))
+    for p in range(databases.base.shape[0]):
+        bound = max(bound, _entry(databases, node, automata, 0, p))
     return bound
 
 
 @bare_kernel
-def look_further(some: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer) -> Integer:
+def look_further(
+    databases: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
+) -> Integer:
     """Go on with h(p) from where it was left, until it exceeds a limit or is complete, and return what it is so far.
 
     What is known of p is kept in its known: `COST_BOUND` so far, that so many sets were `LOOKED` at, and the `LIKELY`
@@ -167,10 +169,10 @@ def look_further(some: Patterns, node: Integer, automata: np.ndarray, known: np.
     """
     bound, likely = np.int64(known[COST_BOUND]), np.int64(known[LIKELY])
     p = np.int64(known[LOOKED])
-    if p == 0 and likely < some.base.shape[0]:
-        bound = _entry(some, node, automata, 0, likely)
-    while p < some.base.shape[0] and bound <= limit:
-        entry = _entry(some, node, automata, 0, p)
+    if p == 0 and likely < databases.base.shape[0]:
+        bound = _entry(databases, node, automata, 0, likely)
+    while p < databases.base.shape[0] and bound <= limit:
+        entry = _entry(databases, node, automata, 0, p)
         if entry > bound:
             bound, likely = entry, p
         p += 1
@@ -180,7 +182,7 @@ def look_further(some: Patterns, node: Integer, automata: np.ndarray, known: np.
 
 @bare_kernel
 def look_under_budget(
-    some: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, level: Integer, limit: Integer
+    databases: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, level: Integer, limit: Integer
 ) -> Integer:
     """Return h(p) for one of the budgets: the largest of all sets' entries, or the first that exceeds a limit.
 
@@ -188,11 +190,11 @@ def look_under_budget(
     """
     tight = np.int64(known[TIGHT])
     bound = np.int64(0)
-    if tight < some.base.shape[0]:
-        bound = _entry(some, node, automata, level, tight)
+    if tight < databases.base.shape[0]:
+        bound = _entry(databases, node, automata, level, tight)
     p = 0
-    while p < some.base.shape[0] and bound <= limit:
-        entry = _entry(some, node, automata, level, p)
+    while p < databases.base.shape[0] and bound <= limit:
+        entry = _entry(databases, node, automata, level, p)
         if entry > bound:
             bound, tight = entry, np.int64(p)
         p += 1
@@ -201,8 +203,8 @@ def look_under_budget(
 
 
 @bare_kernel
-def _entry(some: Patterns, node: Integer, automata: np.ndarray, level: Integer, p: Integer) -> np.int64:
-    entry = some.base[p] + node
-    for j in range(some.tasks.shape[1]):
-        entry += some.strides[p, j] * automata[some.tasks[p, j]]
-    return np.int64(some.table[level, entry])
+def _entry(databases: Patterns, node: Integer, automata: np.ndarray, level: Integer, p: Integer) -> np.int64:
+    entry = databases.base[p] + node
+    for j in range(databases.tasks.shape[1]):
+        entry += databases.strides[p, j] * automata[databases.tasks[p, j]]
+    return np.int64(databases.table[level, entry])

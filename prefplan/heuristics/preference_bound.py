@@ -130,19 +130,19 @@ def _rate(measure: Measure, members: tuple[int, ...], satisfied: int, outside: i
 
 @bare_kernel
 def preference_bound(
-    some: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer, infinite: Integer
+    tables: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer, infinite: Integer
 ) -> Integer:
     """Return the least growth of mu from a product state to the end, `infinite` at most."""
     bound = np.int64(0)
-    for b in range(some.members.shape[0]):
-        rest = satisfied & ~some.members[b]
+    for b in range(tables.members.shape[0]):
+        rest = satisfied & ~tables.members[b]
         outside = 0
         while rest:
             rest &= rest - 1
             outside += 1
-        entry = some.base[b, outside] + node
-        for j in range(some.tasks.shape[1]):
-            if some.tasks[b, j] >= 0:
-                entry += some.strides[b, j] * automata[some.tasks[b, j]]
-        bound = min(bound + some.table[entry], np.int64(infinite))
+        entry = tables.base[b, outside] + node
+        for j in range(tables.tasks.shape[1]):
+            if tables.tasks[b, j] >= 0:
+                entry += tables.strides[b, j] * automata[tables.tasks[b, j]]
+        bound = min(bound + tables.table[entry], np.int64(infinite))
     return bound

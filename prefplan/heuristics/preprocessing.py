@@ -130,7 +130,7 @@ class Prepared:
         self.blocks = self.blocks._replace(table=_widened(self.blocks.table))
 
     @property
-    def patience(self) -> float:
+    def deepening_expansions(self) -> float:
         """Expansions that take as long as tables for sets of one more task; infinite if there can be none."""
         size, staged = self._size + 1, self._backward.stages is not None
         entries = count_entries(self._backward, size)

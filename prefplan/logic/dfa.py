@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from prefplan.errors import FormulaError
-from prefplan.logic.formula import And, Constant, Formula, Literal, Next, Or, Until, parse, propositions_of
+from prefplan.logic.formula import And, Formula, Literal, Next, Or, Truth, Until, parse, propositions_of
 from prefplan.logic.mtbdd import Diagram, Diagrams, leaf, leaves, paths
 
 STATE_LIMIT = 20_000
@@ -102,7 +102,7 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
     def obligations(f: Formula) -> Diagram:
         """Return a formula as the antichain of what must hold from the next letter on."""
         match f:
-            case Constant(value):
+            case Truth(value):
                 return _TRUE if value else _FALSE
             case And(left, right):
                 return both(obligations(left), obligations(right))

@@ -11,7 +11,7 @@ from prefplan.errors import FormulaError, choices
 
 
 @dataclass(frozen=True)
-class Constant:
+class Truth:
     """`true` or `false`."""
 
     value: bool
@@ -80,9 +80,9 @@ class Until:
         return f"F {self.right}" if self.left == TRUE else f"({self.left} U {self.right})"
 
 
-Formula = Constant | Literal | And | Or | Next | Until
+Formula = Truth | Literal | And | Or | Next | Until
 
-TRUE = Constant(True)
+TRUE = Truth(True)
 
 
 def parse(text: str, *, propositions: Iterable[str] | None = None) -> Formula:
@@ -108,8 +108,8 @@ def parse(text: str, *, propositions: Iterable[str] | None = None) -> Formula:
 def negate(formula: Formula) -> Formula:
     """Return the negation of a formula without temporal operators, in positive normal form."""
     match formula:
-        case Constant(value):
-            return Constant(not value)
+        case Truth(value):
+            return Truth(not value)
         case Literal(name, positive):
             return Literal(name, not positive)
         case And(left, right):
@@ -144,7 +144,7 @@ def propositions_of(formula: Formula) -> frozenset[str]:
 def holds(formula: Formula, label: frozenset[str]) -> bool:
     """Return whether a formula without temporal operators is true under a label."""
     match formula:
-        case Constant(value):
+        case Truth(value):
             return value
         case Literal(name, positive):
             return (name in label) == positive
@@ -304,7 +304,7 @@ class _Parser:
     def atom(self, token: _Token) -> Formula:
         name = token.text
         if name in ("true", "false"):
-            return Constant(name == "true")
+            return Truth(name == "true")
         if name in ("U", "R", "W", "&", "|", "->", ")", ""):
             what = f"not {name!r}" if name else "but the formula ends"
             if not name and self.opened:

@@ -20,7 +20,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 
-from prefplan.logic.formula import And, Constant, Formula, Literal, Next, Or, Until, holds, is_temporal
+from prefplan.logic.formula import And, Formula, Literal, Next, Or, Truth, Until, holds, is_temporal
 
 Label = frozenset[str]
 
@@ -50,9 +50,9 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
     path, done = {start}, set()
     stack = [(start, _passed_on(start[1], trace[0] if trace else None))]
     while stack:
-        here, ways = stack[-1]
+        here, options = stack[-1]
         following = min(here[0] + 1, len(trace))
-        for obligations in ways:
+        for obligations in options:
             there = (following, obligations)
             if there in path:
                 return False
@@ -82,25 +82,25 @@ def _passed_on(obligations: _Obligations, label: Label | None) -> Iterator[_Obli
             yield later
             continue
         formula, rest = now[0], now[1:]
-        ways: list[tuple[tuple[Formula, ...], frozenset[Literal], frozenset[Formula]]] = []
-        if isinstance(formula, Constant) or (label is not None and not is_temporal(formula)):
+        options: list[tuple[tuple[Formula, ...], frozenset[Literal], frozenset[Formula]]] = []
+        if isinstance(formula, Truth) or (label is not None and not is_temporal(formula)):
             if not holds(formula, label or frozenset()):
-                ways = [(rest, literals, later)]
+                options = [(rest, literals, later)]
         else:
             match formula:
                 case Literal(name, positive):
                     # Falsifying a and !a together is what no label does.
                     if Literal(name, not positive) not in literals:
-                        ways = [(rest, literals | {formula}, later)]
+                        options = [(rest, literals | {formula}, later)]
                 case And(left, right):
-                    ways = [((right, *rest), literals, later), ((left, *rest), literals, later)]
+                    options = [((right, *rest), literals, later), ((left, *rest), literals, later)]
                 case Or(left, right):
-                    ways = [((left, right, *rest), literals, later)]
+                    options = [((left, right, *rest), literals, later)]
                 case Next(operand):
-                    ways = [(rest, literals, later | {operand})]
+                    options = [(rest, literals, later | {operand})]
                 case Until(left, right):
-                    ways = [((right, left, *rest), literals, later), ((right, *rest), literals, later | {formula})]
-        for way in ways:
-            if way not in met:
-                met.add(way)
-                pending.append(way)
+                    options = [((right, left, *rest), literals, later), ((right, *rest), literals, later | {formula})]
+        for option in options:
+            if option not in met:
+                met.add(option)
+                pending.append(option)

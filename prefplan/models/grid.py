@@ -57,11 +57,11 @@ class GridModel:
         check_names(self.regions, where="regions")
         check_names(self.propositions, where="propositions")
         for kind, boxes in (("regions", self.regions), ("obstacles", self.obstacles)):
-            for name, some in boxes.items():
-                for box in some:
+            for name, boxes_of in boxes.items():
+                for box in boxes_of:
                     _check_box(f"{kind}.{name}", box, self.size)
-        for name, some in self.obstacles.items():
-            if any(x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1 for x0, y0, x1, y1 in some):
+        for name, boxes_of in self.obstacles.items():
+            if any(x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1 for x0, y0, x1, y1 in boxes_of):
                 raise ModelError(f"start: {list(self.start)} lies in obstacle {name!r}")
 
     def transition_system(self) -> TransitionSystem:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 from prefplan.errors import PreferenceError
-from prefplan.preferences.terms import Formula
+from prefplan.preferences.terms import OpaqueTerm
 
 CONTRACTS = ("additive", "convex", "componentwise", "general")
 
@@ -47,13 +47,13 @@ class Span:
         return self.smallest * rng.randint(1, 2 ** rng.randint(0, most.bit_length()))
 
 
-def check_claim(formula: Formula, tasks: Sequence[str], where: str, span: Span) -> None:
+def check_claim(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
     """Try a contract that the user declared on costs as a problem has them; errors as of the other checks."""
     check_never_falls(formula, tasks, where, span)
     check_contract(formula, tasks, where, span)
 
 
-def check_never_falls(formula: Formula, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
+def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
     """Raise PreferenceError if mu falls along some trajectory, or is negative or not a number (Definition 5)."""
     rng = random.Random(SEED)
     for _ in range(TRIALS // 4):
@@ -77,7 +77,7 @@ def check_never_falls(formula: Formula, tasks: Sequence[str], where: str, span: 
                 )
 
 
-def check_contract(formula: Formula, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
+def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
     """Raise PreferenceError with a pair of cost vectors that refutes a formula's contract, if one is found."""
     rng = random.Random(SEED)
     for _ in range(TRIALS):
@@ -94,7 +94,7 @@ def check_contract(formula: Formula, tasks: Sequence[str], where: str, span: Spa
                 _check_key(rng, formula, tasks, where, span)
 
 
-def _check_key(rng: random.Random, formula: Formula, tasks: Sequence[str], where: str, span: Span) -> None:
+def _check_key(rng: random.Random, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
     """Refute that the better of two labels with the same satisfied set, by (cost, mu), stays the better one."""
     n = len(tasks)
     satisfied = {i for i in range(n) if rng.random() < 0.5}
@@ -146,11 +146,11 @@ def _trajectory(rng: random.Random, n: int, span: Span) -> list[Vector]:
 
 def _ordered_pair(rng: random.Random, n: int, span: Span) -> tuple[Vector, Vector]:
     low = [[span.draw(rng) for _ in range(n)] for _ in range(2)]
-    high = [[x + (span.draw(rng) if rng.random() < 0.5 else 0) for x in some] for some in low]
+    high = [[x + (span.draw(rng) if rng.random() < 0.5 else 0) for x in values] for values in low]
     return (low[0], low[1]), (high[0], high[1])
 
 
-def value_at(vector: Vector, formula: Formula, tasks: Sequence[str], where: str) -> Any:
+def value_at(vector: Vector, formula: OpaqueTerm, tasks: Sequence[str], where: str) -> Any:
     """Return mu of a cost vector: a fraction for an expression, a float for a function.
 
     Raises:

@@ -36,13 +36,13 @@ class Operation:
     """`+ - * /` of two operands, or `min max abs` of some."""
 
     name: str
-    operands: tuple[Expression, ...]
+    operands: tuple[Tree, ...]
 
 
-Expression = Constant | Variable | Operation
+Tree = Constant | Variable | Operation
 
 
-def parse(text: str, tasks: Sequence[str], *, violation: bool = False) -> Expression:
+def parse(text: str, tasks: Sequence[str], *, violation: bool = False) -> Tree:
     """Read an expression over the costs (or violation costs) of tasks.
 
     Raises:
@@ -54,7 +54,7 @@ def parse(text: str, tasks: Sequence[str], *, violation: bool = False) -> Expres
     return tree
 
 
-def evaluate(tree: Expression, costs: Sequence[Any], violations: Sequence[Any]) -> Any:
+def evaluate(tree: Tree, costs: Sequence[Any], violations: Sequence[Any]) -> Any:
     """Return the value of an expression, in the arithmetic of its arguments (fractions stay exact)."""
     match tree:
         case Constant(value):
@@ -78,7 +78,7 @@ def evaluate(tree: Expression, costs: Sequence[Any], violations: Sequence[Any]) 
     raise AssertionError(tree)
 
 
-def variables(tree: Expression) -> frozenset[Variable]:
+def variables(tree: Tree) -> frozenset[Variable]:
     """Return the variables of an expression."""
     if isinstance(tree, Variable):
         return frozenset({tree})
@@ -87,7 +87,7 @@ def variables(tree: Expression) -> frozenset[Variable]:
     return frozenset()
 
 
-def scaled(tree: Expression, cost: Fraction, price: Fraction) -> tuple[Expression, Fraction]:
+def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]:
     """Return an expression over costs as one over their multiples of a unit, and the factor that is left out of it.
 
     Without a division all its constants are whole, so that it gives whole numbers.
@@ -112,19 +112,19 @@ def scaled(tree: Expression, cost: Fraction, price: Fraction) -> tuple[Expressio
     raise AssertionError(tree)
 
 
-def _times_constant(tree: Expression, factor: Fraction) -> Expression:
+def _times_constant(tree: Tree, factor: Fraction) -> Tree:
     if isinstance(tree, Constant):
         return Constant(tree.value * factor)
     return tree if factor == 1 else Operation("*", (Constant(factor), tree))
 
 
-def divides(tree: Expression) -> bool:
+def divides(tree: Tree) -> bool:
     """Return whether an expression has a division."""
     return isinstance(tree, Operation) and (tree.name == "/" or any(map(divides, tree.operands)))
 
 
 @dataclass(frozen=True)
-class Shape:
+class Bounds:
     """What is known of an expression for all costs >= 0.
 
     Attributes:
@@ -139,18 +139,18 @@ class Shape:
     falling: bool
 
 
-def shape(tree: Expression) -> Shape:
+def shape(tree: Tree) -> Bounds:
     """Return bounds and monotonicity of an expression, by interval arithmetic."""
     match tree:
         case Constant(value):
-            return Shape(float(value), float(value), True, True)
+            return Bounds(float(value), float(value), True, True)
         case Variable():
-            return Shape(0, math.inf, True, False)
+            return Bounds(0, math.inf, True, False)
         case Operation(name, operands):
             parts = [shape(operand) for operand in operands]
             if name in ("min", "max"):
                 pick = FUNCTIONS[name]
-                return Shape(
+                return Bounds(
                     pick(p.low for p in parts),
                     pick(p.high for p in parts),
                     all(p.rising for p in parts),
@@ -162,29 +162,29 @@ def shape(tree: Expression) -> Shape:
     raise AssertionError(tree)
 
 
-def _negated(a: Shape) -> Shape:
-    return Shape(-a.high, -a.low, a.falling, a.rising)
+def _negated(a: Bounds) -> Bounds:
+    return Bounds(-a.high, -a.low, a.falling, a.rising)
 
 
-def _absolute(a: Shape) -> Shape:
+def _absolute(a: Bounds) -> Bounds:
     if a.low >= 0:
         return a
     if a.high <= 0:
         return _negated(a)
-    return Shape(0, max(-a.low, a.high), False, False)
+    return Bounds(0, max(-a.low, a.high), False, False)
 
 
-def _binary(name: str, a: Shape, b: Shape) -> Shape:
+def _binary(name: str, a: Bounds, b: Bounds) -> Bounds:
     match name:
         case "+":
-            return Shape(a.low + b.low, a.high + b.high, a.rising and b.rising, a.falling and b.falling)
+            return Bounds(a.low + b.low, a.high + b.high, a.rising and b.rising, a.falling and b.falling)
         case "-":
             return _binary("+", a, _negated(b))
         case "/":
             if b.low <= 0:
                 b = _negated(b)
                 a = _negated(a)
-            inverse = Shape(
+            inverse = Bounds(
                 1 / b.high if b.high < math.inf else 0.0, 1 / b.low if b.low else math.inf, b.falling, b.rising
             )
             return _binary("*", a, inverse)
@@ -193,18 +193,18 @@ def _binary(name: str, a: Shape, b: Shape) -> Shape:
             return _negated(_binary("*", _negated(one), other))
     corners = [_times(x, y) for x in (a.low, a.high) for y in (b.low, b.high)]
     if a.low >= 0 and b.low >= 0:
-        return Shape(min(corners), max(corners), a.rising and b.rising, a.falling and b.falling)
+        return Bounds(min(corners), max(corners), a.rising and b.rising, a.falling and b.falling)
     constant, other = (a, b) if a.low == a.high else (b, a)
     if constant.low == constant.high:
-        return Shape(min(corners), max(corners), other.rising, other.falling)
-    return Shape(min(corners), max(corners), False, False)
+        return Bounds(min(corners), max(corners), other.rising, other.falling)
+    return Bounds(min(corners), max(corners), False, False)
 
 
 def _times(x: float, y: float) -> float:
     return 0.0 if x == 0 or y == 0 else x * y
 
 
-def _check_divisors(tree: Expression, tasks: Sequence[str]) -> None:
+def _check_divisors(tree: Tree, tasks: Sequence[str]) -> None:
     if isinstance(tree, Operation):
         for operand in tree.operands:
             _check_divisors(operand, tasks)
@@ -214,7 +214,7 @@ def _check_divisors(tree: Expression, tasks: Sequence[str]) -> None:
                 raise PreferenceError(f"expression: divides by '{to_text(tree.operands[1], tasks)}', which can be zero")
 
 
-def to_text(tree: Expression, tasks: Sequence[str]) -> str:
+def to_text(tree: Tree, tasks: Sequence[str]) -> str:
     """Return an expression as text."""
     match tree:
         case Constant(value):
@@ -261,14 +261,14 @@ class _Parser:
     def token(self) -> str:
         return self.tokens[self.position][1]
 
-    def read(self) -> Expression:
+    def read(self) -> Tree:
         tree = self.sum()
         kind, text, column = self.tokens[self.position]
         if kind != "end":
             raise self.error(f"expected an operator, not {text!r}", column)
         return tree
 
-    def sum(self) -> Expression:
+    def sum(self) -> Tree:
         self.depth += 1
         if self.depth > _NESTING:
             raise self.error(f"nested more than {_NESTING} deep", self.tokens[self.position][2])
@@ -279,14 +279,14 @@ class _Parser:
         self.depth -= 1
         return tree
 
-    def product(self) -> Expression:
+    def product(self) -> Tree:
         tree = self.signed()
         while self.token in ("*", "/"):
             self.position += 1
             tree = Operation(self.tokens[self.position - 1][1], (tree, self.signed()))
         return tree
 
-    def signed(self) -> Expression:
+    def signed(self) -> Tree:
         negative = False
         while self.token in ("+", "-"):
             negative ^= self.token == "-"
@@ -294,7 +294,7 @@ class _Parser:
         tree = self.atom()
         return Operation("-", (Constant(Fraction(0)), tree)) if negative else tree
 
-    def atom(self) -> Expression:
+    def atom(self) -> Tree:
         kind, text, column = self.tokens[self.position]
         self.position += 1
         if kind == "number":
@@ -318,7 +318,7 @@ class _Parser:
             f"expected a number, a task or a bracket, {f'not {text!r}' if text else 'but it ends'}", column
         )
 
-    def call(self, name: str, column: int) -> Expression:
+    def call(self, name: str, column: int) -> Tree:
         if name not in FUNCTIONS:
             raise self.error(f"function {name!r} is not allowed {choices(name, FUNCTIONS)}", column)
         opened = self.tokens[self.position][2]

@@ -14,11 +14,10 @@ from typing import Any, Protocol
 from prefplan.errors import ModelError, PreferenceError, choices
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls
-from prefplan.preferences.expression import Constant, Operation, Variable, parse
-from prefplan.preferences.expression import Expression as Tree
+from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse
 from prefplan.preferences.terms import (
-    Formula,
     Maximum,
+    OpaqueTerm,
     OrderRate,
     SpreadRate,
     Tardiness,
@@ -109,7 +108,7 @@ class Max:
         if not _over_violation(self.over):
             return [Maximum(weights)]
         operands = [Operation("*", (Constant(w), Variable(i, True))) for i, w in enumerate(weights)]
-        return [Formula(Operation("max", tuple(operands)), None, "componentwise", len(tasks))]
+        return [OpaqueTerm(Operation("max", tuple(operands)), None, "componentwise", len(tasks))]
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ class Deadline:
             late = Operation("-", (Variable(term.task, True), Constant(term.by)))
             positive = Operation("max", (Constant(Fraction(0)), late))
             tree = Operation("+", (tree, Operation("*", (Constant(term.weight), positive))))
-        return [Formula(tree, None, "componentwise", len(tasks))]
+        return [OpaqueTerm(tree, None, "componentwise", len(tasks))]
 
 
 @dataclass(frozen=True)
@@ -168,7 +167,7 @@ class Expression:
         tree = parse(self.expression, tasks, violation=_over_violation(self.over))
         shown = derived_contract(tree)
         contract = _contract(self.contract) or shown
-        whole = Formula(tree, None, contract, len(tasks), claimed=contract not in (shown, "general"))
+        whole = OpaqueTerm(tree, None, contract, len(tasks), claimed=contract not in (shown, "general"))
         check_never_falls(whole, tasks, "expression")
         if self.contract is not None:
             check_contract(whole, tasks, "contract")
@@ -192,7 +191,7 @@ class Function:
 
     def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
         """Return the function as a term."""
-        whole = Formula(None, self.function, _contract(self.contract) or "general", len(tasks), claimed=True)
+        whole = OpaqueTerm(None, self.function, _contract(self.contract) or "general", len(tasks), claimed=True)
         check_never_falls(whole, tasks, "function")
         check_contract(whole, tasks, "contract")
         return [whole]
@@ -238,7 +237,7 @@ def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
             return Tardiness(task, by, weight * own)
         case Maximum(weights):
             return Maximum(tuple(weight * w for w in weights))
-        case Formula():
+        case OpaqueTerm():
             return replace(term, weight=weight * term.weight)
     raise AssertionError(term)
 

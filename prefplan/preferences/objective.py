@@ -27,7 +27,7 @@ import numpy as np
 from prefplan.errors import PreferenceError
 from prefplan.exact_costs import common_unit
 from prefplan.preferences.expression import divides, scaled
-from prefplan.preferences.terms import Formula, Maximum, Rate, Tardiness, Term, Violation
+from prefplan.preferences.terms import Maximum, OpaqueTerm, Rate, Tardiness, Term, Violation
 
 TASK_LIMIT = 20
 """Tables over all sets of satisfied tasks have 2^N entries."""
@@ -52,7 +52,7 @@ class Measure:
         """Return the measure of a preference's terms and constants."""
         constants = [part for part in parts if isinstance(part, Fraction)]
         terms = tuple(part for part in parts if not isinstance(part, Fraction))
-        if sum(isinstance(term, Formula) and term.function is not None for term in terms) > 1:
+        if sum(isinstance(term, OpaqueTerm) and term.function is not None for term in terms) > 1:
             raise PreferenceError("terms: a sum can hold one Python function only")
         return cls(tasks, terms, sum(constants, Fraction(0)))
 
@@ -64,9 +64,9 @@ class Measure:
         return [term for term in self.terms if isinstance(term, kind)]
 
     @cached_property
-    def formulas(self) -> list[Formula]:
+    def formulas(self) -> list[OpaqueTerm]:
         """The terms that only their values are known of."""
-        return self._some(Formula)
+        return self._some(OpaqueTerm)
 
     @property
     def maxima(self) -> list[Maximum]:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from prefplan.preferences.expression import Constant, Expression, Operation, Variable, evaluate, shape, variables
+from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, shape, variables
 
 Costs = Sequence[Fraction]
 
@@ -65,8 +65,8 @@ class OrderRate:
         With each group's satisfied tasks first, the rate is the largest min(missing up to place t, present beyond t)
         over all t, as both are equal at t = |S|. Leaving tasks out makes neither count larger.
         """
-        some = tuple(tuple(i for i in group if i in members) for group in self.groups)
-        return OrderRate(tuple(group for group in some if group), self.weight).rate(satisfied)
+        groups = tuple(tuple(i for i in group if i in members) for group in self.groups)
+        return OrderRate(tuple(group for group in groups if group), self.weight).rate(satisfied)
 
     def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
         """Return the part that some whole groups are to blame for, with `outside` more tasks satisfied."""
@@ -157,8 +157,8 @@ class SpreadRate:
 
     def value(self, costs: Costs, violations: Costs) -> Fraction:
         """Return the weighted spread."""
-        some = [costs[i] for i in self.members]
-        return self.weight * (max(some) - min(some))
+        spread = [costs[i] for i in self.members]
+        return self.weight * (max(spread) - min(spread))
 
 
 Rate = OrderRate | WeightedRate | SpreadRate
@@ -200,7 +200,7 @@ class Maximum:
 
 
 @dataclass(frozen=True)
-class Formula:
+class OpaqueTerm:
     """An expression that is none of the above, or a Python function.
 
     Attributes:
@@ -212,7 +212,7 @@ class Formula:
         claimed: whether the contract is the user's claim, tried but not shown.
     """
 
-    tree: Expression | None
+    tree: Tree | None
     function: Callable[[Any, Any], float] | None
     contract: str
     tasks: int
@@ -242,10 +242,10 @@ class Formula:
         return float(self.weight) * float(self.function(*arguments))
 
 
-Term = OrderRate | WeightedRate | SpreadRate | Violation | Tardiness | Maximum | Formula
+Term = OrderRate | WeightedRate | SpreadRate | Violation | Tardiness | Maximum | OpaqueTerm
 
 
-def decompose(tree: Expression, tasks: int, weight: Fraction) -> tuple[list[Term], Fraction] | None:
+def decompose(tree: Tree, tasks: int, weight: Fraction) -> tuple[list[Term], Fraction] | None:
     """Return an expression as additive and convex terms and a constant, or None if it has another form.
 
     Recognised are weighted costs and violation costs, |c_i - c_j|, max - min of the same costs, max(0, c_i - d) and
@@ -284,11 +284,11 @@ def decompose(tree: Expression, tasks: int, weight: Fraction) -> tuple[list[Term
     return terms, constant
 
 
-def _flatten(tree: Expression, factor: Fraction) -> dict[Expression, Fraction] | None:
+def _flatten(tree: Tree, factor: Fraction) -> dict[Tree, Fraction] | None:
     """Return a sum as {summand: factor}; constants belong to the summand 1."""
-    result: dict[Expression, Fraction] = {}
+    result: dict[Tree, Fraction] = {}
 
-    def add(node: Expression, by: Fraction) -> bool:
+    def add(node: Tree, by: Fraction) -> bool:
         match node:
             case Constant(value):
                 one = Constant(Fraction(1))
@@ -310,7 +310,7 @@ def _flatten(tree: Expression, factor: Fraction) -> dict[Expression, Fraction] |
     return result if add(tree, factor) else None
 
 
-def _linear(tree: Expression) -> tuple[dict[int, Fraction], Fraction] | None:
+def _linear(tree: Tree) -> tuple[dict[int, Fraction], Fraction] | None:
     """Return an expression as a linear form in the costs and a constant."""
     parts = _flatten(tree, Fraction(1))
     if parts is None:
@@ -340,7 +340,7 @@ def _common_cost_set(tree: Operation) -> tuple[Fraction, frozenset[int]] | None:
     return factors.pop(), frozenset(members)
 
 
-def _convex(tree: Expression, factor: Fraction, tasks: int) -> Term | None:
+def _convex(tree: Tree, factor: Fraction, tasks: int) -> Term | None:
     """Return factor * tree as |c_i - c_j|, tardiness or a weighted maximum, or None."""
     if not isinstance(tree, Operation) or tree.name not in ("abs", "max"):
         return None
@@ -368,6 +368,6 @@ def _convex(tree: Expression, factor: Fraction, tasks: int) -> Term | None:
     return Maximum(tuple(weights))
 
 
-def derived_contract(tree: Expression) -> str:
+def derived_contract(tree: Tree) -> str:
     """Return the contract that can be shown of an expression which `decompose` does not know."""
     return "componentwise" if shape(tree).rising else "general"

@@ -15,7 +15,7 @@ import numpy as np
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import FAR, INFINITE, Integer, ProductView, kernel
+from prefplan.product.successors import INFINITE, NO_EDGE, Integer, ProductView, kernel
 
 NODE_LIMIT = 64
 """Macro-moves keep sets of nodes in one machine word; on larger graphs they cost more than they save."""
@@ -77,7 +77,7 @@ def contract(product: Product) -> Graph | None:
     node = np.full(len(keep), -1, dtype=np.int64)
     node[states] = np.arange(len(states))
     near = np.empty((len(states), len(states)), dtype=np.int64)
-    _ways(product.offsets, product.targets, product.costs, matters, states, node, near)
+    _cheapest_paths(product.offsets, product.targets, product.costs, matters, states, node, near)
     if len(states) * int(near.max(initial=0)) >= INFINITE[np.int64]:
         return None
     source, target = np.nonzero(near >= 0)
@@ -93,7 +93,7 @@ def contract(product: Product) -> Graph | None:
 
 
 @kernel
-def _ways(
+def _cheapest_paths(
     offsets: np.ndarray,
     targets: np.ndarray,
     costs: np.ndarray,
@@ -128,28 +128,28 @@ def _ways(
 
 
 @kernel
-def by_way_of(near: np.ndarray, some: np.ndarray) -> np.ndarray:
-    """Return the (S, S) least costs of getting from node to node by the edges and by way of some nodes, FAR for none.
+def by_way_of(near: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """Return the (S, S) least costs from node to node by edges and through inner nodes, NO_EDGE for none.
 
     Args:
-        near: (S, S) int64, costs of edges, FAR for none.
-        some: (S,) bool, which nodes may lie on the way.
+        near: (S, S) int64, costs of edges, NO_EDGE for none.
+        inner: (S,) bool, which nodes may lie on the way.
     """
     least = near.copy()
     nodes = least.shape[0]
     for via in range(nodes):
-        if some[via]:
+        if inner[via]:
             for source in range(nodes):
                 first = least[source, via]
-                if first < FAR:
+                if first < NO_EDGE:
                     for target in range(nodes):
                         least[source, target] = min(least[source, target], first + least[via, target])
     return least
 
 
-def _relays(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
+def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
     """Return the cost of every edge as a matrix, and for each two nodes those on ways cheaper than the edge as bits."""
-    near = np.full((graph.size, graph.size), FAR, dtype=np.int64)
+    near = np.full((graph.size, graph.size), NO_EDGE, dtype=np.int64)
     near[np.repeat(np.arange(graph.size), np.diff(graph.offsets)), graph.targets] = graph.costs
     least = by_way_of(near, np.ones(graph.size, dtype=bool))
     bits = np.uint64(1) << np.arange(graph.size, dtype=np.uint64)
@@ -167,9 +167,9 @@ def view(product: Product, graph: Graph) -> ProductView:
             changes = (product.delta[i, q] != q) | (np.diff(product.extra_first[i, q]) > 0)
             for v in np.flatnonzero(changes[graph.classes]):
                 active[i, q] |= np.uint64(1) << np.uint64(v)
-    near, relays = np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0), dtype=np.uint64)
+    near, through = np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0), dtype=np.uint64)
     if graph.contracted:
-        near, relays = _relays(graph)
+        near, through = _intermediate(graph)
     owner = np.zeros(len(product.extra_state), dtype=np.int64)
     for i in range(tasks):
         owner[product.extra_first[i, 0, 0] :] = i
@@ -186,7 +186,7 @@ def view(product: Product, graph: Graph) -> ProductView:
         extra_price=product.extra_price,
         active=active,
         near=near,
-        relays=relays,
+        through=through,
         accepting=product.accepting,
         skipped=product.skipped,
         shift=product.shift,

@@ -169,27 +169,28 @@ class Product:
         """Every way to begin: each task skipped or not, and each way to read L(s0)."""
         system = self.problem.system
         label = system.label(system.start)
-        ways: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
+        readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
         for dfa in self.automata:
-            some: list[tuple[int, int, tuple[int, ...] | None]] = [
+            options: list[tuple[int, int, tuple[int, ...] | None]] = [
                 (r.state, r.price, r.bought) for r in dfa.readings(0, label)
             ]
             if dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
-                some.append((skipping, dfa.skip, None))
-            ways.append(some)
-        if math.prod(map(len, ways)) > READINGS_LIMIT:
+                options.append((skipping, dfa.skip, None))
+            readings.append(options)
+        count = math.prod(map(len, readings))
+        if count > READINGS_LIMIT:
             raise ModelError(
-                f"the start can be read in {math.prod(map(len, ways)):,} ways, each task skipped, relaxed or neither; "
+                f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
                 f"at most {READINGS_LIMIT:,} are looked at: fewer tasks may have skip or relax"
             )
         return tuple(
             Start(
                 system.start
-                + sum(int(stride) * state for stride, (state, _, _) in zip(self.strides, way, strict=True)),
-                tuple(price for _, price, _ in way),
-                tuple(bought for _, _, bought in way),
+                + sum(int(stride) * state for stride, (state, _, _) in zip(self.strides, reading, strict=True)),
+                tuple(price for _, price, _ in reading),
+                tuple(bought for _, _, bought in reading),
             )
-            for way in product(*ways)
+            for reading in product(*readings)
         )
 
     def decode(self, code: int) -> tuple[int, tuple[int, ...]]:

@@ -61,7 +61,7 @@ def _forget_outdated(folder: Path) -> None:
         temporary.rename(stamp)
 
 
-FAR = 2**61
+NO_EDGE = 2**61
 """Cost of an edge that does not exist; more than any finite cost-to-go and an edge together."""
 
 
@@ -75,8 +75,8 @@ class ProductView(NamedTuple):
         jump: (N, Q, C) int64, strides[i] times the state after the free reading of a class.
         extra_first: (N, Q, C + 1) int32, extra_jump: (X,) int64, extra_price: (X,) int64: the bought readings.
         active: (N, Q) uint64, nodes whose label can change the state of automaton i in q; used by macro-moves only.
-        near: (S, S) int64, cost of the edge between two nodes, or FAR, and relays: (S, S) uint64, the nodes that lie on
-            cheaper ways between them; used by macro-moves only.
+        near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE, and through: (S, S) uint64, the nodes that
+            lie on cheaper paths between them; used by macro-moves only.
         accepting: (N,) int32, skipped: (N,) int32: those states of each automaton, or -1.
         shift: the low bits of costs, that count actions.
         relaxed: whether there are bought readings.
@@ -95,7 +95,7 @@ class ProductView(NamedTuple):
     extra_price: np.ndarray
     active: np.ndarray
     near: np.ndarray
-    relays: np.ndarray
+    through: np.ndarray
     accepting: np.ndarray
     skipped: np.ndarray
     shift: int
@@ -113,14 +113,14 @@ def active_nodes(view: ProductView) -> np.ndarray:
 
 
 class Successors(NamedTuple):
-    """Room for the successors of one state, and for working them out.
+    """Output and scratch buffers for successor generation.
 
     Attributes:
         code: (M,) int64, product state reached.
         cost: (M,) int64, cost of getting there.
         violation: (M, N) int64, violation costs paid on the way.
         automata: (N,) int64, the automaton states of the state that is left.
-        distance: (S,) int64, relay: (S,) int64 and choice: (N,) int64: scratch.
+        distance: (S,) int64, via: (S,) int64 and choice: (N,) int64: scratch.
     """
 
     code: np.ndarray
@@ -128,7 +128,7 @@ class Successors(NamedTuple):
     violation: np.ndarray
     automata: np.ndarray
     distance: np.ndarray
-    relay: np.ndarray
+    via: np.ndarray
     choice: np.ndarray
 
 
@@ -157,76 +157,76 @@ def masks(view: ProductView, automata: np.ndarray) -> tuple[Integer, Integer]:
 
 
 @bare_kernel
-def successors(view: ProductView, code: Integer, room: Successors) -> Integer:
+def successors(view: ProductView, code: Integer, buffer: Successors) -> Integer:
     """Write all successors of a product state and return how many there are."""
-    node = decode(view, code, room.automata)
+    node = decode(view, code, buffer.automata)
     if view.macro:
-        return _macro_moves(view, node, room)
+        return _macro_moves(view, node, buffer)
     found: Integer = 0
     for edge in range(view.offsets[node], view.offsets[node + 1]):
-        found = _read(view, view.targets[edge], view.costs[edge], room, found)
+        found = _read(view, view.targets[edge], view.costs[edge], buffer, found)
     return found
 
 
 @bare_kernel
-def _macro_moves(view: ProductView, node: Integer, room: Successors) -> Integer:
+def _macro_moves(view: ProductView, node: Integer, buffer: Successors) -> Integer:
     """Move on to every node that changes some automaton, by least cost through nodes that change none.
 
     Exact: on the way all automata rest, so the set of satisfied tasks stays, and mu depends on the cost of the way
-    only. A way cheaper than the edge between two nodes leads through their relays, so no others need be looked at.
+    only. A path cheaper than the edge between two nodes leads through known nodes, so no others need be looked at.
     """
     nodes = view.offsets.shape[0] - 1
     one = np.uint64(1)
     stops = np.uint64(0)
-    for i in range(room.automata.shape[0]):
-        stops |= view.active[i, room.automata[i]]
-    relays = np.uint64(0)
+    for i in range(buffer.automata.shape[0]):
+        stops |= view.active[i, buffer.automata[i]]
+    through = np.uint64(0)
     for v in range(nodes):
         if (stops >> np.uint64(v)) & one:
-            relays |= view.relays[node, v]
-    relays &= ~stops
+            through |= view.through[node, v]
+    through &= ~stops
     count: Integer = 0
-    if relays:
-        count = _reach_relays(view, node, relays, room)
+    if through:
+        count = _reach_through(view, node, through, buffer)
     found: Integer = 0
     for v in range(nodes):
         if (stops >> np.uint64(v)) & one:
             cost = view.near[node, v]
             for r in range(count):
-                cost = min(cost, room.distance[r] + view.near[room.relay[r], v])
-            if cost < FAR:
-                found = _read(view, v, cost, room, found)
+                cost = min(cost, buffer.distance[r] + view.near[buffer.via[r], v])
+            if cost < NO_EDGE:
+                found = _read(view, v, cost, buffer, found)
     return found
 
 
 @bare_kernel
-def _reach_relays(view: ProductView, node: Integer, relays: Integer, room: Successors) -> Integer:
+def _reach_through(view: ProductView, node: Integer, through: Integer, buffer: Successors) -> Integer:
     """Write some nodes and the costs of getting to them by way of one another (Dijkstra), and return how many."""
     count = 0
     for v in range(view.near.shape[0]):
-        if (relays >> np.uint64(v)) & np.uint64(1):
-            room.relay[count] = v
-            room.distance[count] = view.near[node, v]
+        if (through >> np.uint64(v)) & np.uint64(1):
+            buffer.via[count] = v
+            buffer.distance[count] = view.near[node, v]
             count += 1
     for settled in range(count):
         best = settled
         for r in range(settled + 1, count):
-            if room.distance[r] < room.distance[best]:
+            if buffer.distance[r] < buffer.distance[best]:
                 best = r
-        room.relay[settled], room.relay[best] = room.relay[best], room.relay[settled]
-        room.distance[settled], room.distance[best] = room.distance[best], room.distance[settled]
+        buffer.via[settled], buffer.via[best] = buffer.via[best], buffer.via[settled]
+        buffer.distance[settled], buffer.distance[best] = buffer.distance[best], buffer.distance[settled]
         for r in range(settled + 1, count):
-            step = view.near[room.relay[settled], room.relay[r]]
-            room.distance[r] = min(room.distance[r], room.distance[settled] + step)
+            step = view.near[buffer.via[settled], buffer.via[r]]
+            buffer.distance[r] = min(buffer.distance[r], buffer.distance[settled] + step)
     return count
 
 
 @bare_kernel
-def _read(view: ProductView, node: Integer, cost: Integer, room: Successors, found: Integer) -> Integer:
+def _read(view: ProductView, node: Integer, cost: Integer, buffer: Successors, found: Integer) -> Integer:
     """Write the states after reading a node's label, in every way it may be read, and return the new count."""
-    room.code[found] = node + _free_jump(view.jump, room.automata, view.classes[node])
-    room.cost[found] = cost
-    return _read_bought(view, node, cost, room, found) if view.relaxed else found + 1
+    buffer.code[found] = node + _free_jump(view.jump, buffer.automata, view.classes[node])
+    buffer.cost[found] = cost
+    return _read_bought(view, node, cost, buffer, found) if view.relaxed else found + 1
 
 
 @bare_kernel
@@ -239,34 +239,34 @@ def _free_jump(jump: np.ndarray, automata: np.ndarray, label: Integer) -> Intege
 
 
 @bare_kernel
-def _read_bought(view: ProductView, node: Integer, cost: Integer, room: Successors, found: Integer) -> Integer:
+def _read_bought(view: ProductView, node: Integer, cost: Integer, buffer: Successors, found: Integer) -> Integer:
     """Write, after the state of the free reading, those of all others, and return the new count."""
     label = view.classes[node]
-    tasks = room.choice.shape[0]
+    tasks = buffer.choice.shape[0]
     for i in range(tasks):
-        room.choice[i] = 0
-        room.violation[found, i] = 0
+        buffer.choice[i] = 0
+        buffer.violation[found, i] = 0
     while True:
         found += 1
         i = 0
         while i < tasks:
-            q = room.automata[i]
-            room.choice[i] += 1
-            if room.choice[i] <= view.extra_first[i, q, label + 1] - view.extra_first[i, q, label]:
+            q = buffer.automata[i]
+            buffer.choice[i] += 1
+            if buffer.choice[i] <= view.extra_first[i, q, label + 1] - view.extra_first[i, q, label]:
                 break
-            room.choice[i] = 0
+            buffer.choice[i] = 0
             i += 1
         if i == tasks:
             return found
         code = np.int64(node)
         for i in range(tasks):
-            q = room.automata[i]
-            room.violation[found, i] = 0
-            if room.choice[i] == 0:
+            q = buffer.automata[i]
+            buffer.violation[found, i] = 0
+            if buffer.choice[i] == 0:
                 code += view.jump[i, q, label]
             else:
-                extra = view.extra_first[i, q, label] + room.choice[i] - 1
+                extra = view.extra_first[i, q, label] + buffer.choice[i] - 1
                 code += view.extra_jump[extra]
-                room.violation[found, i] = view.extra_price[extra]
-        room.code[found] = code
-        room.cost[found] = cost
+                buffer.violation[found, i] = view.extra_price[extra]
+        buffer.code[found] = code
+        buffer.cost[found] = cost

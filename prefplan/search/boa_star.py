@@ -34,13 +34,13 @@ from prefplan.product.successors import Integer, ProductView, Successors, bare_k
 from prefplan.search.labels import (
     COUNT,
     EXPANDED,
-    FLOOR,
     FOUND,
     FREE,
     GENERATED,
     GROWTH_BOUND,
     HEAD,
     LABELS,
+    LOWEST,
     NEXT,
     NONE,
     OPEN,
@@ -107,15 +107,15 @@ def run(
     queue: Queue,
     counters: np.ndarray,
     bounds: np.ndarray,
-    room: Successors,
+    buffer: Successors,
     infinite: Integer,
     cost_only: bool,
     budget: Integer,
 ) -> Integer:
     """Expand labels until a goal is found, memory is short or the budget is spent; return which.
 
-    The successors in `room` from counters[NEXT] to counters[COUNT] are those of label counters[PARENT] (of no label at
-    the start) and still to be entered, so that a run goes on exactly where the last one ended.
+    The successors in `buffer` from counters[NEXT] to counters[COUNT] are those of label counters[PARENT] (of no label
+    at the start) and still to be entered, so that a run goes on exactly where the last one ended.
 
     Args:
         view: the product.
@@ -128,14 +128,14 @@ def run(
         queue: the open list.
         counters: see `labels`.
         bounds: (2,) int64, mu must stay below the first, and cost must not exceed the second.
-        room: successors, and scratch.
+        buffer: successors, and scratch.
         infinite: a cost or mu that does not fit the labels' type.
         cost_only: whether labels are compared by cost alone (A*).
         budget: labels to take from the open list.
     """
     codes, known, slots = states.code, states.known, states.slots
     label_row, label_cost, label_mu, label_parent = labels.row, labels.cost, labels.mu, labels.parent
-    next_code, next_cost, violation = room.code, room.cost, room.violation
+    next_code, next_cost, violation = buffer.code, buffer.cost, buffer.violation
     slot_mask = slots.shape[0] - 1
     everything = (1 << growth.violation.shape[0]) - 1
     parent, k, count = counters[PARENT], counters[NEXT], counters[COUNT]
@@ -172,9 +172,9 @@ def run(
                 slot = (slot + 1) & slot_mask
                 row = slots[slot]
             if row < 0:
-                node = decode(view, code, room.choice)
-                now, done = masks(view, room.choice)
-                growing = preference_bound(blocks, node, room.choice, now, infinite)
+                node = decode(view, code, buffer.choice)
+                now, done = masks(view, buffer.choice)
+                growing = preference_bound(blocks, node, buffer.choice, now, infinite)
                 if value + growing >= bounds[0]:
                     k += 1
                     continue
@@ -188,7 +188,7 @@ def run(
                 known[row, LIKELY] = likely
                 known[row, TIGHT] = tight
                 far = min(bounds[1] - after, infinite - 1)
-                if look_further(patterns, node, room.choice, known[row], min(far, counters[FLOOR] - after)) > far:
+                if look_further(patterns, node, buffer.choice, known[row], min(far, counters[LOWEST] - after)) > far:
                     k += 1
                     continue
                 counters[ROWS] += 1
@@ -202,7 +202,7 @@ def run(
             ):
                 k += 1
                 continue
-            estimate = max(after + known[row, COST_BOUND], counters[FLOOR])
+            estimate = max(after + known[row, COST_BOUND], counters[LOWEST])
             if estimate >= infinite or value >= infinite:
                 return _stop(counters, parent, k, count, TOO_WIDE)
             label = counters[FREE]
@@ -246,17 +246,17 @@ def run(
             level -= 1
         estimate = label_cost[label] + np.int64(known[row, COST_BOUND])
         if level > 0 or known[row, LOOKED] < patterns.base.shape[0]:
-            node = decode(view, codes[row], room.choice)
-            rest = counters[FLOOR] - label_cost[label]
+            node = decode(view, codes[row], buffer.choice)
+            rest = counters[LOWEST] - label_cost[label]
             if level == 0:
-                estimate = label_cost[label] + look_further(patterns, node, room.choice, known[row], rest)
-            elif estimate <= counters[FLOOR]:
-                estimate = label_cost[label] + look_under_budget(budgeted, node, room.choice, known[row], level, rest)
-        if estimate > counters[FLOOR]:
+                estimate = label_cost[label] + look_further(patterns, node, buffer.choice, known[row], rest)
+            elif estimate <= counters[LOWEST]:
+                estimate = label_cost[label] + look_under_budget(budgeted, node, buffer.choice, known[row], level, rest)
+        if estimate > counters[LOWEST]:
             if estimate >= infinite or estimate > bounds[1]:
                 _discard(labels, known, counters, label)
             elif not push(queue, counters, label, estimate):
-                push(queue, counters, label, counters[FLOOR])
+                push(queue, counters, label, counters[LOWEST])
                 return _stop(counters, NONE, 0, 0, MORE_BUCKETS)
             continue
         if known[row, SATISFIED] < 0:
@@ -269,7 +269,7 @@ def run(
         satisfied = np.int64(known[row, SATISFIED])
         likely = np.int64(known[row, LIKELY])
         tight = np.int64(known[row, TIGHT])
-        count = successors(view, codes[row], room)
+        count = successors(view, codes[row], buffer)
 
 
 @bare_kernel

@@ -24,10 +24,10 @@ from prefplan.search.labels import (
     COUNT,
     COUNTERS,
     EXPANDED,
-    FLOOR,
     FOUND,
     FREE,
     GENERATED,
+    LOWEST,
     NEXT,
     NONE,
     OPEN,
@@ -153,7 +153,7 @@ class Search(ABC):
         self.labels = self._new_labels(LABELS_AT_FIRST)
         none = np.empty(0, np.int64)
         self.queue = Queue(np.full(2**12, NONE, np.int32), np.empty(LABELS_AT_FIRST, np.int32), none, none)
-        self.room = self._room()
+        self.buffer = self._buffer()
         view, graph = self.prepared.view, self.prepared.graph
         weights = self.growth.violation
         self._starts = sorted(
@@ -161,18 +161,18 @@ class Search(ABC):
         )
         for k, start in enumerate(self._starts):
             _, automata = self.product.decode(start.code)
-            self.room.code[k] = graph.start + sum(int(d) * q for d, q in zip(view.strides, automata, strict=True))
-            self.room.cost[k] = 0
-            self.room.violation[k] = start.violations
+            self.buffer.code[k] = graph.start + sum(int(d) * q for d, q in zip(view.strides, automata, strict=True))
+            self.buffer.cost[k] = 0
+            self.buffer.violation[k] = start.violations
         self.counters[[PARENT, NEXT, COUNT]] = NONE, 0, len(self._starts)
 
-    def _room(self) -> Successors:
+    def _buffer(self) -> Successors:
         view = self.prepared.view
         nodes, tasks = len(view.classes), len(view.sizes)
         most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
         if view.relaxed:
-            ways = np.diff(view.extra_first, axis=2).max(axis=1) + 1
-            most *= int(ways.prod(axis=0).max())
+            starts = np.diff(view.extra_first, axis=2).max(axis=1) + 1
+            most *= int(starts.prod(axis=0).max())
         most = max(most, len(self.product.starts))
         scratch = nodes if view.macro else 1
         return Successors(
@@ -181,7 +181,7 @@ class Search(ABC):
             violation=np.zeros((most, tasks), np.int64),
             automata=np.empty(tasks, np.int64),
             distance=np.empty(scratch, np.int64),
-            relay=np.empty(scratch, np.int64),
+            via=np.empty(scratch, np.int64),
             choice=np.empty(tasks, np.int64),
         )
 
@@ -192,14 +192,14 @@ class Search(ABC):
         while True:
             left = limits.expansions - int(self.counters[EXPANDED])
             end = self._run(int(max(1, min(SLICE, left + 1))))
-            limits.floor = int(self.counters[FLOOR]) >> self.product.shift
-            if pending and (end == EXHAUSTED or limits.floor > pending.cost):
+            limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
+            if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
                 # A search that starts again with wider labels finds its first goals once more.
                 if pending.cost > yielded:
                     yield pending
                 yielded, pending = max(yielded, pending.cost), None
             if end == EXHAUSTED:
-                limits.floor = math.inf
+                limits.complete_below = math.inf
                 return
             if end == GOAL:
                 goal = self._found(int(self.counters[FOUND]))
@@ -248,14 +248,14 @@ class Search(ABC):
     def _start_of(self, label: int, at: Waypoint) -> Start:
         """Return how a label without parent begins: of those ways that lead to its state the one of its mu."""
         weights = self.growth.violation
-        ways = [start for start in self._starts if self.product.decode(start.code)[1] == at.automata]
-        return min(ways, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
+        starts = [start for start in self._starts if self.product.decode(start.code)[1] == at.automata]
+        return min(starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
 
     @property
     def work(self) -> Work:
         """What was done so far."""
         c = self.counters
-        held = sum(array.nbytes for some in (self.states, self.labels, self.queue) for array in some)
+        held = sum(array.nbytes for arrays in (self.states, self.labels, self.queue) for array in arrays)
         return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[GENERATED]), held)
 
     def _make_room(self, end: int, limits: Limits) -> bool:
@@ -358,7 +358,7 @@ class BiObjectiveSearch(Search):
             self.queue,
             self.counters,
             self.bounds,
-            self.room,
+            self.buffer,
             self.infinite,
             self._cost_only,
             pops,

@@ -86,7 +86,7 @@ class ExactSearch:
         least: Any = None
         while waiting:
             estimate, _, _, label = heapq.heappop(waiting)
-            limits.floor = estimate
+            limits.complete_below = estimate
             if pending and estimate > pending.cost:
                 yield pending
                 pending = None
@@ -104,7 +104,7 @@ class ExactSearch:
                 enter(after)
         if pending:
             yield pending
-        limits.floor = math.inf
+        limits.complete_below = math.inf
 
     @cached_property
     def _ends(self) -> list[list[int]]:
@@ -137,13 +137,13 @@ class ExactSearch:
     def _readings(self, automata: tuple[int, ...], label: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...]]]:
         """Yield the automata's states after each way to read a label class, and the price of it for each task."""
         p = self.product
-        ways: list[list[tuple[int, int]]] = []
+        readings: list[list[tuple[int, int]]] = []
         for i, q in enumerate(automata):
             bought = slice(p.extra_first[i, q, label], p.extra_first[i, q, label + 1])
             dear = zip(p.extra_state[bought].tolist(), p.extra_price[bought].tolist(), strict=True)
-            ways.append([(int(p.delta[i, q, label]), 0), *dear])
-        for way in product(*ways):
-            yield tuple(q for q, _ in way), tuple(price for _, price in way)
+            readings.append([(int(p.delta[i, q, label]), 0), *dear])
+        for reading in product(*readings):
+            yield tuple(q for q, _ in reading), tuple(price for _, price in reading)
 
     def _values(self, label: _Label) -> tuple[list[Fraction], list[Fraction]]:
         """Return the task costs and violation costs of a label in the user's units."""

@@ -13,8 +13,8 @@ import numpy as np
 from numba import types
 
 from prefplan.exact_costs import Units
-from prefplan.preferences.expression import Constant, Expression, Variable, scaled
-from prefplan.preferences.terms import Formula
+from prefplan.preferences.expression import Constant, Tree, Variable, scaled
+from prefplan.preferences.terms import OpaqueTerm
 from prefplan.product.successors import bare_kernel
 
 CONSTANT, COST, VIOLATION, ADD, SUBTRACT, MULTIPLY, DIVIDE, MINIMUM, MAXIMUM, ABSOLUTE, CALL = range(11)
@@ -51,7 +51,7 @@ class Programs(NamedTuple):
     user: np.ndarray
 
 
-def compile_programs(formulas: list[Formula], units: Units, tasks: int) -> Programs:
+def compile_programs(formulas: list[OpaqueTerm], units: Units, tasks: int) -> Programs:
     """Return formulas as stack programs that give units of mu; functions become calls."""
     code: list[tuple[int, Fraction]] = []
     first = [0]
@@ -77,7 +77,7 @@ def compile_programs(formulas: list[Formula], units: Units, tasks: int) -> Progr
     )
 
 
-def _instructions(tree: Expression) -> list[tuple[int, Fraction]]:
+def _instructions(tree: Tree) -> list[tuple[int, Fraction]]:
     nothing = Fraction(0)
     if isinstance(tree, Constant):
         return [(CONSTANT, tree.value)]

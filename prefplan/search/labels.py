@@ -16,7 +16,7 @@ from prefplan.product.successors import Integer, bare_kernel
 NONE = -1
 
 # Places in the counters of a search.
-ROWS, LABELS, FREE, OPEN, FLOOR, EXPANDED, GENERATED, FOUND, PARENT, NEXT, COUNT = range(11)
+ROWS, LABELS, FREE, OPEN, LOWEST, EXPANDED, GENERATED, FOUND, PARENT, NEXT, COUNT = range(11)
 COUNTERS = 11
 
 # Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
@@ -93,17 +93,17 @@ def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) 
 def pop(queue: Queue, counters: np.ndarray) -> Integer:
     """Remove a label of the smallest estimate, write that to the counters, and return the label."""
     if queue.heads.shape[0] == 0:
-        counters[FLOOR] = queue.keys[0]
+        counters[LOWEST] = queue.keys[0]
         label = queue.items[0]
         queue.links[label] = TAKEN
         counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
         return label
-    floor = counters[FLOOR]
-    while queue.heads[floor] < 0:
-        floor += 1
-    counters[FLOOR] = floor
-    label = np.int64(queue.heads[floor])
-    queue.heads[floor] = queue.links[label]
+    estimate = counters[LOWEST]
+    while queue.heads[estimate] < 0:
+        estimate += 1
+    counters[LOWEST] = estimate
+    label = np.int64(queue.heads[estimate])
+    queue.heads[estimate] = queue.links[label]
     queue.links[label] = TAKEN
     counters[OPEN] -= 1
     return label

@@ -102,7 +102,7 @@ def run_vector(
     counters: np.ndarray,
     best: np.ndarray,
     bounds: np.ndarray,
-    room: Successors,
+    buffer: Successors,
     scratch: Scratch,
     infinite: Integer,
     budget: Integer,
@@ -117,7 +117,7 @@ def run_vector(
     """
     codes, known, slots = states.code, states.known, states.slots
     slot_mask = slots.shape[0] - 1
-    tasks = room.choice.shape[0]
+    tasks = buffer.choice.shape[0]
     everything = (1 << tasks) - 1
     entries = key.compare.shape[0]
     parent, k, count = counters[PARENT], counters[NEXT], counters[COUNT]
@@ -129,11 +129,11 @@ def run_vector(
                 satisfied = np.int64(known[labels.row[parent], SATISFIED])
             # The open list is last in, first out: entering the model's first action last prefers it among equals.
             j = count - 1 - k
-            after = cost + room.cost[j]
+            after = cost + buffer.cost[j]
             if after > bounds[1]:
                 k += 1
                 continue
-            code = room.code[j]
+            code = buffer.code[j]
             slot = first_slot(code, slot_mask)
             row = slots[slot]
             while row >= 0 and codes[row] != code:
@@ -147,10 +147,10 @@ def run_vector(
                 counters[ROWS] += 1
                 slots[slot] = row
                 codes[row] = code
-                node = decode(view, code, room.choice)
-                now, done = masks(view, room.choice)
+                node = decode(view, code, buffer.choice)
+                now, done = masks(view, buffer.choice)
                 known[row, SATISFIED] = now | (-(2**31) if done == everything else 0)
-                known[row, COST_BOUND] = cost_bound(patterns, node, room.choice)
+                known[row, COST_BOUND] = cost_bound(patterns, node, buffer.choice)
                 known[row, HEAD] = NONE
             if known[row, COST_BOUND] >= infinite or after + known[row, COST_BOUND] > bounds[1]:
                 k += 1
@@ -161,7 +161,7 @@ def run_vector(
                 counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
                 return TOO_WIDE
             mu, error = _follow(
-                view, growth, key, programs, callback, labels, room, scratch, parent, j, before, spent, satisfied, now
+                view, growth, key, programs, callback, labels, buffer, scratch, parent, j, before, spent, satisfied, now
             )
             if mu != mu:
                 counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
@@ -214,7 +214,7 @@ def run_vector(
             return GOAL
         counters[EXPANDED] += 1
         parent = label
-        count = np.int64(successors(view, codes[row], room))
+        count = np.int64(successors(view, codes[row], buffer))
 
 
 @bare_kernel
@@ -225,7 +225,7 @@ def _follow(
     programs: Programs,
     callback: Any,
     labels: VectorLabels,
-    room: Successors,
+    buffer: Successors,
     scratch: Scratch,
     parent: Integer,
     k: Integer,
@@ -251,7 +251,7 @@ def _follow(
             added += max(0, slope * after - offset) - max(0, slope * before - offset)
     if view.relaxed or parent == NONE:
         for i in range(tasks):
-            added += growth.violation[i] * room.violation[k, i]
+            added += growth.violation[i] * buffer.violation[k, i]
     entry[0] += added
     mu = entry[0]
     for m in range(key.maxima):
@@ -271,7 +271,7 @@ def _follow(
     for b in range(key.violations.shape[0]):
         i = key.violations[b]
         if view.relaxed or parent == NONE:
-            entry[first_violation + b] += room.violation[k, i]
+            entry[first_violation + b] += buffer.violation[k, i]
         scratch.violations[i] = entry[first_violation + b]
     for d in range(entry.shape[0]):
         if entry[d] > LARGEST_WHOLE and not first_value <= d < first_cost:

@@ -44,14 +44,14 @@ def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Sta
     edges: list[int] = []
     states = [path[0].automata]
     for before, after in zip(path, path[1:], strict=False):
-        for edge in _way(product, graph, before, after):
+        for edge in _path(product, graph, before, after):
             edges.append(edge)
             states.append(before.automata)
         states[-1] = after.automata
     return account(product, edges, states, start)
 
 
-def _way(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
+def _path(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
     """Return the edges of a cheapest way between two waypoints on which no automaton moves before the last edge.
 
     Ties go to fewer actions, then to the model's order of actions.
@@ -62,14 +62,14 @@ def _way(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> l
         passable = _resting_classes(product, before.automata) & graph.contracted
         limit = after.cost - before.cost
         arrays = product.offsets, product.targets, product.costs, product.classes
-        edges = cheapest_way(*arrays, passable, source, target, limit).tolist()
+        edges = cheapest_path(*arrays, passable, source, target, limit).tolist()
     if not edges:
         raise AssertionError("the search made a step that the model does not have")
     return edges
 
 
 @kernel
-def cheapest_way(
+def cheapest_path(
     offsets: np.ndarray,
     targets: np.ndarray,
     costs: np.ndarray,
@@ -99,11 +99,11 @@ def cheapest_way(
         cost, length, link, state = heapq.heappop(queue)
         if link > 0:
             if state == target and cost == limit:
-                way = np.empty(length, dtype=np.int64)
+                path = np.empty(length, dtype=np.int64)
                 for k in range(length - 1, -1, -1):
-                    way[k] = taken[link]
+                    path[k] = taken[link]
                     link = links[link]
-                return way
+                return path
             if state in passed or not passable[classes[state]]:
                 continue
             passed.add(state)

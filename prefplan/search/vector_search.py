@@ -87,7 +87,7 @@ class VectorSearch(Search):
             self.counters,
             self._best,
             self.bounds,
-            self.room,
+            self.buffer,
             self._scratch,
             self.infinite,
             pops,

@@ -86,7 +86,7 @@ def reground(
         held,
         tuple((thing, where[thing]) for thing in seen),
         marks,
-        slots=tuple((thing, slot.index) for thing, slot in rests.items() if model.rooms[slot.location] > 1),
+        slots=tuple((thing, slot.index) for thing, slot in rests.items() if model.slot_counts[slot.location] > 1),
     )
     objects = [thing for thing in model.objects if thing.name not in gone]
     objects += [Object(name, where.get(name, model.locations[0].name)) for name in poses if name not in {*known, *gone}]

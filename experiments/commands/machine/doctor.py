@@ -13,7 +13,7 @@ from experiments.cli.console import Console
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, FAILED
 from experiments.doctor import diagnosis, gl_backends
-from experiments.doctor.diagnosis import OK, PROBLEM, WARNING, Check, Finding
+from experiments.doctor.diagnosis import OK, PROBLEM, WARNING, Check, Diagnosis
 
 CHECKS: tuple[Check, ...] = (
     diagnosis.python,
@@ -46,7 +46,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def doctor(options: argparse.Namespace) -> int:
     """Carry out `prefplan doctor`."""
     console = Console(highlight=False)
-    found: list[Finding] = []
+    found: list[Diagnosis] = []
     with Bars() as bars:
         for done, check in enumerate(CHECKS):
             bars("checking", done, len(CHECKS), check.__name__)
@@ -61,7 +61,7 @@ def doctor(options: argparse.Namespace) -> int:
     return DONE if well else FAILED
 
 
-def _show(console: Console, finding: Finding, wide: int) -> None:
+def _show(console: Console, finding: Diagnosis, wide: int) -> None:
     status = Text(f"{finding.status:<{len(PROBLEM)}}", style=COLOURS[finding.status])
     console.print(Text.assemble(status, GAP, (f"{finding.name:<{wide}}", "bold"), GAP, finding.found))
     if finding.mend:

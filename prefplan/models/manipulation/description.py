@@ -85,7 +85,7 @@ class ManipulationState:
     @property
     def label(self) -> frozenset[str]:
         """The propositions true in this state."""
-        names = {f"{thing}_{place}" for thing, place in (*self.places, *self.marks)}
+        names = {f"{obj}_{place}" for obj, place in (*self.places, *self.marks)}
         return frozenset(names | ({f"holding_{self.held}"} if self.held else set()))
 
     def __str__(self) -> str:
@@ -139,7 +139,7 @@ class Description:
         return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
 
     @property
-    def rooms(self) -> dict[str, int]:
+    def slot_counts(self) -> dict[str, int]:
         """How many slots of each location are told apart: all where costs are measured, otherwise they are one."""
         apart = isinstance(self.costs, MeasuredCosts)
         return {place.name: place.capacity if apart else 1 for place in self.locations}
@@ -147,7 +147,7 @@ class Description:
     @property
     def initial_state(self) -> ManipulationState:
         """The state to begin in: unless it is given, the hand at `start`, every object where it starts, no marks."""
-        places = tuple((thing.name, thing.start) for thing in self.objects)
+        places = tuple((obj.name, obj.start) for obj in self.objects)
         return self.begin or ManipulationState(self.start, None, places)
 
 
@@ -187,41 +187,41 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
 
 def _check_objects(model: Description) -> None:
     names = [place.name for place in model.locations]
-    check_names([thing.name for thing in model.objects], where="objects")
+    check_names([obj.name for obj in model.objects], where="objects")
     resting: dict[str, list[str]] = {name: [] for name in names}
-    for thing in model.objects:
-        where = f"objects.{thing.name}"
-        if [other.name for other in model.objects].count(thing.name) > 1:
+    for obj in model.objects:
+        where = f"objects.{obj.name}"
+        if [other.name for other in model.objects].count(obj.name) > 1:
             raise ModelError(f"{where}: defined twice")
-        if thing.start not in resting:
-            raise ModelError(f"{where}.start: unknown location {thing.start!r} {choices(thing.start, names)}")
-        if thing.rgba is not None and not all(0 <= part <= 1 for part in thing.rgba):
-            raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(thing.rgba)}")
+        if obj.start not in resting:
+            raise ModelError(f"{where}.start: unknown location {obj.start!r} {choices(obj.start, names)}")
+        if obj.rgba is not None and not all(0 <= part <= 1 for part in obj.rgba):
+            raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(obj.rgba)}")
         if model.begin is not None:
             continue
-        resting[thing.start].append(thing.name)
-        capacity = model.location(thing.start).capacity
-        if len(resting[thing.start]) > capacity:
-            there = " and ".join(resting[thing.start])
-            raise ModelError(f"{where}.start: {there} both start at {thing.start!r}, which has room for {capacity}")
-    for thing in model.objects if model.begin is None else ():
-        for support in model.location(thing.start).on:
+        resting[obj.start].append(obj.name)
+        capacity = model.location(obj.start).capacity
+        if len(resting[obj.start]) > capacity:
+            there = " and ".join(resting[obj.start])
+            raise ModelError(f"{where}.start: {there} both start at {obj.start!r}, which has room for {capacity}")
+    for obj in model.objects if model.begin is None else ():
+        for support in model.location(obj.start).on:
             if not resting[support]:
                 raise ModelError(
-                    f"objects.{thing.name}.start: {thing.start!r} rests on {support!r}, where no object starts"
+                    f"objects.{obj.name}.start: {obj.start!r} rests on {support!r}, where no object starts"
                 )
 
 
 def _check_propositions(model: Description) -> None:
     check_names(model.propositions, where="propositions")
     origin: dict[str, str] = {}
-    for thing in model.objects:
-        names = [(f"holding_{thing.name}", f"holding {thing.name!r}")]
-        names += [(f"{thing.name}_{place.name}", f"{thing.name!r} at {place.name!r}") for place in model.locations]
-        names += [(f"{thing.name}_{mark}", f"{thing.name!r} marked {mark!r}") for mark in model.marks]
+    for obj in model.objects:
+        names = [(f"holding_{obj.name}", f"holding {obj.name!r}")]
+        names += [(f"{obj.name}_{place.name}", f"{obj.name!r} at {place.name!r}") for place in model.locations]
+        names += [(f"{obj.name}_{mark}", f"{obj.name!r} marked {mark!r}") for mark in model.marks]
         for name, meaning in names:
             if name in origin:
                 raise ModelError(
-                    f"objects.{thing.name}: proposition {name!r} would mean both {origin[name]} and {meaning}"
+                    f"objects.{obj.name}: proposition {name!r} would mean both {origin[name]} and {meaning}"
                 )
             origin[name] = meaning

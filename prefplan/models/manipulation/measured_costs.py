@@ -68,7 +68,7 @@ def geometry(model: ManipulationModel, robot: str) -> str:
         "robot": robot,
         "start": model.start,
         "locations": [_plain(place) for place in model.locations],
-        "objects": [_plain(thing) for thing in model.objects],
+        "objects": [_plain(obj) for obj in model.objects],
     }
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 
-FAR = 2
+NO_EDGE = 2
 """As many slots from the nearest object is as good as any farther."""
 
 
@@ -49,8 +49,8 @@ def free_slot(taken: np.ndarray) -> np.ndarray:
         (N,) their indices; of no meaning where all are taken.
     """
     indices = np.arange(len(taken))
-    apart = np.minimum(np.abs(indices[:, None] - indices[None, :]), FAR)
-    nearest = np.where(taken[None, :, :], apart[:, :, None], FAR).min(axis=1)
+    apart = np.minimum(np.abs(indices[:, None] - indices[None, :]), NO_EDGE)
+    nearest = np.where(taken[None, :, :], apart[:, :, None], NO_EDGE).min(axis=1)
     return nearest.argmax(axis=0)
 
 
@@ -68,13 +68,13 @@ def slots_at_start(
         ModelError: there are too many objects at a location.
     """
     found = dict(known)
-    taken = {(place, known[thing]) for thing, place in places if thing in known}
-    for thing, place in places:
-        if thing in found:
+    taken = {(place, known[obj]) for obj, place in places if obj in known}
+    for obj, place in places:
+        if obj in found:
             continue
         slot = next((i for i in range(room[place]) if (place, i) not in taken), None)
         if slot is None:
-            raise ModelError(f"start: no room for {thing!r} at {place!r}, which has room for {room[place]}")
-        found[thing] = slot
+            raise ModelError(f"start: no room for {obj!r} at {place!r}, which has room for {room[place]}")
+        found[obj] = slot
         taken.add((place, slot))
     return found

@@ -42,34 +42,36 @@ class _Builder:
         self.start = start
         self.marks = model.marks
         self.names = [place.name for place in model.locations]
-        self.things = [thing.name for thing in model.objects]
-        self.rooms = list(model.rooms.values())
-        self.hands = hand_poses(self.names, self.rooms, start.hand)
-        self.slots = [(x, i) for x, room in enumerate(self.rooms) for i in range(room)]
+        self.obj_names = [obj.name for obj in model.objects]
+        self.slot_counts = list(model.slot_counts.values())
+        self.hands = hand_poses(self.names, self.slot_counts, start.hand)
+        self.slots = [(x, i) for x, count in enumerate(self.slot_counts) for i in range(count)]
         self.held = len(self.slots)
         self.nowhere = len(self.names)
         locations = [*self.names, start.hand]
         # The location of a slot, of the hand where an object is held, and of each pose of the hand.
         self.location = np.array([*(x for x, _ in self.slots), self.nowhere])
         self.over = np.array([locations.index(location_of(hand)) for hand in self.hands])
-        self.hand_slots = {self.pose(slot): i for slot, (x, i) in enumerate(self.slots) if self.rooms[x] > 1}
+        self.hand_slots = {self.pose(slot): i for slot, (x, i) in enumerate(self.slots) if self.slot_counts[x] > 1}
         self.above = np.array([self.hands.index(self.pose(slot)) for slot in range(self.held)] + [0])
-        radices = [len(self.hands)] + [self.held + 1] * len(self.things) + [2] * (len(self.things) * len(model.marks))
+        radices = (
+            [len(self.hands)] + [self.held + 1] * len(self.obj_names) + [2] * (len(self.obj_names) * len(model.marks))
+        )
         self.weights = [1]
         for radix in radices[:-1]:
             self.weights.append(self.weights[-1] * radix)
         if self.weights[-1] * radices[-1] >= 2**62:
-            raise ModelError(f"{len(self.things)} objects and {self.held} places are more than a state can hold")
+            raise ModelError(f"{len(self.obj_names)} objects and {self.held} places are more than a state can hold")
         self.radices = radices
 
     def pose(self, slot: int) -> str:
         """Return the hand's pose over a slot."""
         x, i = self.slots[slot]
-        return pose(self.names[x], i if self.rooms[x] > 1 else None)
+        return pose(self.names[x], i if self.slot_counts[x] > 1 else None)
 
-    def mark_digit(self, thing: int, mark: str) -> int:
+    def mark_digit(self, obj: int, mark: str) -> int:
         """Return the digit that holds whether an object carries a mark."""
-        return 1 + len(self.things) + thing * len(self.marks) + self.marks.index(mark)
+        return 1 + len(self.obj_names) + obj * len(self.marks) + self.marks.index(mark)
 
     def digit(self, codes: np.ndarray, d: int) -> np.ndarray:
         """Return one digit of every code."""
@@ -78,20 +80,20 @@ class _Builder:
     def decode(self, code: int) -> ManipulationState:
         """Return the state a code stands for."""
         digits = [code // w % r for w, r in zip(self.weights, self.radices, strict=True)]
-        slots = dict(zip(self.things, digits[1 : 1 + len(self.things)], strict=True))
-        resting = {thing: self.slots[slot] for thing, slot in slots.items() if slot != self.held}
+        slots = dict(zip(self.obj_names, digits[1 : 1 + len(self.obj_names)], strict=True))
+        resting = {obj: self.slots[slot] for obj, slot in slots.items() if slot != self.held}
         hand = self.hands[digits[0]]
         return ManipulationState(
             hand=location_of(hand),
-            held=next((thing for thing, slot in slots.items() if slot == self.held), None),
-            places=tuple((thing, self.names[x]) for thing, (x, _) in resting.items()),
+            held=next((obj for obj, slot in slots.items() if slot == self.held), None),
+            places=tuple((obj, self.names[x]) for obj, (x, _) in resting.items()),
             marks=frozenset(
-                (thing, mark)
-                for o, thing in enumerate(self.things)
+                (obj, mark)
+                for o, obj in enumerate(self.obj_names)
                 for mark in self.marks
                 if digits[self.mark_digit(o, mark)]
             ),
-            slots=tuple((thing, i) for thing, (x, i) in resting.items() if self.rooms[x] > 1),
+            slots=tuple((obj, i) for obj, (x, i) in resting.items() if self.slot_counts[x] > 1),
             hand_slot=self.hand_slots.get(hand),
         )
 
@@ -102,48 +104,48 @@ class _Builder:
             ModelError: it mentions what the model does not have, or leaves an object without a place.
         """
         where = self.start.place | ({self.start.held: None} if self.start.held else {})
-        for thing in where.keys() - set(self.things):
-            raise ModelError(f"start: unknown object {thing!r} {choices(thing, self.things)}")
-        for thing in self.things:
-            if thing not in where:
-                raise ModelError(f"start: {thing!r} is neither at a location nor in the hand")
-            place = where[thing]
+        for obj in where.keys() - set(self.obj_names):
+            raise ModelError(f"start: unknown object {obj!r} {choices(obj, self.obj_names)}")
+        for obj in self.obj_names:
+            if obj not in where:
+                raise ModelError(f"start: {obj!r} is neither at a location nor in the hand")
+            place = where[obj]
             if place is not None and place not in self.names:
-                raise ModelError(f"start: {thing!r} at unknown location {place!r} {choices(place, self.names)}")
-        resting = [(thing, str(where[thing])) for thing in self.things if where[thing] is not None]
+                raise ModelError(f"start: {obj!r} at unknown location {place!r} {choices(place, self.names)}")
+        resting = [(obj, str(where[obj])) for obj in self.obj_names if where[obj] is not None]
         slots = self.start_slots(resting)
         hand = pose(self.start.hand, self.start.hand_slot)
         code = self.hands.index(hand if hand in self.hands else self.start.hand)
-        for o, thing in enumerate(self.things):
-            code += self.weights[1 + o] * slots.get(thing, self.held)
-        for thing, mark in self.start.marks:
-            if thing not in self.things or mark not in self.marks:
-                raise ModelError(f"start: {thing!r} cannot be marked {mark!r}")
-            code += self.weights[self.mark_digit(self.things.index(thing), mark)]
+        for o, obj in enumerate(self.obj_names):
+            code += self.weights[1 + o] * slots.get(obj, self.held)
+        for obj, mark in self.start.marks:
+            if obj not in self.obj_names or mark not in self.marks:
+                raise ModelError(f"start: {obj!r} cannot be marked {mark!r}")
+            code += self.weights[self.mark_digit(self.obj_names.index(obj), mark)]
         return code
 
     def start_slots(self, resting: list[tuple[str, str]]) -> dict[str, int]:
         """Return the slot of every object that rests at first."""
-        if sum(self.rooms) == len(self.names):
-            return {thing: self.names.index(place) for thing, place in resting}
-        found = slots_at_start(resting, dict(self.start.slots), self.model.rooms)
-        return {thing: self.slots.index((self.names.index(place), found[thing])) for thing, place in resting}
+        if sum(self.slot_counts) == len(self.names):
+            return {obj: self.names.index(place) for obj, place in resting}
+        found = slots_at_start(resting, dict(self.start.slots), self.model.slot_counts)
+        return {obj: self.slots.index((self.names.index(place), found[obj])) for obj, place in resting}
 
     def successors(self, codes: np.ndarray) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
         """Return (kind, action, mask, target codes of the masked) for every action, in the model's order."""
         at = self.digit(codes, 0)
         hand = self.over[at]
-        slot = [self.digit(codes, 1 + o) for o in range(len(self.things))]
+        slot = [self.digit(codes, 1 + o) for o in range(len(self.obj_names))]
         place = [self.location[s] for s in slot]
         count = [sum((p == x).astype(np.int8) for p in place) for x in range(self.nowhere)]
         free = [self.free_slots(x, slot, len(codes)) for x in range(self.nowhere)]
-        room = [count[x] < where.capacity for x, where in enumerate(self.model.locations)]
+        count = [count[x] < where.capacity for x, where in enumerate(self.model.locations)]
         for x, where in enumerate(self.model.locations):
-            room[x] = room[x] & (not where.closed)
+            count[x] = count[x] & (not where.closed)
             for support in where.on:
-                room[x] = room[x] & (count[self.names.index(support)] > 0)
+                count[x] = count[x] & (count[self.names.index(support)] > 0)
             for other in where.clear_of:
-                room[x] = room[x] & (count[self.names.index(other)] == 0)
+                count[x] = count[x] & (count[self.names.index(other)] == 0)
         clear = [np.ones(len(codes), dtype=bool) for _ in self.names]
         for x, where in enumerate(self.model.locations):
             for support in where.on:
@@ -161,30 +163,30 @@ class _Builder:
             raised = self.weights[1 + o] * (self.held - slot[o][mask])
             target = codes[mask] + raised + self.above[slot[o][mask]] - at[mask]
             found.append(("grasp", f"grasp {movable.name}", mask, target))
-        for o, thing in enumerate(self.things):
+        for o, obj in enumerate(self.obj_names):
             for x, name in enumerate(self.names):
-                mask = (place[o] == self.nowhere) & (hand != x) & room[x]
+                mask = (place[o] == self.nowhere) & (hand != x) & count[x]
                 target = codes[mask] + self.above[free[x][mask]] - at[mask]
-                found.append(("transport", f"transport {thing} {name}", mask, target))
-        for o, thing in enumerate(self.things):
+                found.append(("transport", f"transport {obj} {name}", mask, target))
+        for o, obj in enumerate(self.obj_names):
             for x, spot in enumerate(self.model.locations):
-                mask = (place[o] == self.nowhere) & (hand == x) & room[x]
+                mask = (place[o] == self.nowhere) & (hand == x) & count[x]
                 lowered = self.weights[1 + o] * (free[x][mask] - self.held)
                 target = codes[mask] + lowered + self.above[free[x][mask]] - at[mask]
                 if spot.marks:
                     d = self.mark_digit(o, spot.marks)
                     target = target + self.weights[d] * (1 - self.digit(codes[mask], d))
-                found.append(("release", f"release {thing} {spot.name}", mask, target))
+                found.append(("release", f"release {obj} {spot.name}", mask, target))
         return found
 
     def free_slots(self, x: int, slot: list[np.ndarray], number: int) -> np.ndarray:
         """Return the slot of a location into which an object would be put in each of a number of states."""
         first = self.slots.index((x, 0))
-        if self.rooms[x] == 1:
+        if self.slot_counts[x] == 1:
             return np.full(number, first)
-        taken = np.zeros((self.rooms[x], number), dtype=bool)
+        taken = np.zeros((self.slot_counts[x], number), dtype=bool)
         for s in slot:
-            taken |= s == first + np.arange(self.rooms[x])[:, None]
+            taken |= s == first + np.arange(self.slot_counts[x])[:, None]
         return first + free_slot(taken)
 
     def build(self) -> TransitionSystem:
@@ -229,9 +231,9 @@ class _Builder:
 
     def propositions(self) -> frozenset[str]:
         """Return every proposition of the model."""
-        names = {f"holding_{thing}" for thing in self.things}
+        names = {f"holding_{obj}" for obj in self.obj_names}
         for place in (*self.names, *self.model.marks):
-            names |= {f"{thing}_{place}" for thing in self.things}
+            names |= {f"{obj}_{place}" for obj in self.obj_names}
         return frozenset(names) | self.model.propositions
 
     def labels(self, codes: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:

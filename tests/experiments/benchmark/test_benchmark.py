@@ -11,16 +11,16 @@ import pytest
 
 from experiments.benchmark import table1
 from experiments.benchmark.instances import FAMILIES, PAPER, RANDOM, instance
-from experiments.benchmark.runs import KINDS, MAX_MIN, OURS, Outcome, Run, carry_out
+from experiments.benchmark.runs import KINDS, MAX_MIN, OURS, BenchmarkRun, Timing, carry_out
 from experiments.benchmark.summary import cells, disagreements
 
 
-def outcome(seconds: float, *, ended: str | None = None, points: Any = ((3.0, 1.0),)) -> Outcome:
-    return Outcome(seconds, 10, 1_000_000, 100_000_000, None if ended else points, ended)
+def outcome(seconds: float, *, ended: str | None = None, points: Any = ((3.0, 1.0),)) -> Timing:
+    return Timing(seconds, 10, 1_000_000, 100_000_000, None if ended else points, ended)
 
 
-def front_runs(method: str, *outcomes: Outcome) -> dict[Run, Outcome]:
-    return {Run(PAPER, "front", method, 4, seed, 120): some for seed, some in enumerate(outcomes)}
+def front_runs(method: str, *outcomes: Timing) -> dict[BenchmarkRun, Timing]:
+    return {BenchmarkRun(PAPER, "front", method, 4, seed, 120): some for seed, some in enumerate(outcomes)}
 
 
 @pytest.fixture(scope="module")
@@ -55,10 +55,10 @@ def test_the_table_and_the_picture_are_written(folder: Path) -> None:
 def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs = table1.plan_runs(range(2, 3), 1, 1)
     assert len(runs) > 3
-    carried_out: list[Run] = []
+    carried_out: list[BenchmarkRun] = []
 
-    def interrupted_at(count: int) -> Callable[[Run, object], Outcome]:
-        def carry_out(run: Run, tick: object) -> Outcome:
+    def interrupted_at(count: int) -> Callable[[BenchmarkRun, object], Timing]:
+        def carry_out(run: BenchmarkRun, tick: object) -> Timing:
             if len(carried_out) == count:
                 raise KeyboardInterrupt
             carried_out.append(run)
@@ -77,7 +77,7 @@ def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeyp
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_run_ends_at_its_time_limit(kind: str) -> None:
-    ended = carry_out(Run(RANDOM, kind, OURS, 12, 0, max_seconds=0.3), lambda: None)
+    ended = carry_out(BenchmarkRun(RANDOM, kind, OURS, 12, 0, max_seconds=0.3), lambda: None)
     assert ended.ended == "time" and ended.points is None
 
 

@@ -14,10 +14,10 @@ from command_line import Run
 
 from experiments.commands.machine import doctor
 from experiments.doctor import diagnosis, gl_backends, mending
-from experiments.doctor.diagnosis import OK, PROBLEM, WARNING, Finding
+from experiments.doctor.diagnosis import OK, PROBLEM, WARNING, Diagnosis
 
 
-def only(found: list[Finding]) -> Finding:
+def only(found: list[Diagnosis]) -> Diagnosis:
     (finding,) = found
     return finding
 
@@ -36,7 +36,11 @@ def test_this_machine_is_diagnosed(run: Run) -> None:
 
 
 def test_people_read_a_line_for_each_and_what_mends_it(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    findings = [Finding("tea", OK, "hot"), Finding("milk", WARNING, "none", "fetch milk"), Finding("cup", PROBLEM, "!")]
+    findings = [
+        Diagnosis("tea", OK, "hot"),
+        Diagnosis("milk", WARNING, "none", "fetch milk"),
+        Diagnosis("cup", PROBLEM, "!"),
+    ]
     monkeypatch.setattr(doctor, "CHECKS", (lambda: findings,))
     monkeypatch.setattr(doctor, "Bars", Silence)
     result = run("doctor")
@@ -50,7 +54,7 @@ def test_people_read_a_line_for_each_and_what_mends_it(run: Run, monkeypatch: py
 
 
 def test_what_is_only_optional_has_status_0(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "CHECKS", (lambda: [Finding("milk", WARNING, "none")],))
+    monkeypatch.setattr(doctor, "CHECKS", (lambda: [Diagnosis("milk", WARNING, "none")],))
     monkeypatch.setattr(doctor, "Bars", Silence)
     assert run("doctor").status == 0
 
@@ -180,7 +184,7 @@ def test_a_missing_library_is_a_sentence_even_before_the_program_starts(tmp_path
 
 
 def test_json_is_one_object(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "CHECKS", (lambda: [Finding("tea", OK, "hot")],))
+    monkeypatch.setattr(doctor, "CHECKS", (lambda: [Diagnosis("tea", OK, "hot")],))
     assert json.loads(run("doctor", "--json").out) == {
         "well": True,
         "findings": [{"name": "tea", "status": "ok", "found": "hot", "mend": None}],

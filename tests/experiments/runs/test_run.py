@@ -19,7 +19,7 @@ import pytest
 from command_line import Run, call
 from small_scenes import PLACES, cup_scenario
 
-from experiments import case_study_1, case_study_3
+from experiments import case_study_3
 from experiments.cli import arguments
 from experiments.runs import carry_out
 from experiments.runs.outcome import outcome_json
@@ -303,15 +303,6 @@ def test_a_run_is_filmed(cup: Path, gl: None) -> None:
     assert told[:2] == [("executing", 0, 1, "transit desk"), ("executing", 1, 1, "")]
     assert told[-1] == ("rendering", frames, frames, "")
     assert outcome_json(outcome)["video"] == str(film)
-
-
-def test_case_study_1_meets_the_published_front(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert case_study_1.main() == 0
-    assert capsys.readouterr().out.count("agrees") == 6
-    assert (tmp_path / "out" / "case_study_1" / "figure_3.svg").exists()
 
 
 def draw_nothing(scene: Any, rollout: Any, captions: Any, path: Path, **options: Any) -> Path:

@@ -15,7 +15,7 @@ from small_scenes import cup_scenario
 
 from experiments.runs.carry_out import begin, scene_of
 from experiments.viewer.control import Control, Stopped
-from experiments.viewer.performance import Moment, Performance
+from experiments.viewer.performance import LiveRun, Moment
 from experiments.viewer.stage import Stage
 from experiments.viewer.standing import Progress, Standing
 from experiments.viewer.standing_html import standing_html
@@ -41,7 +41,7 @@ AT_ONCE = 1e6
 PATIENCE = 60.0
 """What takes longer than this, s, never happens."""
 
-Perform = Callable[..., Performance]
+Perform = Callable[..., LiveRun]
 
 
 @pytest.fixture
@@ -58,9 +58,9 @@ def perform(tmp_path: Path) -> Iterator[Perform]:
     plan = preferred_plan(problem)
     performances = []
 
-    def start(*faults: Fault) -> Performance:
+    def start(*faults: Fault) -> LiveRun:
         scene = scene_of(scenario, faults=faults)
-        performance = Performance(
+        performance = LiveRun(
             problem, lambda tell: begin(problem, scene, plan, faults=faults, tell=tell), speed=AT_ONCE
         )
         performances.append(performance)
@@ -72,7 +72,7 @@ def perform(tmp_path: Path) -> Iterator[Perform]:
         performance.stop()
 
 
-def settled(performance: Performance, *, after: Moment | None = None) -> Moment:
+def settled(performance: LiveRun, *, after: Moment | None = None) -> Moment:
     """Wait until a performance is paused at another moment than one, and return what is to be seen then."""
     waiting = threading.Event()
     for _ in range(round(PATIENCE / 0.01)):

@@ -19,6 +19,7 @@ from prefplan import (
     Order,
     PreferenceError,
     Problem,
+    Sum,
     Task,
     TransitionSystem,
     WeightedSum,
@@ -92,6 +93,24 @@ def test_zero_cost_cycles_do_not_make_costs_large() -> None:
     front = pareto_front(Problem(system, tasks, Order()))
     assert not front and front.reason is not None and front.reason.tasks == ("r",)
     assert points(pareto_front(Problem(system, tasks[:2], Order())))
+
+
+def test_payments_on_a_cycle_without_cost_end() -> None:
+    """Under a general contract such a cycle makes ever larger violation costs at the same cost."""
+    system = TransitionSystem.from_transitions(
+        [("s", "go", "t", 0), ("t", "back", "s", 0), ("t", "on", "u", 2)],
+        start="s",
+        labels={"s": ["a"], "t": ["b"], "u": ["c"]},
+    )
+    tasks = [
+        Task("p", "F (c & a)", (Relaxation("a", "true", 1),), skip=9),
+        Task("q", "a U (b & X (b U c))", (Relaxation("b", "a", 1), Relaxation("c", "b", 5)), skip=7),
+    ]
+    mu = Sum(((Expression("abs(p - q) * q", contract="general"), 1), (WeightedSum({"p": 1, "q": 1}, "violation"), 1)))
+    front = pareto_front(Problem(system, tasks, mu), max_cost=4)
+    assert front.complete and points(front)
+    again = pareto_front(Problem(system, tasks, mu), max_cost=4, options=Options(compiled=False))
+    assert points(again) == points(front)
 
 
 def test_tiny_values_of_quotients_stay_apart() -> None:

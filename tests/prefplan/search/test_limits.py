@@ -110,7 +110,7 @@ def test_a_single_plan_within_its_limits_is_exact(problem: Problem, whole: Front
 
 def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = whole[0], whole[-1]
-    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: self.floor > first.cost))
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: self.complete_below > first.cost))
     with pytest.raises(UnfinishedError, match="time limit: a better plan may exist") as caught:
         preferred_plan(problem, max_seconds=600)
     best = caught.value.best
