@@ -160,15 +160,15 @@ class ClosedLoop:
     def _where_hopeless(self, state: ManipulationState, action: str) -> frozenset[str]:
         """Return the propositions under which an action that failed would fail again.
 
-        What fails for other objects may work when they are elsewhere; what fails for anything else does not, as long
-        as the object of the action is where it is.
+        What other objects block is barred while all objects are where they are. What a fixture blocks, or what is out
+        of reach, is barred while the action's object is where it is. A transit has no object, and its path depends on
+        how high the objects are piled up, so that it is barred while all of them are where they are.
         """
-        if self.run.blocked is None or any(name in self.run.scene.shapes for name in self.run.blocked):
+        kind, target, *_ = action.split()
+        blocked = self.run.blocked
+        if kind == "transit" or blocked is None or any(name in self.run.scene.shapes for name in blocked):
             return state.label
-        _, thing, *_ = action.split()
-        return frozenset(
-            name for name in (f"holding_{thing}", f"{thing}_{state.place.get(thing)}") if name in state.label
-        )
+        return state.label & {f"holding_{target}", f"{target}_{state.place.get(target)}"} or state.label
 
     def _past(self) -> Past:
         """Return what was done so far, and what was seen before each action."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
 from sim.motion.kinematics import CONTROL_PERIOD
@@ -21,7 +21,7 @@ from sim.perception.sensors import ObjectPose, Poses, Sensor, SightError, true_p
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import HOVER, BlockedError, SkillError, perform, transit
+from sim.skills.skills import HOVER, SkillError, perform, transit
 from sim.world.scene import Scene, initial_state
 
 AFTERMATH = 1.0
@@ -42,7 +42,8 @@ class Run:
         steps: the actions carried out so far.
         reason: what was not as predicted when last looked at, or None.
         blind: whether nothing was seen for too long, so that it cannot go on.
-        blocked: what the last action could not get past, so that it would do no better again; None if it could.
+        blocked: names of the bodies that the last action found in its way, so that it would fail again as things are;
+            empty if it was out of reach; None if it may work when it is tried again.
         lost: objects that the arm cannot get at.
         injector: makes things go wrong.
     """
@@ -118,8 +119,10 @@ class Run:
                 raise
             except SimulationError as error:
                 failure = str(error)
-                if isinstance(error, BlockedError) or not isinstance(error, SkillError):
-                    self.blocked = error.by if isinstance(error, BlockedError) else ()
+                if isinstance(error, BlockedError):
+                    self.blocked = error.by
+                elif not isinstance(error, SkillError):
+                    self.blocked = ()
                 self.cell.wait(AFTERMATH)
             poses = self._poses()
             observed = self._observe(poses, before, predicted, done=failure is None)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 
 import numpy as np
 
 from prefplan.models.manipulation.action_costs import ACTION_KINDS
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import CONTROL_PERIOD, wrap
 from sim.perception.grounding import AT_RADIUS, hand_over
@@ -63,24 +63,12 @@ class SkillError(SimulationError):
     """A skill that ended without its effect; the message says why."""
 
 
-class BlockedError(SkillError):
-    """A skill that would do no better if it were tried again.
-
-    Attributes:
-        by: names of the bodies that are in the way.
-    """
-
-    def __init__(self, message: str, by: Collection[str]) -> None:
-        """Say what is in the way."""
-        super().__init__(message)
-        self.by = tuple(by)
-
-
 def perform(cell: Workcell, action: str) -> None:
     """Carry out one symbolic action, e.g. `transport blue san`.
 
     Raises:
         SkillError: it did not work out; the arm rests and the simulation can go on.
+        BlockedError: something is in the way; the same holds.
         SimulationError: the arm cannot get there.
     """
     kind, *arguments = action.split()
@@ -187,7 +175,7 @@ def _free_line(cell: Workcell, position: np.ndarray, options: list[tuple[float, 
         options: lines, rad, and grips to try in turn.
 
     Raises:
-        SkillError: none is free.
+        BlockedError: none is free.
     """
     met: set[str] = set()
     for line, grip in options:

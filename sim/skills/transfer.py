@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.simulation.workcell import Workcell
 
 DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15), (0.1, 0.15), (0.2, 0.0), (0.2, 0.2), (0.3, 0.0), (0.3, 0.2))
@@ -15,10 +15,6 @@ CLEARANCE = 0.006
 
 STRIDE = 3
 """Every so many joint references are looked at: the tool moves 18 mm meanwhile, which `CLEARANCE` makes up for."""
-
-
-class BlockedError(SimulationError):
-    """No way leads there; the message names what is in the way."""
 
 
 def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) -> None:
@@ -50,7 +46,7 @@ def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) 
         met |= obstacles
     if unreachable and not met:
         raise unreachable
-    raise BlockedError(f"the way is blocked by {' and '.join(sorted(met))}")
+    raise BlockedError(f"the way is blocked by {' and '.join(sorted(met))}", met)
 
 
 def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
