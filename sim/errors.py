@@ -15,11 +15,11 @@ class BlockedError(SimulationError):
     """A motion for which no collision-free path or grip was found; as long as nothing is moved, none will be.
 
     Attributes:
-        by: names of the bodies that are in the way: objects, or fixtures such as a lamp; empty if it is none of them.
+        by: names of the bodies in the way: objects, or fixtures such as a lamp; empty if none is in the way.
     """
 
     def __init__(self, message: str, by: Collection[str]) -> None:
-        """Say what is in the way."""
+        """Take a message, and the names of the bodies in the way."""
         super().__init__(message)
         self.by = tuple(sorted(by))
 

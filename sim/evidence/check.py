@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was checked.
+    """One claim that was checked.
 
     Attributes:
         name: what, e.g. `task cost phi1`.

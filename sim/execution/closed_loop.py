@@ -15,10 +15,10 @@ from prefplan.replanning import Past, achievable, damaged, violated
 from sim.execution.executor import Run
 from sim.perception.sensors import SightError
 
-ATTEMPTS = 3
+MAX_ATTEMPTS = 3
 """An action that fails so often without changing anything is given up."""
 
-REPLANS = 10
+MAX_REPLANS = 10
 """So many new plans are made at most."""
 
 GoOn = Callable[[Problem, Past, TransitionSystem], Plan]
@@ -108,7 +108,7 @@ class ClosedLoop:
         """Take what is seen for the present, and follow the best plan from there.
 
         Raises:
-            _GivenUp: there is none, or things went wrong too often.
+            _GivenUp: there is none, or too many actions failed.
         """
         run, surprise = self.run, self.run.reason or ""
         if run.blind:
@@ -119,14 +119,14 @@ class ClosedLoop:
             raise _GivenUp(f"{surprise}; {error}") from None
         self._take_note(state, surprise)
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
-        if self._replans >= REPLANS:
-            raise _GivenUp(f"given up after {REPLANS} new plans, {surprise}")
+        if self._replans >= MAX_REPLANS:
+            raise _GivenUp(f"given up after {MAX_REPLANS} new plans, {surprise}")
         past = self._past()
         try:
             system = run.scene.model.transition_system().without(self._barred)
             self.plan = self._go_on(self._problem, past, system)
         except NoPlanError as error:
-            raise _GivenUp(self._no_way_on(surprise, past, system, error)) from None
+            raise _GivenUp(self._why_no_plan(surprise, past, system, error)) from None
         except PrefplanError as error:
             raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         run.go_on(system)
@@ -153,7 +153,7 @@ class ClosedLoop:
             return
         attempt = (steps[-1].action, state)
         self._attempts = [*self._attempts, attempt] if attempt in self._attempts else [attempt]
-        if len(self._attempts) >= ATTEMPTS or self.run.blocked is not None:
+        if len(self._attempts) >= MAX_ATTEMPTS or self.run.blocked is not None:
             self._barred.add((self._where_hopeless(state, steps[-1].action), steps[-1].action))
         self._states.append(state)
 
@@ -186,14 +186,14 @@ class ClosedLoop:
         broken = damaged(self._problem, [state.label for state in self._states])
         return {"violated": list(broken)} if broken else {}
 
-    def _no_way_on(self, surprise: str, past: Past, system: TransitionSystem, error: NoPlanError) -> str:
+    def _why_no_plan(self, surprise: str, past: Past, system: TransitionSystem, error: NoPlanError) -> str:
         """Return why there is no plan any more, and what could still be achieved, in a sentence."""
         labels = [state.label for state in self._states]
         why = [surprise]
         if broken := violated(self._problem, labels):
             why.append(f"{_listed(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
-        elif len(self._attempts) >= ATTEMPTS:
-            why.append(f"given up after {ATTEMPTS} attempts")
+        elif len(self._attempts) >= MAX_ATTEMPTS:
+            why.append(f"given up after {MAX_ATTEMPTS} attempts")
         elif self._barred:
             why.append("there is no way round it")
         else:

@@ -109,8 +109,8 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     for pair, all_edges in edges.items():
         # Plans hardly ever bring the empty hand somewhere only to bring it elsewhere.
         likely = all_edges[left[sources[all_edges]]] if pair[0] == "transit" else all_edges
-        some = _sample(likely if len(likely) else all_edges, system.actions)
-        chosen[pair] = tuple(trial(edge) for edge in some)
+        sampled = _sample(likely if len(likely) else all_edges, system.actions)
+        chosen[pair] = tuple(trial(edge) for edge in sampled)
     return chosen
 
 
@@ -173,7 +173,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
         resting[state.held] = state.hand
         if state.hand_slot is not None:
             slots[state.held] = state.hand_slot
-    objects = tuple(replace(thing, start=resting[thing.name]) for thing in model.objects)
+    objects = tuple(replace(obj, start=resting[obj.name]) for obj in model.objects)
     begin = ManipulationState(model.start, None, tuple(resting.items()), slots=tuple(slots.items()))
     scene = replace(scene, model=replace(model, objects=objects, begin=begin))
     cell = Workcell(scene, initial_state(scene))
@@ -193,7 +193,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
 def _put(state: ManipulationState) -> str | None:
     """Return the object that lies where the empty hand is."""
     slots = dict(state.slots)
-    here = (thing for thing, place in state.places if place == state.hand and slots.get(thing) == state.hand_slot)
+    here = (obj for obj, place in state.places if place == state.hand and slots.get(obj) == state.hand_slot)
     return next(here, None)
 
 

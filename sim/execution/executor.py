@@ -21,13 +21,13 @@ from sim.perception.sensors import ObjectPose, Poses, Sensor, SightError, true_p
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import HOVER, SkillError, perform, transit
+from sim.skills.skills import HOVER_HEIGHT_M, SkillError, perform, transit
 from sim.world.scene import Scene, initial_state
 
-AFTERMATH = 1.0
+SETTLE_AFTER_FAILURE_S = 1.0
 """Wait after a skill that failed, s: what was dropped comes to rest before it is looked at."""
 
-STILL, STILL_TIME, RESTLESS = 0.004, 0.2, 3.0
+REST_DISTANCE_M, REST_PERIOD_S, REST_TIMEOUT_S = 0.004, 0.2, 3.0
 """An object is at rest when it moves by less than this in that time, m and s; that long at most it is waited for, s."""
 
 
@@ -45,7 +45,7 @@ class Run:
         blocked: names of the bodies that the last action found in its way, so that it would fail again as things are;
             empty if it was out of reach; None if it may work when it is tried again.
         lost: objects that the arm cannot get at.
-        injector: makes things go wrong.
+        injector: injects the faults.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class Run:
                     self.blocked = error.by
                 elif not isinstance(error, SkillError):
                     self.blocked = ()
-                self.cell.wait(AFTERMATH)
+                self.cell.wait(SETTLE_AFTER_FAILURE_S)
             poses = self._poses()
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
@@ -183,11 +183,11 @@ class Run:
     def _states(self, index: int) -> ManipulationState:
         return cast(ManipulationState, self.system.states[index])
 
-    def _check_grip(self, thing: str | None) -> None:
+    def _check_grip(self, obj: str | None) -> None:
         """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
         self._await_grip()
-        if thing is not None and self.cell.held() != thing:
-            raise SkillError(f"{thing} slipped from the hand")
+        if obj is not None and self.cell.held() != obj:
+            raise SkillError(f"{obj} slipped from the hand")
 
     def _await_grip(self) -> None:
         """Wait until it is beyond doubt whether the pads hold what they handle."""
@@ -205,14 +205,14 @@ class Run:
     def _settled(self) -> dict[str, ObjectPose]:
         """Return where every object is seen once nothing moves any more, or not for long."""
         poses = self._poses()
-        for _ in range(round(RESTLESS / STILL_TIME)):
+        for _ in range(round(REST_TIMEOUT_S / REST_PERIOD_S)):
             before = poses
-            self.cell.wait(STILL_TIME)
+            self.cell.wait(REST_PERIOD_S)
             poses = self._poses()
             if before.keys() != poses.keys():
                 continue
-            moved = (np.linalg.norm(pose.position - before[thing].position) for thing, pose in poses.items())
-            if max(moved, default=0.0) < STILL:
+            moved = (np.linalg.norm(pose.position - before[obj].position) for obj, pose in poses.items())
+            if max(moved, default=0.0) < REST_DISTANCE_M:
                 break
         return poses
 
@@ -222,7 +222,7 @@ class Run:
             return False
         lines = [np.pi / 4 * k for k in range(8)]
         try:
-            for height in (0.0, HOVER):
+            for height in (0.0, HOVER_HEIGHT_M):
                 self.cell.arm.reach(position + [0.0, 0.0, height], lines)
         except SimulationError:
             return False
@@ -241,10 +241,10 @@ class Run:
         """Return the largest horizontal distance of a released object from its slot's centre, m."""
         errors = [0.0]
         poses = true_poses(self.scene, self.cell.data)
-        for thing in self._released:
-            slot = slot_of(self.scene, poses, thing)
+        for obj in self._released:
+            slot = slot_of(self.scene, poses, obj)
             if slot is not None:
-                errors.append(float(np.hypot(*(poses[thing].position - slot.position)[:2])))
+                errors.append(float(np.hypot(*(poses[obj].position - slot.position)[:2])))
         return max(errors)
 
 

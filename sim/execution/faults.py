@@ -1,4 +1,4 @@
-"""Faults: things that go wrong on purpose, written down in a word, such as `slip@2` or `move:pink@3`."""
+"""Faults to inject, each written as a word, such as `slip@2` or `move:pink@3`."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def read_fault(text: str, model: ManipulationModel) -> Fault:
         return Fault(kind, int(number))
     names = [place.name for place in model.locations]
     if kind != "foreign":
-        names = [thing.name for thing in model.objects]
+        names = [obj.name for obj in model.objects]
     if what not in names:
         noun = "location" if kind == "foreign" else "object"
         raise SimulationError(f"{text!r}: unknown {noun} {what!r} {choices(what, names)}")

@@ -40,8 +40,8 @@ class Foresight:
         model.geom_margin[:] = np.where(self._watch.moving, clearance, 0.0)
         model.body_margin[:] = clearance
         data.qpos[:] = now.qpos
-        for thing, pose in poses.items():
-            self._put(thing, pose.position, pose.rotation)
+        for obj, pose in poses.items():
+            self._put(obj, pose.position, pose.rotation)
         data.qpos[self._arm] = q
         if width is not None:
             data.qpos[self._fingers] = width / 2
@@ -51,14 +51,14 @@ class Foresight:
         mujoco.mj_collision(model, data)
         return sorted({other for _, other in self._watch.touches(data)} - {handled})
 
-    def _carry(self, now: mujoco.MjData, thing: str, seen: ObjectPose) -> None:
+    def _carry(self, now: mujoco.MjData, obj: str, seen: ObjectPose) -> None:
         """Move an object as the hand moves it."""
         here, there = now.site(TCP), self._data.site(TCP)
         turn = there.xmat.reshape(3, 3) @ here.xmat.reshape(3, 3).T
-        self._put(thing, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
+        self._put(obj, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
         mujoco.mj_kinematics(self._model, self._data)
 
-    def _put(self, thing: str, position: np.ndarray, rotation: np.ndarray) -> None:
-        pose = self._data.joint(thing).qpos
+    def _put(self, obj: str, position: np.ndarray, rotation: np.ndarray) -> None:
+        pose = self._data.joint(obj).qpos
         pose[:3] = position
         mujoco.mju_mat2Quat(pose[3:], rotation.ravel())

@@ -29,17 +29,17 @@ def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
     Of those that are too many for a location only the nearest to their slots rest there. Temporary locations have what
     rests at no other: where something is does not depend on where it once lay.
     """
-    found = {thing: slot for thing in poses if (slot := slot_of(scene, poses, thing)) is not None}
+    found = {obj: slot for obj in poses if (slot := slot_of(scene, poses, obj)) is not None}
 
-    def off(thing: str) -> float:
-        return float(np.hypot(*(poses[thing].position - found[thing].position)[:2]))
+    def off(obj: str) -> float:
+        return float(np.hypot(*(poses[obj].position - found[obj].position)[:2]))
 
     for place in scene.model.locations:
-        there = sorted((thing for thing, slot in found.items() if slot.location == place.name), key=off)
-        for thing in there[place.capacity :]:
-            del found[thing]
-    spots = {thing: slot_of(scene, poses, thing, temporary=True) for thing in poses if thing not in found}
-    return found | {thing: slot for thing, slot in spots.items() if slot is not None}
+        there = sorted((obj for obj, slot in found.items() if slot.location == place.name), key=off)
+        for obj in there[place.capacity :]:
+            del found[obj]
+    spots = {obj: slot_of(scene, poses, obj, temporary=True) for obj in poses if obj not in found}
+    return found | {obj: slot for obj, slot in spots.items() if slot is not None}
 
 
 def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
@@ -125,7 +125,7 @@ def observe(
     if hand in scene.slots and not hand_over(scene, data, hand):
         hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)
     slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
-    places = tuple((thing.name, slots[thing.name].location) for thing in scene.model.objects if thing.name in slots)
+    places = tuple((obj.name, slots[obj.name].location) for obj in scene.model.objects if obj.name in slots)
     return ManipulationState(hand=hand, held=held, places=places, marks=marks)
 
 
@@ -135,23 +135,23 @@ def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observ
     The first difference among the objects is told, else that of the hand or the marks, else an object that is seen
     and not in the model.
     """
-    for thing in (object.name for object in scene.model.objects):
-        expected, found = _where(predicted, thing), _where(observed, thing)
+    for obj in (known.name for known in scene.model.objects):
+        expected, found = _where(predicted, obj), _where(observed, obj)
         if expected == found:
             continue
         if found is None:
-            found = f"it lies off every location, at {spelled(poses[thing].position)}"
-        elif observed.held == thing:
+            found = f"it lies off every location, at {spelled(poses[obj].position)}"
+        elif observed.held == obj:
             found = "it is in the hand"
         else:
             found = f"it rests {found}"
-        return f"expected {thing} {expected}, but {found}"
+        return f"expected {obj} {expected}, but {found}"
     if predicted.hand != observed.hand:
         return f"expected the hand over {predicted.hand}, but it is over {observed.hand}"
-    for thing, mark in sorted(predicted.marks ^ observed.marks):
-        return f"expected {thing} {'' if (thing, mark) in predicted.marks else 'not '}to be {mark}"
-    for thing in poses.keys() - {object.name for object in scene.model.objects}:
-        return f"an unknown object has appeared at {spelled(poses[thing].position)}"
+    for obj, mark in sorted(predicted.marks ^ observed.marks):
+        return f"expected {obj} {'' if (obj, mark) in predicted.marks else 'not '}to be {mark}"
+    for obj in poses.keys() - {known.name for known in scene.model.objects}:
+        return f"an unknown object has appeared at {spelled(poses[obj].position)}"
     return None
 
 
@@ -160,10 +160,10 @@ def spelled(position: np.ndarray) -> str:
     return f"({', '.join(f'{x:.2f}' for x in position)}) m"
 
 
-def _where(state: ManipulationState, thing: str) -> str | None:
-    if state.held == thing:
+def _where(state: ManipulationState, obj: str) -> str | None:
+    if state.held == obj:
         return "in the hand"
-    place = state.place.get(thing)
+    place = state.place.get(obj)
     return None if place is None else f"on {place}"
 
 

@@ -13,7 +13,7 @@ from sim.errors import SimulationError
 from sim.world.scene import Scene
 from sim.world.shapes import Shape
 
-PATIENCE = 5.0
+OBSERVATION_TIMEOUT_S = 5.0
 """How long to wait for something that is not seen, s."""
 
 NOISY_LOOKS = 10
@@ -55,7 +55,7 @@ class Sensor(Protocol):
     def looks(self) -> int:
         """How many looks make a measurement."""
 
-    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return where an object is now, as far as can be seen, or None if it is not seen."""
 
 
@@ -65,9 +65,9 @@ class ExactSensor:
 
     looks: int = 1
 
-    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the true pose; None for what is stored below the table."""
-        return None if stored(scene, data, thing) else object_pose(scene, data, thing)
+        return None if stored(scene, data, obj) else object_pose(scene, data, obj)
 
 
 class NoisySensor:
@@ -82,15 +82,15 @@ class NoisySensor:
         self.looks = NOISY_LOOKS
         self._noise, self._rng = noise, np.random.default_rng(seed)
 
-    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the true pose with noise; None for what is stored below the table."""
-        if stored(scene, data, thing):
+        if stored(scene, data, obj):
             return None
-        true = object_pose(scene, data, thing)
+        true = object_pose(scene, data, obj)
         turn = self._rng.normal(0, self._noise / LEVER)
         c, s = np.cos(turn), np.sin(turn)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ true.rotation
-        return pose_of(scene.shapes[thing], true.position + self._rng.normal(0, self._noise, 3), rotation)
+        return pose_of(scene.shapes[obj], true.position + self._rng.normal(0, self._noise, 3), rotation)
 
 
 def on_table(pose: ObjectPose | None) -> bool:
@@ -98,9 +98,9 @@ def on_table(pose: ObjectPose | None) -> bool:
     return pose is not None and bool(pose.position[2] > 0)
 
 
-def stored(scene: Scene, data: mujoco.MjData, thing: str) -> bool:
+def stored(scene: Scene, data: mujoco.MjData, obj: str) -> bool:
     """Return whether an object is one of the spare ones that nobody has brought yet."""
-    return thing in scene.spares and bool(data.body(thing).xpos[2] < 0)
+    return obj in scene.spares and bool(data.body(obj).xpos[2] < 0)
 
 
 def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
@@ -111,7 +111,7 @@ def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
 
 def true_poses(scene: Scene, data: mujoco.MjData) -> dict[str, ObjectPose]:
     """Return the true pose of every object of a scene's model."""
-    return {thing.name: object_pose(scene, data, thing.name) for thing in scene.model.objects}
+    return {obj.name: object_pose(scene, data, obj.name) for obj in scene.model.objects}
 
 
 def pose_of(shape: Shape, position: np.ndarray, rotation: np.ndarray) -> ObjectPose:

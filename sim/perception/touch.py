@@ -43,13 +43,13 @@ class Watch:
         """(ngeom,) bool: the robot's geoms and that of the object aloft."""
         return np.isin(self._roles, (ALOFT, ROBOT))
 
-    def handle(self, thing: str | None, *, aloft: bool = False) -> None:
+    def handle(self, obj: str | None, *, aloft: bool = False) -> None:
         """Say which object the pads may touch from now on, and whether it may touch anything else."""
         self._roles = [role if role == ROBOT else WORLD for role in self._roles]
-        if thing is not None:
-            self._roles[self._model.geom(thing).id] = ALOFT if aloft else HANDLED
-        if thing != self.handled:
-            self.handled, self.pressed = thing, -np.inf
+        if obj is not None:
+            self._roles[self._model.geom(obj).id] = ALOFT if aloft else HANDLED
+        if obj != self.handled:
+            self.handled, self.pressed = obj, -np.inf
 
     def look(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Take note of a state just simulated; return the touches nobody asked for, as in `touches`."""

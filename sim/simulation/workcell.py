@@ -11,7 +11,7 @@ import numpy as np
 from sim.motion.collision import Foresight
 from sim.motion.kinematics import CONTROL_PERIOD, Arm
 from sim.perception.sensors import (
-    PATIENCE,
+    OBSERVATION_TIMEOUT_S,
     ExactSensor,
     ObjectPose,
     Sensor,
@@ -28,19 +28,19 @@ from sim.simulation.rollout import Event
 from sim.world.scene import Scene
 from sim.world.shapes import Shape
 
-LAG = 0.1
+ACTUATOR_LAG_S = 0.1
 """By how much the arm trails a moving command, s: kv / kp of its actuators, so that commands lead by as much."""
 
-FLICKER = 0.18
+CONTACT_FLICKER_S = 0.18
 """Pads that lose an object for less than this still hold it, s: contacts flicker."""
 
-BRAKING = 0.25
+BRAKING_TIME_S = 0.25
 """How long the arm takes to stop when it has lost what it carries, s."""
 
-HOLD_OFFSET = 0.03
+HOLD_OFFSET_M = 0.03
 """A held object's centre is this near to the point between the pads, m: beyond, the pads only brush it."""
 
-EPISODE = 0.5
+CONTACT_EPISODE_S = 0.5
 """Touches of the same two bodies within this time are one event, s."""
 
 
@@ -81,7 +81,7 @@ class Workcell:
         self.sensor: Sensor = sensor or ExactSensor()
         self.blind_until, self.misses = -np.inf, 0
         self.disturb: Callable[[], None] = lambda: None
-        self._seen = {thing: object_pose(scene, data, thing) for thing in scene.shapes}
+        self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
         self.recorder.record(data, glow=self.glowing)
 
     def tell(self, kind: str, **detail: Any) -> None:
@@ -100,69 +100,69 @@ class Workcell:
     @property
     def shapes(self) -> dict[str, Shape]:
         """The shapes of the objects that are there: those of the model, and others that are seen on the table."""
-        known = {thing.name for thing in self.scene.model.objects}
+        known = {obj.name for obj in self.scene.model.objects}
         shapes = self.scene.shapes.items()
-        return {thing: shape for thing, shape in shapes if thing in known or on_table(self.glimpse(thing))}
+        return {obj: shape for obj, shape in shapes if obj in known or on_table(self.glimpse(obj))}
 
-    def glimpse(self, thing: str) -> ObjectPose | None:
+    def glimpse(self, obj: str) -> ObjectPose | None:
         """Return where an object is seen now, or None."""
         if self.data.time < self.blind_until:
             return None
-        pose = self.sensor.look(self.scene, self.data, thing)
+        pose = self.sensor.look(self.scene, self.data, obj)
         if pose is not None:
-            self._seen[thing] = pose
+            self._seen[obj] = pose
         return pose
 
-    def see(self, thing: str) -> ObjectPose:
+    def see(self, obj: str) -> ObjectPose:
         """Return where an object is seen, waiting for that if need be.
 
         Raises:
-            SightError: it is not seen for `PATIENCE`.
+            SightError: it is not seen for `OBSERVATION_TIMEOUT_S`.
         """
-        patience = round(PATIENCE / CONTROL_PERIOD)
-        while (pose := self.glimpse(thing)) is None:
+        patience = round(OBSERVATION_TIMEOUT_S / CONTROL_PERIOD)
+        while (pose := self.glimpse(obj)) is None:
             if patience == 0:
-                raise SightError(f"nothing has been seen of {thing} for {PATIENCE:g} s")
+                raise SightError(f"nothing has been seen of {obj} for {OBSERVATION_TIMEOUT_S:g} s")
             patience -= 1
             self._tick()
         return pose
 
-    def measure(self, thing: str) -> ObjectPose:
+    def measure(self, obj: str) -> ObjectPose:
         """Return where an object at rest is, as well as the sensor can tell; that takes a noisy one some time.
 
         Raises:
             SightError: as in `see`.
         """
-        return self.survey([thing])[thing]
+        return self.survey([obj])[obj]
 
-    def survey(self, things: Iterable[str]) -> dict[str, ObjectPose]:
+    def survey(self, objects: Iterable[str]) -> dict[str, ObjectPose]:
         """Return where objects at rest are, as well as the sensor can tell.
 
         Raises:
             SightError: as in `see`.
         """
-        looks: dict[str, list[ObjectPose]] = {thing: [self.see(thing)] for thing in things}
+        looks: dict[str, list[ObjectPose]] = {obj: [self.see(obj)] for obj in objects}
         for _ in range(self.sensor.looks - 1):
             self._tick()
-            for thing, poses in looks.items():
-                poses.append(self.see(thing))
-        return {thing: mean_pose(self.scene.shapes[thing], poses) for thing, poses in looks.items()}
+            for obj, poses in looks.items():
+                poses.append(self.see(obj))
+        return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in looks.items()}
 
     def held(self) -> str | None:
         """Return the object that both pads press, but for a flicker, and have between them, or None."""
-        thing = self.watch.handled
-        if thing is None or self.data.time - self.watch.pressed > FLICKER:
+        obj = self.watch.handled
+        if obj is None or self.data.time - self.watch.pressed > CONTACT_FLICKER_S:
             return None
-        pose = self.glimpse(thing)
+        pose = self.glimpse(obj)
         if pose is None:
-            return thing
+            return obj
         offset = pose.position - self.data.site(TCP).xpos
-        return thing if np.linalg.norm(offset) < HOLD_OFFSET else None
+        return obj if np.linalg.norm(offset) < HOLD_OFFSET_M else None
 
     @property
     def in_doubt(self) -> bool:
         """Whether the pads have lost what they handle just now, so that they may be about to press it again or not."""
-        return self.watch.handled is not None and 0 < self.data.time - self.watch.pressed <= FLICKER
+        return self.watch.handled is not None and 0 < self.data.time - self.watch.pressed <= CONTACT_FLICKER_S
 
     def follow(self, references: np.ndarray) -> None:
         """Drive the arm along joint references; it stops on the way if it loses what it carries aloft.
@@ -198,8 +198,8 @@ class Workcell:
 
     def foresee(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """Return what the robot, and what it carries, would touch at (7,) joint angles, rad: see `Foresight`."""
-        for thing in self.scene.shapes:
-            self.glimpse(thing)
+        for obj in self.scene.shapes:
+            self.glimpse(obj)
         return self._foresight.touches(self.data, self._seen, q, width=width, clearance=clearance)
 
     def _tick(self, commands: np.ndarray | None = None) -> None:
@@ -219,7 +219,7 @@ class Workcell:
                 self.recorder.record(data, glow=self.glowing)
         self.meter.look(data)
         for pair in self.watch.look(data):
-            if data.time - self._touched.get(pair, -np.inf) > EPISODE:
+            if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.tell("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time
 
@@ -229,7 +229,7 @@ def _braking(points: np.ndarray, done: int) -> np.ndarray:
 
     They begin with the reference that was reached.
     """
-    ticks = np.arange(1, round(BRAKING / CONTROL_PERIOD) + 1)
+    ticks = np.arange(1, round(BRAKING_TIME_S / CONTROL_PERIOD) + 1)
     ahead = np.minimum(done + ticks - ticks**2 / (2 * len(ticks)), len(points) - 1)
     low = np.floor(ahead).astype(int)
     high = np.minimum(low + 1, len(points) - 1)
@@ -260,4 +260,4 @@ def _commands(points: np.ndarray, substeps: int, *, moving: bool = False) -> np.
     square, cube = 3 * (p1 - p0) - 2 * m0 - m1, m0 + m1 - 2 * (p1 - p0)
     curve = p0 + u * m0 + u**2 * square + u**3 * cube
     slope = m0 + 2 * u * square + 3 * u**2 * cube
-    return (curve + LAG / CONTROL_PERIOD * slope).reshape(-1, 7)
+    return (curve + ACTUATOR_LAG_S / CONTROL_PERIOD * slope).reshape(-1, 7)

@@ -1,4 +1,4 @@
-"""Whether the arm can work at every place: within reach, apart from one another, room for the hand."""
+"""Feasibility of a layout: every slot within reach, locations apart, and clearance for the hand at each of them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from sim.world.places import (
 )
 from sim.world.shapes import CUBE_EDGE, Extent
 
-ASKEW = np.radians(5)
+MAX_START_TURN_RAD = np.radians(5)
 """Objects may start turned by this much, rad."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
@@ -102,7 +102,7 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
                     "move them apart"
                 )
             tool = slot.position + [0.0, 0.0, size.low / 2]
-            if arm_meets(tool, _thing(beside, size), beside.position[2] + size.high):
+            if arm_meets(tool, _footprint(beside, size), beside.position[2] + size.high):
                 raise SimulationError(
                     f"locations.{slot.location}: no room for the arm over an object at {beside.location!r}, between it "
                     "and the base; move them apart"
@@ -135,7 +135,7 @@ def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, size:
 
 
 def _covered(station: Station, size: Extent) -> Rectangle:
-    swing = float(np.sin(ASKEW)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
+    swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
     return station.outline.grown(OBJECT_GAP / 2 + swing)
 
 
@@ -156,17 +156,17 @@ def _lamp_meets(head: Rectangle, slot: Slot, size: Extent) -> bool:
     return arm_meets(slot.position + [0.0, 0.0, size.low / 2], head, LAMP_TOP)
 
 
-def _thing(slot: Slot, size: Extent) -> Rectangle:
+def _footprint(slot: Slot, size: Extent) -> Rectangle:
     return Rectangle(slot.position[:2], size.half, slot.yaw)
 
 
 def _hand_meets(slot: Slot, other: Slot, size: Extent, *, lowest: float) -> bool:
     """Return whether the hand at a slot whose floor is at least as high as `lowest` meets what stands in another."""
-    thing = _thing(other, size)
+    footprint = _footprint(other, size)
     top, middle = other.position[2] + size.high, lowest + size.low / 2
-    if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), thing):
+    if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), footprint):
         return True
-    return top > middle - FINGER_TIPS and overlap(_fingers(slot, size), thing)
+    return top > middle - FINGER_TIPS and overlap(_fingers(slot, size), footprint)
 
 
 def _storeys(model: ManipulationModel, location: str) -> int:

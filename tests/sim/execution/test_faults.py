@@ -12,7 +12,7 @@ from sim.execution.executor import Run
 from sim.execution.fault_injection import SLIP_TIME
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import true_poses
-from sim.simulation.workcell import FLICKER
+from sim.simulation.workcell import CONTACT_FLICKER_S
 from sim.world.scene import Scene, build_scene, initial_state
 
 LIFT = ["transit top", "grasp pink"]
@@ -86,7 +86,7 @@ def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     gone = [
         t for t, forces in zip(frames["times"], frames["pad_forces"], strict=True) if t > begun and not forces.any()
     ]
-    assert events["lost"].time - gone[0] < FLICKER + 0.05 < 0.25
+    assert events["lost"].time - gone[0] < CONTACT_FLICKER_S + 0.05 < 0.25
     assert run.steps[-1].action == "transport pink bin2" and "expected pink in the hand" in str(run.reason)
     tool = run.cell.data.site("tcp").xpos
     assert min(np.hypot(*(tool - slot.position)[:2]) for slot in scene.slots["bin2"]) > 0.1, "it went on to the end"
