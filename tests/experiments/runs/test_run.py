@@ -187,7 +187,7 @@ def test_people_are_told_of_a_surprise_too(run: Run, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(carry_out, "initial_state", misplaced(0.60, 0.10))
     result = run("cup.toml", "--no-video")
     assert result.status == 0
-    assert "expected cup on desk, but it rests on shelf: planned anew, cost 10, preference 0: transit" in result.out
+    assert "expected cup on desk, but it rests on shelf: planned again, cost 10, preference 0: transit" in result.out
 
 
 def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> None:
