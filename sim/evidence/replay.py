@@ -1,4 +1,4 @@
-"""A logged run's world, put together again from the log alone, and what its recorded frames show.
+"""The world of a logged run, rebuilt from the log alone, and what its recorded frames show.
 
 Nothing here is shared with `sim.perception`, by which the run itself went: what rests where is judged by the shapes
 that touch, not by heights, and what is held by the recorded forces and the pads that touch it.
@@ -23,22 +23,22 @@ from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene, build_scene
 
 AT_LOCATION_M = 0.045
-"""An object is at a location when the middle of one of its slots is this near on the horizontal, m."""
+"""An object is at a location when the middle of one of its slots is this near on the horizontal."""
 
 CONTACT_DISTANCE_M = 0.002
-"""Shapes nearer than this touch, m: resting contacts come and go by micrometres."""
+"""Shapes nearer than this are in contact: resting contacts come and go by micrometres."""
 
 UPRIGHT_TILT_RAD = np.radians(20)
-"""What leans by more does not stand, rad."""
+"""An object tilted by more does not stand."""
 
 HOLD_FORCE_N = 0.5
-"""Each pad presses what is held with this force at least, N: its weight."""
+"""Least contact force of each pad on a held object: its weight."""
 
 MAX_UNKNOWN_OBJECTS = 20
-"""So many objects that are not the scenario's are looked at, at most."""
+"""Objects that are not the scenario's and are still taken into account."""
 
 PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE)
-"""Frames for which a press counts: contacts flicker."""
+"""Frames for which a contact force counts: simulated contacts flicker."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class RecordedWorld:
     Attributes:
         scenario: read from the log.
         model: its manipulation model.
-        mujoco: the scene's MuJoCo model, built anew.
+        mujoco: the scene's MuJoCo model, built from the log.
         dressed: which shapes of the arm are looked at for contacts, in words.
 
     Raises:

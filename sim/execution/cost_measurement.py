@@ -75,7 +75,7 @@ def sources() -> str:
 
 
 def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
-    """Return what to simulate for every pair of poses between which some plan might take an action.
+    """Return what to simulate for every pair of poses between which a plan might take an action.
 
     Every object that can be the action's has its turn, and states from the start's to the remotest are sampled evenly.
     """
@@ -165,7 +165,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
     has just put down was grasped there as well.
 
     Raises:
-        SimulationError: the action, or the way to its state, does not work out.
+        SimulationError: the action, or one that leads to its state, fails.
     """
     state, model = trial.state, scene.model
     resting, slots = state.place, dict(state.slots)
@@ -213,7 +213,7 @@ def _check_done(cell: Workcell, action: str) -> None:
 
 
 def _sample(edges: np.ndarray, actions: np.ndarray) -> list[int]:
-    """Return some of a pair's edges, the actions among them taking turns, from the first to the last."""
+    """Return a sample of a pair's edges, the actions among them taking turns, from the first to the last."""
     different = np.unique(actions[edges])
     count = len(different) * max(1, round(SAMPLES / len(different)))
     chosen = []

@@ -1,4 +1,4 @@
-"""Execution: carry a plan out action by action, each confirmed by observation before the next begins."""
+"""Execution of a plan, action by action; each is confirmed by an observation before the next begins."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
 from sim.motion.kinematics import CONTROL_PERIOD
 from sim.perception.grounding import mismatch, observe, slot_of
-from sim.perception.sensors import ObjectPose, Poses, Sensor, SightError, true_poses
+from sim.perception.sensors import ObjectPose, ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
@@ -25,26 +25,26 @@ from sim.skills.skills import HOVER_HEIGHT_M, SkillError, perform, transit
 from sim.world.scene import Scene, initial_state
 
 SETTLE_AFTER_FAILURE_S = 1.0
-"""Wait after a skill that failed, s: what was dropped comes to rest before it is looked at."""
+"""Wait after a failed skill: an object that was dropped comes to rest before it is observed."""
 
 REST_DISTANCE_M, REST_PERIOD_S, REST_TIMEOUT_S = 0.004, 0.2, 3.0
-"""An object is at rest when it moves by less than this in that time, m and s; that long at most it is waited for, s."""
+"""An object is at rest when it moves by less than this distance in this period; the timeout bounds the wait for it."""
 
 
-class Run:
-    """A plan under way: the simulation beside the state the model predicts.
+class Execution:
+    """The execution of a plan: the simulation, and the state that the model predicts.
 
     Attributes:
-        scene: what is simulated, with the model that fits what was seen last.
+        scene: what is simulated, with the model that fits the last observation.
         system: the model's transition system.
         cell: the running simulation.
         state: index in `system` of the state that was last confirmed.
         steps: the actions carried out so far.
-        reason: what was not as predicted when last looked at, or None.
-        blind: whether nothing was seen for too long, so that it cannot go on.
-        blocked: names of the bodies that the last action found in its way, so that it would fail again as things are;
-            empty if it was out of reach; None if it may work when it is tried again.
-        lost: objects that the arm cannot get at.
+        reason: how the last observation differs from the prediction, or None.
+        lost_sensor: whether an observation timed out, which ends the execution.
+        blocked: names of the bodies in the way of the last action, which would fail again with all objects where they
+            are; empty if its goal was out of reach; None if it may succeed when it is tried again.
+        lost: objects out of the arm's reach.
         injector: injects the faults.
     """
 
@@ -64,9 +64,9 @@ class Run:
             scene: the scene.
             data: from `initial_state`; it is simulated on from there.
             system: the model's transition system, if it was built already.
-            sensor: sees the objects; exactly, unless it is given.
-            faults: what shall go wrong.
-            seed: what is left to chance about that.
+            sensor: observes the objects; None for an exact one.
+            faults: faults to inject.
+            seed: of their random numbers.
         """
         self.scene = self._built = scene
         self.system = system or scene.model.transition_system()
@@ -74,7 +74,7 @@ class Run:
         self.state = self.system.start
         self.steps: list[Step] = []
         self.reason: str | None = None
-        self.blind = False
+        self.lost_sensor = False
         self.blocked: tuple[str, ...] | None = None
         self.lost: tuple[str, ...] = ()
         self.injector = FaultInjector(self.cell, faults, seed=seed)
@@ -84,14 +84,14 @@ class Run:
             transit(self.cell, scene.model.start)
 
     def look(self) -> bool:
-        """Return whether what is seen now agrees with the present state; if not, `reason` says why."""
+        """Return whether an observation agrees with the present state; if not, `reason` says why."""
         state = self._states(self.state)
         try:
             poses = self._poses()
             seen = observe(self.scene, self.cell.data, poses, hand=state.hand, held=self.cell.held(), marks=state.marks)
             self.reason = mismatch(self.scene, poses, predicted=state, observed=seen)
-        except SightError as error:
-            self.reason, self.blind = str(error), True
+        except ObservationTimeoutError as error:
+            self.reason, self.lost_sensor = str(error), True
         return self.reason is None
 
     def carry_out(self, action: str) -> bool:
@@ -115,7 +115,7 @@ class Run:
             try:
                 perform(self.cell, action)
                 self._check_grip(predicted.held)
-            except SightError:
+            except ObservationTimeoutError:
                 raise
             except SimulationError as error:
                 failure = str(error)
@@ -127,8 +127,8 @@ class Run:
             poses = self._poses()
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
-        except SightError as error:
-            failure, self.blind = str(error), True
+        except ObservationTimeoutError as error:
+            failure, self.lost_sensor = str(error), True
         effort = self.cell.meter.total - spent
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
         if action.startswith("release"):
@@ -142,12 +142,12 @@ class Run:
         return True
 
     def reground(self) -> ManipulationState:
-        """Take what is seen for the present state, with a model in which it exists; return that state.
+        """Ground the present state in an observation, in a model that has this state; return it.
 
-        What is still moving is waited for. The last action is taken to have led to that state.
+        Objects in motion are waited for. The last action is taken to have led to that state.
 
         Raises:
-            SightError: an object is not seen for too long.
+            ObservationTimeoutError: an object is not observed for too long.
         """
         cell = self.cell
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
@@ -190,12 +190,12 @@ class Run:
             raise SkillError(f"{obj} slipped from the hand")
 
     def _await_grip(self) -> None:
-        """Wait until it is beyond doubt whether the pads hold what they handle."""
+        """Wait until it is certain whether the pads hold the handled object."""
         while self.cell.in_doubt:
             self.cell.wait(CONTROL_PERIOD)
 
     def _poses(self) -> dict[str, ObjectPose]:
-        """Return where every object is seen that is there, at a moment at which there is no doubt what is held."""
+        """Return the observed pose of every object, taken when it is certain which object is held."""
         poses = self.cell.survey(self.cell.shapes)
         while self.cell.in_doubt:
             self._await_grip()
@@ -203,7 +203,7 @@ class Run:
         return poses
 
     def _settled(self) -> dict[str, ObjectPose]:
-        """Return where every object is seen once nothing moves any more, or not for long."""
+        """Return the observed pose of every object once all are at rest, or after a timeout."""
         poses = self._poses()
         for _ in range(round(REST_TIMEOUT_S / REST_PERIOD_S)):
             before = poses
@@ -217,7 +217,7 @@ class Run:
         return poses
 
     def _reachable(self, position: np.ndarray) -> bool:
-        """Return whether the hand gets down to a position from above."""
+        """Return whether the hand reaches a position from above."""
         if position[2] < 0:
             return False
         lines = [np.pi / 4 * k for k in range(8)]
@@ -231,7 +231,7 @@ class Run:
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool
     ) -> ManipulationState:
-        """Read the state back; a mark counts once its object is seen to rest where it was released."""
+        """Ground the state in observed poses; a mark counts once its object rests where it was released."""
         cell = self.cell
         seen = observe(self.scene, cell.data, poses, hand=predicted.hand, held=cell.held(), marks=before.marks)
         earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
@@ -268,7 +268,7 @@ def execute(
     Raises:
         ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
     """
-    run = Run(scene, initial_state(scene, seed=seed), system=system)
+    run = Execution(scene, initial_state(scene, seed=seed), system=system)
     state = run.state
     for action in actions:
         state, _ = run.system.step(state, action)

@@ -1,4 +1,4 @@
-"""Fault injection: faults made to happen in a running simulation, at random but by a seed."""
+"""Fault injection: faults in a running simulation, random but determined by a seed."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ STREAM = 2
 """Number of the random stream for faults: the same seed gives the same start poses with and without."""
 
 LIFTED_HEIGHT_M = 0.01
-"""An object hangs in the hand when it is this much higher than where it was gripped, m."""
+"""An object hangs in the hand when it is this much higher than where it was gripped."""
 
 SLIP_DELAY_S = 1.0
-"""A slip happens within this time of the first moment at which it can, s."""
+"""A slip happens within this time of the first moment at which it can."""
 
 SLIP_TIME, SLIP_GAP = 0.25, 0.02
 """For how long the hand opens when something slips from it, s, and by how much, m."""
@@ -41,18 +41,18 @@ PUSH, TOSS, TUMBLE = (0.25, 0.6), 0.6, (8.0, 14.0)
 """Speeds of an object that is knocked over: to the side and upwards, m/s, and of its tumbling, rad/s."""
 
 MAX_DRAWS = 500
-"""So many places are tried for an object that somebody puts down."""
+"""Poses that are drawn for an object that is moved, until one is free."""
 
 
 class FaultInjector:
-    """Faults that wait for their time in a running simulation.
+    """Faults that are injected into a running simulation when they fall due.
 
     Attributes:
-        happened: when each fault happened, s; None if it has not.
+        happened: time of each fault that has happened, s, by its number.
     """
 
     def __init__(self, cell: Workcell, faults: Sequence[Fault], *, seed: int | None) -> None:
-        """Let faults happen in a simulation; the seed is 0 if there is none."""
+        """Inject faults into a simulation; the seed is 0 if there is none."""
         self._cell, self._action = cell, 0
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
@@ -96,7 +96,7 @@ class FaultInjector:
         return True
 
     def _blind(self, i: int, fault: Fault) -> bool:
-        self._cell.blind_until = self._cell.data.time + fault.amount
+        self._cell.sensor_off_until = self._cell.data.time + fault.amount
         return True
 
     def _knock(self, i: int, fault: Fault) -> bool:

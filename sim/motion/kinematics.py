@@ -37,7 +37,7 @@ JOINT_MARGIN_RAD = 0.01
 """Distance that references keep from the ends of the joints, rad."""
 
 MAX_GOAL_STEPS = 60
-"""Most IK steps to a goal; some 15 are used."""
+"""Most IK steps to a goal; about 15 are used."""
 
 _FASTEST = 1.875
 _HARDEST = 10 / np.sqrt(3)
@@ -105,8 +105,8 @@ def arch(
     Args:
         start: where it is.
         goal: where it shall be.
-        turn: how far the yaw changes on the way, rad; goal.yaw up to whole turns.
-        height: to pass at, m, or higher for a higher goal; from above it the tool comes down on the way, since high
+        turn: change of the yaw along the path, rad; goal.yaw up to whole turns.
+        height: to pass at, m, or higher for a higher goal; from above it the tool descends along the path, since high
             up the arm reaches less far. None: as high as the higher end.
         drawn_in: how much nearer to the base midway, m, but midway between the ends not nearer than `NEAREST`.
         pace: 1 for the usual speed, less for slower.
@@ -210,7 +210,7 @@ class Arm:
 
         Args:
             q: (7,) where it starts.
-            goal: (7,) near where it ends, from `reach`: which way the elbow and the last joint turn.
+            goal: (7,) near where it ends, from `reach`: it decides how the elbow and the last joint turn.
             position: (3,) where the tool ends, m.
             yaw: of the tool there, rad.
             height: at which the tool passes, m; None for that of the higher end (see `arch`).

@@ -1,4 +1,4 @@
-"""Grounding: the symbolic state read back from the simulation, and how it differs from what was expected."""
+"""Grounding: the symbolic state of observed poses, and how it differs from the predicted one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AT_HEIGHT = 0.008
 """... and its underside this near to what it rests on, m."""
 
 NOWHERE = "no location"
-"""Where the hand is when it is over none: not a name, so that no location can bear it."""
+"""The hand's location when it is over none: not a valid name of a location."""
 
 
 def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
@@ -50,7 +50,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
 
     Args:
         scene: the scene.
-        poses: where every object is seen.
+        poses: of every observed object.
         name: the object.
         temporary: whether to look among the temporary locations rather than the scenario's.
     """
@@ -87,7 +87,7 @@ def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
 
 
 def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
-    """Return what an object covers of the table, as it stands."""
+    """Return the footprint of an object on the table."""
     pose = poses[name]
     return Rectangle(pose.position[:2], scene.shapes[name].half[:2], pose.yaw)
 
@@ -110,17 +110,17 @@ def observe(
     held: str | None,
     marks: frozenset[tuple[str, str]] = frozenset(),
 ) -> ManipulationState:
-    """Return the symbolic state that is seen.
+    """Return the symbolic state that is observed.
 
     An object that neither rests in a slot nor is held has no place in it.
 
     Args:
         scene: the scene.
         data: its state, of which the robot knows its own part.
-        poses: where every object of the model is seen.
+        poses: of every observed object of the model.
         hand: where the hand was last sent; elsewhere is reported only if it is not there.
-        held: what the pads hold, from the forces they felt of late.
-        marks: what the past left behind and no sensor shows.
+        held: the object that the pads hold, from their latest contact forces.
+        marks: of the objects, which no sensor shows.
     """
     if hand in scene.slots and not hand_over(scene, data, hand):
         hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)

@@ -1,8 +1,8 @@
-"""Regrounding: a model and a scene that fit what is seen, wherever objects have come to lie.
+"""World model: a planning model and a scene that agree with an observation.
 
-What lies off every location gets a temporary location of its own, from which it can be taken and to which nothing can
-be put. What it keeps the hand from is said by the locations too: nothing goes where it lies in the way, and what it
-rests on cannot be taken before it is gone.
+An object off every location gets a temporary location of its own, from which it can be taken and to which nothing can
+be moved. Locations also express what it obstructs: nothing is released where it lies in the way, and an object below it
+cannot be taken before it is gone.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ OBJECT_GAP_M = 0.006
 
 @dataclass(frozen=True)
 class Regrounded:
-    """The world as it is seen.
+    """The world as it is observed.
 
     Attributes:
         scene: the scene with its model, to which locations and objects may have been added, and which begins here;
             what fell from the table is no longer in it.
         state: where everything is.
-        lost: objects that the arm cannot get at.
+        lost: objects out of the arm's reach.
     """
 
     scene: Scene
@@ -51,16 +51,16 @@ def reground(
     marks: frozenset[tuple[str, str]],
     reachable: Callable[[np.ndarray], bool],
 ) -> Regrounded:
-    """Return a scene and a state that agree with what is seen.
+    """Return a scene and a state that agree with observed poses.
 
     Args:
         scene: as it was built from the scenario.
         data: its state, of which the robot knows its own part.
-        poses: where every object is seen, also those that the model does not have.
+        poses: of every observed object, also of those that the model does not have.
         hand: where the hand was last sent.
         held: what it holds.
-        marks: what the past left behind and no sensor shows.
-        reachable: whether the hand gets at a position.
+        marks: of the objects, which no sensor shows.
+        reachable: whether the hand reaches a position.
     """
     model = scene.model
     known = {obj.name for obj in model.objects}
@@ -102,13 +102,13 @@ def reground(
 
 
 def _hand(scene: Scene, data: mujoco.MjData, candidates: tuple[str, ...]) -> str:
-    """Return the first of some locations that the hand is over."""
+    """Return the first of several locations that the hand is over."""
     over = (name for name in candidates if name in scene.slots and hand_over(scene, data, name))
     return next(over, NOWHERE)
 
 
 def _temporary_names(model: ManipulationModel, objects: list[str]) -> dict[str, str]:
-    """Return a name for the place of each of some objects, such that it gives no proposition of the model."""
+    """Return a name for the temporary location of each object, such that it gives no proposition of the model."""
     taken = [place.name for place in model.locations] + [obj.name for obj in model.objects] + objects
     stem = "spot"
     while any(stem in name for name in (*taken, *model.marks, *model.propositions)):
@@ -126,9 +126,9 @@ def _temporary_location(scene: Scene, poses: Poses, obj: str, name: str, below: 
 def _obstructed(
     scene: Scene, poses: Poses, place: Location, rests: dict[str, Slot], names: dict[str, str], lost: tuple[str, ...]
 ) -> Location:
-    """Return a location with what keeps objects from being put there.
+    """Return a location with the locations that must be empty before an object is released there.
 
-    Where something lies in the way nothing is put before it is gone, which it never is where the arm cannot get at it.
+    It is closed if an object that is in the way is out of the arm's reach.
     """
     own = [obj for obj, slot in rests.items() if slot.location == place.name]
     free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, poses, slot, obj) for obj in own)]
@@ -143,7 +143,7 @@ def _obstructed(
 
 
 def _is_free_beside(scene: Scene, poses: Poses, slot: Slot, obj: str) -> bool:
-    """Return whether something can be put into a slot beside an object, by open fingers along one of two lines."""
+    """Return whether open fingers can release an object in a slot beside another, along one of two closing lines."""
     size = extent(scene.shapes.values())
     half, pose = scene.shapes[obj].half, poses[obj]
     bottom = pose.position[2] - half[2]

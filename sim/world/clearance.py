@@ -115,7 +115,7 @@ def blocked(station: Station, others: Sequence[Station], size: Extent) -> bool:
 
 
 def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, size: Extent) -> np.ndarray:
-    """Return the (2,) foot of a station's lamp: out of the hand's way, the farther from the base the better."""
+    """Return the (2,) foot of a station's lamp: clear of the hand and the arm, the farther from the base the better."""
     centre = station.outline.centre
     outwards = float(np.arctan2(centre[1], centre[0]))
     turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])

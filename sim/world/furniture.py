@@ -12,7 +12,7 @@ from sim.geometry.solids import Solid, dish, plate, rounded_box, rounded_cylinde
 from sim.robots.panda import HIDDEN, VISIBLE, add_solid
 from sim.world.materials import LAMP_GLOW, Rgba, glow_of
 from sim.world.places import FLOOR, LAMP_HALF, Station
-from sim.world.shapes import Shape
+from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking, Table, picture, text_size
 
 TABLE_THICKNESS = 0.045
@@ -104,7 +104,9 @@ def add_station(spec: mujoco.MjSpec, station: Station) -> None:
         add(spec, body, station)
 
 
-def add_object(spec: mujoco.MjSpec, name: str, shape: Shape, position: np.ndarray, yaw: float, rgba: Rgba) -> None:
+def add_object(
+    spec: mujoco.MjSpec, name: str, shape: ObjectShape, position: np.ndarray, yaw: float, rgba: Rgba
+) -> None:
     """Add an object: a free body, its joint and its colliding geom all bear its name."""
     body = spec.worldbody.add_body(name=name, pos=position, quat=yaw_quat(yaw))
     body.add_freejoint(name=name)

@@ -22,9 +22,9 @@ from sim.world.places import (
     PLATE_MARGIN,
     ROW_GAP,
     SUPPORT_OVERLAP,
-    Layout,
     Slot,
     Station,
+    TableLayout,
 )
 from sim.world.shapes import Extent, extent, shapes_of
 
@@ -35,7 +35,7 @@ NEIGHBOUR_DISTANCE_M = 0.12
 """A location nearer than this to another keeps its fingers out of the gap between them, m."""
 
 
-def arrange(model: ManipulationModel) -> Layout:
+def arrange(model: ManipulationModel) -> TableLayout:
     """Return where everything goes.
 
     Raises:
@@ -59,7 +59,7 @@ def arrange(model: ManipulationModel) -> Layout:
         if place.marks and stations[place.name].kind != "stove":
             foot = lamp_foot(stations[place.name], list(stations.values()), slots, size)
             stations[place.name] = replace(stations[place.name], lamp=foot)
-    return Layout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
+    return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
 
 
 def _yaws(place: Location, grounded: list[Location]) -> list[float]:

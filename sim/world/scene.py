@@ -16,7 +16,7 @@ from sim.world.furniture import add_object, add_station, add_table, table_for, y
 from sim.world.layout import arrange
 from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_finishes, add_studio
 from sim.world.places import Slot
-from sim.world.shapes import Shape, shape_of, shapes_of
+from sim.world.shapes import ObjectShape, shape_of, shapes_of
 
 TIMESTEP = 0.002
 """Simulation step, s."""
@@ -56,10 +56,10 @@ class Scene:
     Attributes:
         model: what it was built from.
         mujoco: the compiled model.
-        slots: for each location, in the order of the file, room for `capacity` objects.
+        slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
-        spares: objects the model does not have, stored out of sight until somebody brings them.
-        temporary: locations that the scenario does not have, which stand for where objects happen to lie.
+        spares: objects the model does not have, stored below the table until a fault brings them.
+        temporary: locations that the scenario does not have, of objects that lie off every location.
         focus: (3,) middle of the picture: over the table's middle, m.
         span: half the table's longer side, m.
         robot: which of `sim.robots.catalogue.ROBOTS` works in it.
@@ -68,7 +68,7 @@ class Scene:
     model: ManipulationModel
     mujoco: mujoco.MjModel
     slots: dict[str, tuple[Slot, ...]]
-    shapes: dict[str, Shape]
+    shapes: dict[str, ObjectShape]
     focus: np.ndarray
     span: float
     robot: str = "default"
@@ -84,7 +84,7 @@ def build_scene(
     Args:
         model: any locations and objects.
         robot: one of `sim.robots.catalogue.ROBOTS`.
-        spares: how many grey cubes to keep in store, out of sight.
+        spares: number of grey cubes in store below the table.
         meshes: dress the default robot with meshes; None for where they are installed.
 
     Raises:
@@ -128,7 +128,7 @@ def _spare_names(model: ManipulationModel, number: int) -> tuple[str, ...]:
     return tuple(f"{stem}{i + 1}" for i in range(number))
 
 
-def _stored(shape: Shape, index: int) -> np.ndarray:
+def _stored(shape: ObjectShape, index: int) -> np.ndarray:
     return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
 
 
@@ -168,7 +168,7 @@ def initial_state(
         angle: greatest turn about z, rad.
 
     Raises:
-        SimulationError: moved so far, the objects hardly ever have room beside one another.
+        SimulationError: moved so far, the objects almost always overlap.
     """
     data = mujoco.MjData(scene.mujoco)
     for name, value in zip(ARM_JOINTS, HOME, strict=True):

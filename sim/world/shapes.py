@@ -71,7 +71,7 @@ class Grip:
 
 
 @dataclass(frozen=True)
-class Shape:
+class ObjectShape:
     """An upright cube, box or cylinder. Its yaw is the heading of the line along which the fingers rather close.
 
     Attributes:
@@ -138,7 +138,7 @@ def opening(width: float) -> float:
     return min(MAX_WIDTH, max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M))
 
 
-def shapes_of(model: ManipulationModel) -> dict[str, Shape]:
+def shapes_of(model: ManipulationModel) -> dict[str, ObjectShape]:
     """Return the shape of every object.
 
     Raises:
@@ -147,7 +147,7 @@ def shapes_of(model: ManipulationModel) -> dict[str, Shape]:
     return {obj.name: shape_of(obj) for obj in model.objects}
 
 
-def shape_of(obj: Object) -> Shape:
+def shape_of(obj: Object) -> ObjectShape:
     """Return the shape of an object.
 
     Raises:
@@ -179,11 +179,11 @@ def shape_of(obj: Object) -> Shape:
     grips = tuple(Grip(turn, width) for turn, width in widths.items() if NARROWEST <= width <= WIDEST)
     symmetry = 0.0 if obj.kind == "cylinder" else math.pi / 2 if along == across else math.pi
     mass = min(max(DENSITY * volume, LIGHTEST), HEAVIEST)
-    return Shape(obj.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
+    return ObjectShape(obj.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
 
 
-def extent(shapes: Iterable[Shape]) -> Extent:
-    """Return what the greatest and the least of some shapes need; for none, a cube of usual size."""
+def extent(shapes: Iterable[ObjectShape]) -> Extent:
+    """Return the bounds on the dimensions of shapes; for none, those of a cube of usual size."""
     known = list(shapes) or [shape_of(Object("cube", ""))]
     half = np.array([shape.half for shape in known])
     return Extent(

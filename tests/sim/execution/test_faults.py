@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sim.errors import SimulationError
-from sim.execution.executor import Run
+from sim.execution.executor import Execution
 from sim.execution.fault_injection import SLIP_TIME
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import true_poses
@@ -66,10 +66,10 @@ def stocked(scene: Scene) -> Scene:
     return build_scene(scene.model, spares=1)
 
 
-def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) -> Run:
+def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) -> Execution:
     """Return an execution after some actions, up to the first that goes wrong."""
     read = [read_fault(text, scene.model) for text in faults]
-    run = Run(scene, initial_state(scene), faults=read, seed=seed)
+    run = Execution(scene, initial_state(scene), faults=read, seed=seed)
     for action in actions:
         if not run.carry_out(action):
             break
@@ -147,4 +147,4 @@ def test_the_robot_waits_until_it_sees_again(scene: Scene) -> None:
 
 def test_who_sees_nothing_for_too_long_gives_up(scene: Scene) -> None:
     run = run_with(scene, LIFT, "blind:9@2")
-    assert run.blind and "nothing has been seen of" in str(run.reason)
+    assert run.lost_sensor and "nothing has been seen of" in str(run.reason)
