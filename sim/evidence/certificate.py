@@ -30,7 +30,7 @@ class Certificate:
 
     Attributes:
         claims: checks of what is said of the run: that it was completed, at what costs, and what each action did.
-        motions: checks of how it moved: limits, leaps, touches.
+        motions: checks of how it moved: joint limits, leaps of objects, contacts.
         completed: whether every task was satisfied on the recorded states, as far as it was not relaxed.
         task_costs: c_i by task name, derived.
         preference: mu, derived.
@@ -141,7 +141,7 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
 
 
 def _own(world: RecordedWorld) -> frozenset[str]:
-    """Return the scenario's own propositions; a run may have seen more, such as an object that is not in it."""
+    """Return the scenario's own propositions; a run may have observed others, such as those of an unknown object."""
     places = [*(place.name for place in world.model.locations), *world.model.marks]
     objects = [obj.name for obj in world.model.objects]
     return frozenset({f"{obj}_{p}" for obj in objects for p in places} | {f"holding_{obj}" for obj in objects})

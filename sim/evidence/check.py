@@ -1,4 +1,4 @@
-"""Verdicts of a checker: what was looked at, whether it holds, and in words why."""
+"""Verdicts of a checker: what was checked, whether it holds, and in words why."""
 
 from __future__ import annotations
 

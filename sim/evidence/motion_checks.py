@@ -1,4 +1,4 @@
-"""How the arm and the objects moved, judged from a log: limits of the joints, leaps, touches nobody asked for."""
+"""How the arm and the objects moved, judged from a log: joint limits, leaps of objects, unwanted contacts."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _names(detail: dict[str, object], obj: str) -> bool:
 
 
 def check_contacts(log: Log, world: RecordedWorld) -> Check:
-    """Check every frame for touches of the robot, or of what it carries, that nobody asked for.
+    """Check every frame for unwanted contacts of the robot or its load.
 
     The fingers may touch the object that the present action is about; what is being transported may touch them alone.
     An object that a recorded fault has thrown about just before may touch anything.

@@ -43,7 +43,7 @@ PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE)
 
 @dataclass(frozen=True)
 class _Roles:
-    """Which geoms belong to what, (ngeom,) each.
+    """Masks of geoms, (ngeom,) each.
 
     Attributes:
         robot: of the robot.
@@ -63,7 +63,7 @@ class RecordedWorld:
         scenario: read from the log.
         model: its manipulation model.
         mujoco: the scene's MuJoCo model, built from the log.
-        dressed: which shapes of the arm are looked at for contacts, in words.
+        dressed: which shapes of the arm are checked for contacts, in words.
 
     Raises:
         LogError: (on construction) the scenario in the log cannot be read or built, or its joints are not there.
@@ -112,7 +112,7 @@ class RecordedWorld:
         mujoco.mj_kinematics(self.mujoco, self._data)
 
     def held(self) -> str | None:
-        """Return the object that both pads touch and have pressed of late, or None."""
+        """Return the object in contact with both pads that they pressed within `PRESS_MEMORY_FRAMES`, or None."""
         forces = self._log.pad_forces[max(0, self._frame - PRESS_MEMORY_FRAMES) : self._frame + 1]
         if not np.any(forces.min(axis=1) > HOLD_FORCE_N):
             return None
@@ -156,7 +156,7 @@ class RecordedWorld:
         return None
 
     def touches(self, handled: str | None, *, aloft: bool) -> list[tuple[str, str]]:
-        """Return names of bodies that touch and should not: one of the robot or the object aloft, and another.
+        """Return names of bodies in unwanted contact: one of the robot or the object aloft, and another.
 
         Args:
             handled: the object that the fingers may touch.

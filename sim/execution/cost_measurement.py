@@ -30,7 +30,7 @@ SAMPLES = 4
 
 
 BATCH = 8
-"""Actions that a process measures before it tells of them: a few seconds' work."""
+"""Actions that a process measures before it reports them: a few seconds' work."""
 
 
 MOTION = ("geometry", "robots", "world", "perception", "motion", "simulation", "skills")

@@ -32,10 +32,10 @@ RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
 
 BEARING, OUTERMOST = np.radians(65), 0.64
-"""Somebody puts objects down within this angle to either side of straight ahead, rad, and this far away, m."""
+"""Objects are moved to within this angle of straight ahead, rad, and this distance from the base, m."""
 
 ASKEW_BY = np.array([0.005, 0.005, np.radians(5)])
-"""How far from square to a slot somebody puts an object at most: m, m and rad."""
+"""Greatest offset and turn from a slot of an object that is moved into it: m, m and rad."""
 
 PUSH, TOSS, TUMBLE = (0.25, 0.6), 0.6, (8.0, 14.0)
 """Speeds of an object that is knocked over: to the side and upwards, m/s, and of its tumbling, rad/s."""
@@ -72,7 +72,7 @@ class FaultInjector:
         cell.disturb = self._tick
 
     def begin(self, action: int) -> None:
-        """Take note that an executed action, numbered from 1, begins."""
+        """Start the faults that fall due with an executed action, numbered from 1."""
         self._action = action
         self._tick()
 
@@ -144,7 +144,7 @@ class FaultInjector:
         return watch.handled == obj and self._cell.data.time - watch.pressed < CONTACT_FLICKER_S
 
     def _is_free(self, slot: Slot) -> bool:
-        """Return whether nothing stands in a slot on the table, nor so near that an object would touch it."""
+        """Return whether an object can be placed in a slot on the table without a contact with another."""
         scene, data = self._cell.scene, self._cell.data
         if scene.model.location(slot.location).on or scene.model.location(slot.location).closed:
             return False
@@ -167,7 +167,7 @@ class FaultInjector:
         joint.qpos[:3], joint.qpos[3:], joint.qvel[:] = position, yaw_quat(yaw), 0.0
 
     def _fits(self, obj: str, position: np.ndarray, yaw: float) -> bool:
-        """Return whether an object stands free at a place: it touches nothing, not even what is under it."""
+        """Return whether an object at a pose is free of contacts, also with the surface below it."""
         scratch = mujoco.MjData(self._cell.scene.mujoco)
         scratch.qpos[:] = self._cell.data.qpos
         pose = scratch.joint(obj).qpos

@@ -22,12 +22,12 @@ SPELLINGS = {
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that goes wrong.
+    """A fault to inject.
 
     Attributes:
-        kind: `slip` (what is held slips from the hand), `move` (somebody moves an object), `knock` (somebody knocks
-            it over), `miss` (grasps close on nothing), `foreign` (somebody puts an unknown object to a location) or
-            `blind` (no object is seen).
+        kind: `slip` (the held object slips from the hand), `move` (an object is moved), `knock` (an object is knocked
+            over), `miss` (grasps close on nothing), `foreign` (an unknown object is put at a location) or `blind` (no
+            object is observed).
         action: number of the executed action, from 1, with which it falls due; it happens at the first moment from
             then on at which it can.
         target: the object or the location.

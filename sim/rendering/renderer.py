@@ -27,8 +27,8 @@ CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
 LAMP_RADIUS = 0.03
-"""Of the key light, where several of its points shed light, seen from what it lights: rad. Of a larger one the few
-points cast shadows that can be told apart."""
+"""Of the key light, where several of its points shed light, seen from what it lights: rad. With a larger one the
+shadows of its few points could be told apart."""
 
 CLOSER = 2
 """How many times as fine shadows are drawn for the camera on the hand, to which they come near."""

@@ -41,7 +41,7 @@ Slots = Mapping[str, tuple[Slot, ...]]
 
 
 def check_reach(slots: Slots, size: Extent) -> None:
-    """Raise `SimulationError` for a slot that the hand cannot get at from above."""
+    """Raise `SimulationError` for a slot out of the hand's reach from above."""
     tallest = max((float(slot.position[2]) + size.high for row in slots.values() for slot in row), default=0.0)
     for row in slots.values():
         for slot in row:
@@ -71,7 +71,7 @@ def reach_at(height: float) -> float:
 
 
 def check_apart(stations: Sequence[Station], size: Extent) -> None:
-    """Raise `SimulationError` for two locations whose objects, walls or plates would touch."""
+    """Raise `SimulationError` for two locations whose objects, walls or plates would collide."""
     for i, station in enumerate(stations):
         for other in stations[:i]:
             if overlap(_covered(station, size), _covered(other, size)):
@@ -82,7 +82,7 @@ def check_apart(stations: Sequence[Station], size: Extent) -> None:
 
 
 def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: Slots, size: Extent) -> None:
-    """Raise `SimulationError` for a slot at which the hand would meet something that may stand elsewhere."""
+    """Raise `SimulationError` for a slot at which the hand would collide with an object or a fixture elsewhere."""
     for station in stations:
         for other in stations:
             if other is not station and _fingers_meet(station, other, size):
@@ -110,7 +110,7 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
 
 
 def blocked(station: Station, others: Sequence[Station], size: Extent) -> bool:
-    """Return whether the fingers at a station would meet another, or the other's would meet it."""
+    """Return whether the fingers at a station would collide with another station, or the reverse."""
     return any(_fingers_meet(station, other, size) or _fingers_meet(other, station, size) for other in others)
 
 
@@ -148,7 +148,7 @@ def _fingers_meet(station: Station, other: Station, size: Extent) -> bool:
 
 
 def _lamp_meets(head: Rectangle, slot: Slot, size: Extent) -> bool:
-    """Return whether a lamp's head is in the way of the hand or the arm at a slot."""
+    """Return whether the hand or the arm at a slot would collide with a lamp's head."""
     if np.hypot(*(slot.position[:2] - head.centre)) < LAMP_DISTANCES[0] - LAMP_HALF / 2:
         return True
     if overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), head):
@@ -161,7 +161,7 @@ def _footprint(slot: Slot, size: Extent) -> Rectangle:
 
 
 def _hand_meets(slot: Slot, other: Slot, size: Extent, *, lowest: float) -> bool:
-    """Return whether the hand at a slot whose floor is at least as high as `lowest` meets what stands in another."""
+    """Return whether the hand at a slot, whose surface is not below `lowest`, collides with an object in another."""
     footprint = _footprint(other, size)
     top, middle = other.position[2] + size.high, lowest + size.low / 2
     if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), footprint):

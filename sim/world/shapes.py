@@ -17,22 +17,22 @@ SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"
 """Kinds of objects, and what their `size` says."""
 
 CUBE_EDGE = 0.045
-"""Edge of an object that says nothing about itself, m: the open hand takes it with clearance on both sides."""
+"""Edge of an object of no given size, m: the open hand takes it with clearance on both sides."""
 
 NARROWEST, WIDEST = 0.020, 0.065
-"""Width that the fingers take, m: narrower they could not press, wider they would not fit round it."""
+"""Width of an object along the closing line, m: below, the fingers cannot press it; above, they do not fit round it."""
 
 LOWEST, HIGHEST = 0.028, 0.060
-"""Height of what is taken by its middle, m: lower the finger tips would touch what it lies on, higher the palm it."""
+"""Height of an object, m: below, the finger tips would touch the surface; above, the palm the object."""
 
 LONGEST = 0.120
-"""Length across the fingers, m: what is longer turns between them."""
+"""Length of an object across the closing line, m: a longer one turns between the fingers."""
 
 DENSITY = 0.055 / CUBE_EDGE**3
 """Of beech, kg/m^3: a cube of usual size weighs 55 g."""
 
 LIGHTEST, HEAVIEST = 0.020, 0.250
-"""Limits of an object's mass, kg: as if the large ones were hollow, the small ones weighted."""
+"""Limits of an object's mass, kg."""
 
 USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
@@ -116,7 +116,7 @@ class ObjectShape:
 
 @dataclass(frozen=True)
 class Extent:
-    """What any object of a scene needs at most, since any may come anywhere.
+    """Bounds on the dimensions of a scene's objects, any of which may come to any slot.
 
     Attributes:
         half: (2,) greatest half sides along the closing line and across it, m.
