@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from prefplan.errors import PrefplanError
 
 
 class SimulationError(PrefplanError):
     """A scene that cannot be built or carried out, e.g. a location out of the arm's reach."""
+
+
+class BlockedError(SimulationError):
+    """A motion for which no collision-free path or grip was found; as long as nothing is moved, none will be.
+
+    Attributes:
+        by: names of the bodies in the way: objects, or fixtures such as a lamp; empty if none is in the way.
+    """
+
+    def __init__(self, message: str, by: Collection[str]) -> None:
+        """Take a message, and the names of the bodies in the way."""
+        super().__init__(message)
+        self.by = tuple(sorted(by))
 
 
 class RenderingError(PrefplanError):

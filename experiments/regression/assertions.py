@@ -92,7 +92,7 @@ def assert_plan(
 def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost", seed: int | None = None) -> Outcome:
     """Assert that the simulated arm carries a plan out and its log confirms that, and return what came of it.
 
-    After a surprise the arm plans anew, as in `prefplan run`; `pursuit.replans` says how often it did.
+    After a surprise the arm plans again, as in `prefplan run`; `pursuit.replans` says how often it did.
 
     Args:
         scenario: with a manipulation model.

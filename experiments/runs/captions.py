@@ -14,7 +14,7 @@ from sim.simulation.rollout import Rollout
 FINISHED, STOPPED = "done", "stopped"
 """What the last picture says instead of an action."""
 
-NEWS = {"replan": "planned anew: ", "retry": "once more: "}
+NEWS = {"replan": "planned again: ", "retry": "once more: "}
 """What is said before the first action that follows an event."""
 
 

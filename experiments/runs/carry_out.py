@@ -20,7 +20,7 @@ from prefplan.replanning import Past, continue_as_preferred, continue_cheaply
 from prefplan.scenario.decode import Scenario
 from sim.errors import RenderingError, SimulationError
 from sim.execution.closed_loop import ClosedLoop, GoOn
-from sim.execution.executor import Run
+from sim.execution.executor import Execution
 from sim.execution.faults import Fault
 from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import Camera
@@ -74,7 +74,7 @@ def carry_out(
     camera: Camera = "fixed",
     tell: Tell = lambda stage, done, total, what: None,
 ) -> Outcome:
-    """Carry out a plan until its end, planning anew after surprises, and film what happened.
+    """Carry out a plan until its end, planning again after surprises, and film what happened.
 
     Args:
         scenario: what was planned.
@@ -179,7 +179,7 @@ def begin(
     start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
     if sensor is None and perturbation.noise:
         sensor = NoisySensor(perturbation.noise, seed=seed or 0)
-    run = Run(scene, start, system=problem.system, sensor=sensor, faults=faults, seed=seed)
+    run = Execution(scene, start, system=problem.system, sensor=sensor, faults=faults, seed=seed)
     go_on = _go_on(choice, plan, problem.measure.contract)
     return ClosedLoop(run, problem, plan, go_on=go_on, tell=tell)
 

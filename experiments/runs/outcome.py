@@ -29,7 +29,7 @@ class Outcome:
         plan: what was meant to happen, as it was planned last.
         rollout: what happened.
         books: costs and tasks as they were observed.
-        pursuit: how often it was planned anew, and what was violated.
+        pursuit: how often it was planned again, and what was violated.
         seed: what was left to chance.
         faults: what was to go wrong, and when it did, s; None where the run ended before.
         video: the film, or None.
@@ -147,7 +147,7 @@ def _surprises(outcome: Outcome) -> list[str]:
         elif event.kind == "replan":
             ahead = condense(detail["plan"]) or "nothing is left to do"
             worth = f"cost {number(detail['cost'])}, preference {number(detail['preference'])}"
-            lines.append(f"{at}  {detail['reason']}: planned anew, {worth}: {ahead}")
+            lines.append(f"{at}  {detail['reason']}: planned again, {worth}: {ahead}")
             lines += [f"          {name} is violated as it is written" for name in detail.get("violated", ())]
     lines += [f"fault {fault} never happened: the run ended before" for fault, time in outcome.faults if time is None]
     if outcome.faults:

@@ -127,7 +127,9 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
         if spread["max"] is not None:
             table.add_row(name, f"median {spread['median']:.1f} {unit}, at most {spread['max']:.1f} {unit}")
     if summary["replans"]["total"]:
-        table.add_row("planned anew", f"{summary['replans']['total']} times, at most {summary['replans']['max']} a run")
+        table.add_row(
+            "planned again", f"{summary['replans']['total']} times, at most {summary['replans']['max']} a run"
+        )
     for kind, row in summary["happened"].items():
         table.add_row(f"completed with {kind}", share(row["completed"], row["rollouts"]))
     if summary["real_time_factor"]:

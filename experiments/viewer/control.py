@@ -7,7 +7,7 @@ import time
 from typing import Literal
 
 LATENESS = 0.1
-"""A performance that is later than this, s, does not hurry to make up for it: planning anew takes its time."""
+"""A performance that is later than this, s, does not hurry to make up for it: planning again takes its time."""
 
 Mode = Literal["paused", "playing", "stepping"]
 

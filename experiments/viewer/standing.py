@@ -11,7 +11,7 @@ from prefplan.front import Plan
 from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
 
-NEWS = {"fault": "fault", "replan": "planned anew", "retry": "tried again", "ended": "given up"}
+NEWS = {"fault": "fault", "replan": "planned again", "retry": "tried again", "ended": "given up"}
 """Events that a spectator is told of, and how."""
 
 

@@ -30,7 +30,7 @@ class Certificate:
 
     Attributes:
         claims: checks of what is said of the run: that it was completed, at what costs, and what each action did.
-        motions: checks of how it moved: limits, leaps, touches.
+        motions: checks of how it moved: joint limits, leaps of objects, contacts.
         completed: whether every task was satisfied on the recorded states, as far as it was not relaxed.
         task_costs: c_i by task name, derived.
         preference: mu, derived.
@@ -128,10 +128,10 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
         kind, *arguments = action.action.split()
         before, label = label, _observed(world) & own
         if kind == "release" and len(arguments) == 2 and arguments[1] in marks:
-            thing, place = arguments
+            obj, place = arguments
             worked = world.worked(place, start=action.start, end=action.end)
-            if worked and f"holding_{thing}" in before and f"{thing}_{place}" in label:
-                earned.add(f"{thing}_{marks[place]}")
+            if worked and f"holding_{obj}" in before and f"{obj}_{place}" in label:
+                earned.add(f"{obj}_{marks[place]}")
         label = label | earned
         trace.append(label)
         said, told = frozenset(action.label) & own, said
@@ -141,17 +141,17 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
 
 
 def _own(world: RecordedWorld) -> frozenset[str]:
-    """Return the scenario's own propositions; a run may have seen more, such as an object that is not in it."""
+    """Return the scenario's own propositions; a run may have observed others, such as those of an unknown object."""
     places = [*(place.name for place in world.model.locations), *world.model.marks]
-    things = [thing.name for thing in world.model.objects]
-    return frozenset({f"{t}_{p}" for t in things for p in places} | {f"holding_{t}" for t in things})
+    objects = [obj.name for obj in world.model.objects]
+    return frozenset({f"{obj}_{p}" for obj in objects for p in places} | {f"holding_{obj}" for obj in objects})
 
 
 def _observed(world: RecordedWorld) -> frozenset[str]:
     """Return the propositions, marks aside, that hold in the frame that is shown."""
     held = world.held()
     names = set() if held is None else {f"holding_{held}"}
-    names |= {f"{thing}_{place}" for thing, place in world.resting(held).items()}
+    names |= {f"{obj}_{place}" for obj, place in world.resting(held).items()}
     return frozenset(names)
 
 
@@ -181,7 +181,7 @@ def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None
 
 def _check_start(world: RecordedWorld, label: Label) -> Check:
     """Check that every object starts where the scenario says."""
-    wrong = [thing for thing in world.model.objects if f"{thing.name}_{thing.start}" not in label]
+    wrong = [obj for obj in world.model.objects if f"{obj.name}_{obj.start}" not in label]
     if wrong:
         return Check("start", False, f"{wrong[0].name} does not start at {wrong[0].start}")
     return Check("start", True, "every object is where the scenario has it")

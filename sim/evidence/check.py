@@ -1,4 +1,4 @@
-"""Verdicts of a checker: what was looked at, whether it holds, and in words why."""
+"""Verdicts of a checker: what was checked, whether it holds, and in words why."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was checked.
+    """One claim that was checked.
 
     Attributes:
         name: what, e.g. `task cost phi1`.

@@ -58,10 +58,10 @@ class _Track:
     """Where the hand and the objects are, to the slot, as long as every action does what it should."""
 
     def __init__(self, model: ManipulationModel) -> None:
-        places = [(thing.name, thing.start) for thing in model.objects]
-        self._room = {place.name: place.capacity for place in model.locations}
-        slots = slots_at_start(places, {}, self._room)
-        self._slots = {thing: (place, slots[thing]) for thing, place in places}
+        places = [(obj.name, obj.start) for obj in model.objects]
+        self._capacity = {place.name: place.capacity for place in model.locations}
+        slots = slots_at_start(places, {}, self._capacity)
+        self._slots = {obj: (place, slots[obj]) for obj, place in places}
         self._hand = model.start
 
     def follow(self, kind: str, *arguments: str) -> Pair:
@@ -74,12 +74,12 @@ class _Track:
         if kind == "release":
             self._slots[arguments[0]] = goal
         place, slot = goal
-        several = self._room.get(place, 1) > 1 and kind != "transit"
+        several = self._capacity.get(place, 1) > 1 and kind != "transit"
         self._hand = pose(place, slot if several else None)
         return kind, before, self._hand
 
     def _free(self, place: str) -> tuple[str, int]:
-        taken = [[(place, i) in self._slots.values()] for i in range(self._room.get(place, 1))]
+        taken = [[(place, i) in self._slots.values()] for i in range(self._capacity.get(place, 1))]
         return place, int(free_slot(np.array(taken))[0])
 
 

@@ -1,4 +1,4 @@
-"""How the arm and the objects moved, judged from a log: limits of the joints, leaps, touches nobody asked for."""
+"""How the arm and the objects moved, judged from a log: joint limits, leaps of objects, unwanted contacts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from sim.evidence.check import Check
 from sim.evidence.log import Log
-from sim.evidence.replay import PRESS, RecordedWorld
+from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld
 from sim.robots.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
 from sim.simulation.rollout import FRAME_RATE
 
@@ -79,25 +79,25 @@ def check_leaps(log: Log, world: RecordedWorld) -> Check:
     """Check that no object leaps, but for one that a recorded fault moves just then."""
     name = "objects"
     fastest = 0.0
-    for thing in (thing.name for thing in world.model.objects):
-        steps = np.linalg.norm(np.diff(world.path(thing), axis=0), axis=1)
-        excused = [event.time for event in log.about.events if event.kind == "fault" and _names(event.detail, thing)]
+    for obj in (known.name for known in world.model.objects):
+        steps = np.linalg.norm(np.diff(world.path(obj), axis=0), axis=1)
+        excused = [event.time for event in log.about.events if event.kind == "fault" and _names(event.detail, obj)]
         for frame in np.flatnonzero(steps > OBJECT_SPEED_LIMIT * np.diff(log.times)):
             time = float(log.times[frame + 1])
             if not any(abs(time - moved) <= LEAP_WINDOW for moved in excused):
-                words = f"{thing} leaps {steps[frame]:.3f} m at {time:.2f} s, and no recorded fault explains it"
+                words = f"{obj} leaps {steps[frame]:.3f} m at {time:.2f} s, and no recorded fault explains it"
                 return Check(name, False, words)
         fastest = max(fastest, float(steps.max(initial=0.0)) * FRAME_RATE)
     return Check(name, True, "none leaps" if fastest > OBJECT_SPEED_LIMIT else f"none leaps; {fastest:.2f} m/s at most")
 
 
-def _names(detail: dict[str, object], thing: str) -> bool:
+def _names(detail: dict[str, object], obj: str) -> bool:
     """Return whether the fault of an event, such as `move:pink@3`, is about an object."""
-    return str(detail.get("fault")).partition("@")[0].partition(":")[2] == thing
+    return str(detail.get("fault")).partition("@")[0].partition(":")[2] == obj
 
 
 def check_contacts(log: Log, world: RecordedWorld) -> Check:
-    """Check every frame for touches of the robot, or of what it carries, that nobody asked for.
+    """Check every frame for unwanted contacts of the robot or its load.
 
     The fingers may touch the object that the present action is about; what is being transported may touch them alone.
     An object that a recorded fault has thrown about just before may touch anything.
@@ -109,9 +109,9 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
             return Check(name, False, f"{words}, the log itself says")
     for frame, time in enumerate(log.times):
         world.show(frame)
-        kind, thing = _handled(log, float(time))
-        aloft = kind == "transport" and bool(log.pad_forces[frame].min() > PRESS)
-        found = world.touches(thing, aloft=aloft)
+        kind, obj = _handled(log, float(time))
+        aloft = kind == "transport" and bool(log.pad_forces[frame].min() > HOLD_FORCE_N)
+        found = world.touches(obj, aloft=aloft)
         if found:
             thrown = _thrown(log, float(time))
             found = [pair for pair in found if thrown.isdisjoint(pair)]
@@ -127,9 +127,9 @@ def _thrown(log: Log, time: float) -> set[str]:
     for event in log.about.events:
         if event.kind == "fault" and 0 <= time - event.time <= TIME_TO_REST:
             kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
-            thing = _handled(log, event.time)[1] if kind == "slip" else target
-            if thing and kind in ("move", "knock", "slip"):
-                thrown.add(thing)
+            obj = _handled(log, event.time)[1] if kind == "slip" else target
+            if obj and kind in ("move", "knock", "slip"):
+                thrown.add(obj)
     return thrown
 
 
@@ -138,5 +138,5 @@ def _handled(log: Log, time: float) -> tuple[str, str | None]:
     begun = [action for action in log.about.actions if action.start <= time]
     if not begun:
         return "", None
-    kind, thing, *_ = begun[-1].action.split()
-    return kind, None if kind == "transit" else thing
+    kind, obj, *_ = begun[-1].action.split()
+    return kind, None if kind == "transit" else obj

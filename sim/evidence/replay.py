@@ -1,4 +1,4 @@
-"""A logged run's world, put together again from the log alone, and what its recorded frames show.
+"""The world of a logged run, rebuilt from the log alone, and what its recorded frames show.
 
 Nothing here is shared with `sim.perception`, by which the run itself went: what rests where is judged by the shapes
 that touch, not by heights, and what is held by the recorded forces and the pads that touch it.
@@ -22,28 +22,28 @@ from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, PADS
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene, build_scene
 
-NEAR = 0.045
-"""An object is at a location when the middle of one of its slots is this near on the horizontal, m."""
+AT_LOCATION_M = 0.045
+"""An object is at a location when the middle of one of its slots is this near on the horizontal."""
 
-TOUCH = 0.002
-"""Shapes nearer than this touch, m: resting contacts come and go by micrometres."""
+CONTACT_DISTANCE_M = 0.002
+"""Shapes nearer than this are in contact: resting contacts come and go by micrometres."""
 
-LEAN = np.radians(20)
-"""What leans by more does not stand, rad."""
+UPRIGHT_TILT_RAD = np.radians(20)
+"""An object tilted by more does not stand."""
 
-PRESS = 0.5
-"""Each pad presses what is held with this force at least, N: its weight."""
+HOLD_FORCE_N = 0.5
+"""Least contact force of each pad on a held object: its weight."""
 
-STRANGERS = 20
-"""So many objects that are not the scenario's are looked at, at most."""
+MAX_UNKNOWN_OBJECTS = 20
+"""Objects that are not the scenario's and are still taken into account."""
 
-MEMORY = round(0.2 * FRAME_RATE)
-"""Frames for which a press counts: contacts flicker."""
+PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE)
+"""Frames for which a contact force counts: simulated contacts flicker."""
 
 
 @dataclass(frozen=True)
 class _Roles:
-    """Which geoms belong to what, (ngeom,) each.
+    """Masks of geoms, (ngeom,) each.
 
     Attributes:
         robot: of the robot.
@@ -62,8 +62,8 @@ class RecordedWorld:
     Attributes:
         scenario: read from the log.
         model: its manipulation model.
-        mujoco: the scene's MuJoCo model, built anew.
-        dressed: which shapes of the arm are looked at for contacts, in words.
+        mujoco: the scene's MuJoCo model, built from the log.
+        dressed: which shapes of the arm are checked for contacts, in words.
 
     Raises:
         LogError: (on construction) the scenario in the log cannot be read or built, or its joints are not there.
@@ -80,19 +80,19 @@ class RecordedWorld:
         self.mujoco = self._scene.mujoco
         self._data = mujoco.MjData(self.mujoco)
         spares = (name for name in self._scene.spares if name in about.joints)
-        things = (*(thing.name for thing in self.model.objects), *spares)
-        self._source, self._target = _places(about, self.mujoco, things, log.qpos.shape[1])
+        objects = (*(obj.name for obj in self.model.objects), *spares)
+        self._source, self._target = _places(about, self.mujoco, objects, log.qpos.shape[1])
         self._roles = _roles(self.mujoco)
-        self._geom = {thing: int(self.mujoco.geom(thing).id) for thing in things}
+        self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
         self._pads = [int(self.mujoco.geom(name).id) for name in PADS]
 
     def arm(self) -> np.ndarray:
         """Return the (T, 7) recorded angles of the arm's joints, rad."""
         return self._log.qpos[:, [self._log.about.joints[name] for name in ARM_JOINTS]]
 
-    def path(self, thing: str) -> np.ndarray:
+    def path(self, obj: str) -> np.ndarray:
         """Return the (T, 3) recorded positions of an object's centre, m."""
-        first = self._log.about.joints[thing]
+        first = self._log.about.joints[obj]
         return self._log.qpos[:, first : first + 3]
 
     def frame_at(self, time: float) -> int:
@@ -112,9 +112,9 @@ class RecordedWorld:
         mujoco.mj_kinematics(self.mujoco, self._data)
 
     def held(self) -> str | None:
-        """Return the object that both pads touch and have pressed of late, or None."""
-        forces = self._log.pad_forces[max(0, self._frame - MEMORY) : self._frame + 1]
-        if not np.any(forces.min(axis=1) > PRESS):
+        """Return the object in contact with both pads that they pressed within `PRESS_MEMORY_FRAMES`, or None."""
+        forces = self._log.pad_forces[max(0, self._frame - PRESS_MEMORY_FRAMES) : self._frame + 1]
+        if not np.any(forces.min(axis=1) > HOLD_FORCE_N):
             return None
         return next(
             (name for name, geom in self._geom.items() if all(self._touch(geom, pad) for pad in self._pads)), None
@@ -125,36 +125,38 @@ class RecordedWorld:
 
         Of those that are too many for a location only the nearest to the middle of a slot rest there.
         """
-        things = [thing for thing, geom in self._geom.items() if thing != held and self._data.geom_xpos[geom][2] > 0]
-        found = {thing: place for thing in things if (place := self._rests(thing)) is not None}
+        objects = [obj for obj, geom in self._geom.items() if obj != held and self._data.geom_xpos[geom][2] > 0]
+        found = {obj: place for obj in objects if (place := self._rests(obj)) is not None}
         for location in self.model.locations:
             name = location.name
-            there = [thing for thing, place in found.items() if place == name]
-            there.sort(key=lambda thing: self._away(thing)[name])
-            for thing in there[location.capacity :]:
-                del found[thing]
+            there = [obj for obj, place in found.items() if place == name]
+            there.sort(key=lambda obj: self._away(obj)[name])
+            for obj in there[location.capacity :]:
+                del found[obj]
         return found
 
-    def _rests(self, thing: str) -> str | None:
+    def _rests(self, obj: str) -> str | None:
         """Return the location at which an object rests, however many others do, or None.
 
         It stands there near the middle of a slot, on what does not move; or where the location lies on others, on an
         object that rests at one of those.
         """
-        if not self._stands(thing):
+        if not self._stands(obj):
             return None
-        away = self._away(thing)
-        for place in sorted((name for name, distance in away.items() if distance < NEAR), key=away.__getitem__):
+        away = self._away(obj)
+        for place in sorted(
+            (name for name, distance in away.items() if distance < AT_LOCATION_M), key=away.__getitem__
+        ):
             supports = self.model.location(place).on
             if supports:
-                if any(self._rests(below) in supports for below in self._carriers(thing)):
+                if any(self._rests(below) in supports for below in self._carriers(obj)):
                     return place
-            elif any(self._touch(self._geom[thing], int(geom)) for geom in np.flatnonzero(self._roles.fixed)):
+            elif any(self._touch(self._geom[obj], int(geom)) for geom in np.flatnonzero(self._roles.fixed)):
                 return place
         return None
 
     def touches(self, handled: str | None, *, aloft: bool) -> list[tuple[str, str]]:
-        """Return names of bodies that touch and should not: one of the robot or the object aloft, and another.
+        """Return names of bodies in unwanted contact: one of the robot or the object aloft, and another.
 
         Args:
             handled: the object that the fingers may touch.
@@ -162,37 +164,44 @@ class RecordedWorld:
         """
         mujoco.mj_collision(self.mujoco, self._data)
         pairs = self._data.contact.geom.reshape(-1, 2)
-        roles, thing = self._roles, self._geom.get(handled or "", -1)
+        roles, obj = self._roles, self._geom.get(handled or "", -1)
         found = []
         for moving, other in (pairs.T, pairs.T[::-1]):
-            wrong = roles.robot[moving] & ~roles.robot[other] & ~(roles.finger[moving] & (other == thing))
+            wrong = roles.robot[moving] & ~roles.robot[other] & ~(roles.finger[moving] & (other == obj))
             if aloft:
-                wrong |= (moving == thing) & ~roles.robot[other]
+                wrong |= (moving == obj) & ~roles.robot[other]
             found += [(self._name(a), self._name(b)) for a, b in zip(moving[wrong], other[wrong], strict=True)]
         return found
 
     def _touch(self, geom: int, other: int) -> bool:
-        return bool(mujoco.mj_geomDistance(self.mujoco, self._data, geom, other, 2 * TOUCH, None) < TOUCH)
+        return bool(
+            mujoco.mj_geomDistance(self.mujoco, self._data, geom, other, 2 * CONTACT_DISTANCE_M, None)
+            < CONTACT_DISTANCE_M
+        )
 
-    def _stands(self, thing: str) -> bool:
+    def _stands(self, obj: str) -> bool:
         """Return whether an object stands upright; a cube may stand on any face."""
-        geom = self._geom[thing]
+        geom = self._geom[obj]
         steep = np.abs(self._data.geom_xmat[geom].reshape(3, 3)[2])
         is_cube = self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and np.ptp(self.mujoco.geom_size[geom]) == 0
-        return bool((steep.max() if is_cube else steep[2]) > np.cos(LEAN))
+        return bool((steep.max() if is_cube else steep[2]) > np.cos(UPRIGHT_TILT_RAD))
 
-    def _away(self, thing: str) -> dict[str, float]:
+    def _away(self, obj: str) -> dict[str, float]:
         """Return how far on the horizontal an object is from the nearest slot of each location, m."""
-        centre = self._data.geom_xpos[self._geom[thing]][:2]
+        centre = self._data.geom_xpos[self._geom[obj]][:2]
         return {
             name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
             for name, row in self._scene.slots.items()
         }
 
-    def _carriers(self, thing: str) -> list[str]:
+    def _carriers(self, obj: str) -> list[str]:
         """Return the objects that an object touches and whose centres are lower than its own."""
-        geom, height = self._geom[thing], self._data.geom_xpos[self._geom[thing]][2]
-        lower = {name: other for name, other in self._geom.items() if self._data.geom_xpos[other][2] < height - TOUCH}
+        geom, height = self._geom[obj], self._data.geom_xpos[self._geom[obj]][2]
+        lower = {
+            name: other
+            for name, other in self._geom.items()
+            if self._data.geom_xpos[other][2] < height - CONTACT_DISTANCE_M
+        }
         return [name for name, other in lower.items() if self._touch(geom, other)]
 
     def _name(self, geom: int) -> str:
@@ -213,7 +222,9 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("its scenario has no manipulation model")
-        spares = min(max(0, joints - len(ARM_JOINTS + FINGER_JOINTS) - len(scenario.model.objects)), STRANGERS)
+        spares = min(
+            max(0, joints - len(ARM_JOINTS + FINGER_JOINTS) - len(scenario.model.objects)), MAX_UNKNOWN_OBJECTS
+        )
         try:
             scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=meshes and mesh_folder() is not None)
         except RobotError:
@@ -226,11 +237,11 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
     return scenario, scene, "the arm's meshes" if dressed else "plain shapes of the arm"
 
 
-def _places(about: About, model: mujoco.MjModel, things: tuple[str, ...], width: int) -> tuple[np.ndarray, np.ndarray]:
+def _places(about: About, model: mujoco.MjModel, objects: tuple[str, ...], width: int) -> tuple[np.ndarray, np.ndarray]:
     """Return where in a recorded row, and where in the model's own positions, each value of a joint is."""
     source: list[int] = []
     target: list[int] = []
-    for name in (*ARM_JOINTS, *FINGER_JOINTS, *things):
+    for name in (*ARM_JOINTS, *FINGER_JOINTS, *objects):
         joint = model.joint(name)
         size = 7 if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else 1
         first = about.joints.get(name)

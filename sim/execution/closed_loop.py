@@ -1,4 +1,4 @@
-"""Closed loop: a plan carried out, and planned anew from what is seen wherever something is not as predicted."""
+"""Closed loop: a plan is executed, and planned again from the observed state after every mismatch with the model."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.problem import Problem
 from prefplan.replanning import Past, achievable, damaged, violated
-from sim.execution.executor import Run
-from sim.perception.sensors import SightError
+from sim.execution.executor import Execution
+from sim.perception.sensors import ObservationTimeoutError
 
-ATTEMPTS = 3
-"""An action that fails so often without changing anything is given up."""
+MAX_ATTEMPTS = 3
+"""An action that fails this often without a change of state is given up."""
 
-REPLANS = 10
-"""So many new plans are made at most."""
+MAX_REPLANS = 10
+"""New plans in one execution."""
 
 GoOn = Callable[[Problem, Past, TransitionSystem], Plan]
 """Returns the plan to follow, which begins with the past; raises NoPlanError if there is none."""
@@ -43,7 +43,7 @@ class Pursuit:
 
 
 class _GivenUp(Exception):
-    """There is no going on; the message says why."""
+    """The pursuit ends without success; the message says why."""
 
 
 class ClosedLoop:
@@ -56,7 +56,7 @@ class ClosedLoop:
 
     def __init__(
         self,
-        run: Run,
+        run: Execution,
         problem: Problem,
         plan: Plan,
         *,
@@ -69,8 +69,8 @@ class ClosedLoop:
             run: an execution at its start.
             problem: what was planned.
             plan: one of its plans.
-            go_on: which plan to follow after a surprise.
-            tell: told before each action how many are done, how many there are, and its name.
+            go_on: returns the plan to follow after a mismatch.
+            tell: called before each action with the number of actions done, that of all actions, and its name.
         """
         self.run, self.plan = run, plan
         self._problem, self._go_on, self._tell = problem, go_on, tell
@@ -81,12 +81,12 @@ class ClosedLoop:
 
     @property
     def pursuit(self) -> Pursuit:
-        """What has come of it so far."""
+        """The result up to now."""
         labels = [state.label for state in self._states]
         return Pursuit(self.plan, self._replans, self._retries, violated(self._problem, labels))
 
     def pursue(self) -> None:
-        """Carry the plan out until it is completed or there is no going on; then `run.reason` says why."""
+        """Execute the plan until it is completed or given up; then `run.reason` says why."""
         try:
             if not self.run.look():
                 self._replan()
@@ -105,28 +105,28 @@ class ClosedLoop:
             self.run.cell.tell("ended", reason=str(end))
 
     def _replan(self) -> None:
-        """Take what is seen for the present, and follow the best plan from there.
+        """Ground the present state in an observation, and follow the best plan from there.
 
         Raises:
-            _GivenUp: there is none, or things went wrong too often.
+            _GivenUp: there is no plan, or too many were made.
         """
         run, surprise = self.run, self.run.reason or ""
-        if run.blind:
+        if run.lost_sensor:
             raise _GivenUp(surprise)
         try:
             state = run.reground()
-        except SightError as error:
+        except ObservationTimeoutError as error:
             raise _GivenUp(f"{surprise}; {error}") from None
-        self._take_note(state, surprise)
+        self._record_failure(state, surprise)
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
-        if self._replans >= REPLANS:
-            raise _GivenUp(f"given up after {REPLANS} new plans, {surprise}")
+        if self._replans >= MAX_REPLANS:
+            raise _GivenUp(f"given up after {MAX_REPLANS} new plans, {surprise}")
         past = self._past()
         try:
             system = run.scene.model.transition_system().without(self._barred)
             self.plan = self._go_on(self._problem, past, system)
         except NoPlanError as error:
-            raise _GivenUp(self._no_way_on(surprise, past, system, error)) from None
+            raise _GivenUp(self._why_no_plan(surprise, past, system, error)) from None
         except PrefplanError as error:
             raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         run.go_on(system)
@@ -145,33 +145,33 @@ class ClosedLoop:
             **self._damage(),
         )
 
-    def _take_note(self, state: ManipulationState, surprise: str) -> None:
-        """Keep the present state, and an action that fails again and again without changing anything."""
+    def _record_failure(self, state: ManipulationState, surprise: str) -> None:
+        """Record the present state; bar an action that was blocked, or failed repeatedly without a change of state."""
         steps = self.run.steps
         if not steps:
             self._states = [state]
             return
         attempt = (steps[-1].action, state)
         self._attempts = [*self._attempts, attempt] if attempt in self._attempts else [attempt]
-        if len(self._attempts) >= ATTEMPTS or self.run.blocked is not None:
-            self._barred.add((self._where_hopeless(state, steps[-1].action), steps[-1].action))
+        if len(self._attempts) >= MAX_ATTEMPTS or self.run.blocked is not None:
+            self._barred.add((self._conditions_of_failure(state, steps[-1].action), steps[-1].action))
         self._states.append(state)
 
-    def _where_hopeless(self, state: ManipulationState, action: str) -> frozenset[str]:
+    def _conditions_of_failure(self, state: ManipulationState, action: str) -> frozenset[str]:
         """Return the propositions under which an action that failed would fail again.
 
-        What fails for other objects may work when they are elsewhere; what fails for anything else does not, as long
-        as the object of the action is where it is.
+        What other objects block is barred while all objects are where they are. What a fixture blocks, or what is out
+        of reach, is barred while the action's object is where it is. A transit has no object, and its path depends on
+        how high the objects are piled up, so that it is barred while all of them are where they are.
         """
-        if self.run.blocked is None or any(name in self.run.scene.shapes for name in self.run.blocked):
+        kind, target, *_ = action.split()
+        blocked = self.run.blocked
+        if kind == "transit" or blocked is None or any(name in self.run.scene.shapes for name in blocked):
             return state.label
-        _, thing, *_ = action.split()
-        return frozenset(
-            name for name in (f"holding_{thing}", f"{thing}_{state.place.get(thing)}") if name in state.label
-        )
+        return state.label & {f"holding_{target}", f"{target}_{state.place.get(target)}"} or state.label
 
     def _past(self) -> Past:
-        """Return what was done so far, and what was seen before each action."""
+        """Return the executed actions, and the observed state before each of them."""
         steps = self.run.steps
         before = self._states[: len(steps)]
         return Past(
@@ -186,14 +186,14 @@ class ClosedLoop:
         broken = damaged(self._problem, [state.label for state in self._states])
         return {"violated": list(broken)} if broken else {}
 
-    def _no_way_on(self, surprise: str, past: Past, system: TransitionSystem, error: NoPlanError) -> str:
+    def _why_no_plan(self, surprise: str, past: Past, system: TransitionSystem, error: NoPlanError) -> str:
         """Return why there is no plan any more, and what could still be achieved, in a sentence."""
         labels = [state.label for state in self._states]
         why = [surprise]
         if broken := violated(self._problem, labels):
             why.append(f"{_listed(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
-        elif len(self._attempts) >= ATTEMPTS:
-            why.append(f"given up after {ATTEMPTS} attempts")
+        elif len(self._attempts) >= MAX_ATTEMPTS:
+            why.append(f"given up after {MAX_ATTEMPTS} attempts")
         elif self._barred:
             why.append("there is no way round it")
         else:

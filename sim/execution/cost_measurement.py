@@ -30,7 +30,7 @@ SAMPLES = 4
 
 
 BATCH = 8
-"""Actions that a process measures before it tells of them: a few seconds' work."""
+"""Actions that a process measures before it reports them: a few seconds' work."""
 
 
 MOTION = ("geometry", "robots", "world", "perception", "motion", "simulation", "skills")
@@ -75,7 +75,7 @@ def sources() -> str:
 
 
 def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
-    """Return what to simulate for every pair of poses between which some plan might take an action.
+    """Return what to simulate for every pair of poses between which a plan might take an action.
 
     Every object that can be the action's has its turn, and states from the start's to the remotest are sampled evenly.
     """
@@ -109,8 +109,8 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     for pair, all_edges in edges.items():
         # Plans hardly ever bring the empty hand somewhere only to bring it elsewhere.
         likely = all_edges[left[sources[all_edges]]] if pair[0] == "transit" else all_edges
-        some = _sample(likely if len(likely) else all_edges, system.actions)
-        chosen[pair] = tuple(trial(edge) for edge in some)
+        sampled = _sample(likely if len(likely) else all_edges, system.actions)
+        chosen[pair] = tuple(trial(edge) for edge in sampled)
     return chosen
 
 
@@ -165,7 +165,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
     has just put down was grasped there as well.
 
     Raises:
-        SimulationError: the action, or the way to its state, does not work out.
+        SimulationError: the action, or one that leads to its state, fails.
     """
     state, model = trial.state, scene.model
     resting, slots = state.place, dict(state.slots)
@@ -173,7 +173,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
         resting[state.held] = state.hand
         if state.hand_slot is not None:
             slots[state.held] = state.hand_slot
-    objects = tuple(replace(thing, start=resting[thing.name]) for thing in model.objects)
+    objects = tuple(replace(obj, start=resting[obj.name]) for obj in model.objects)
     begin = ManipulationState(model.start, None, tuple(resting.items()), slots=tuple(slots.items()))
     scene = replace(scene, model=replace(model, objects=objects, begin=begin))
     cell = Workcell(scene, initial_state(scene))
@@ -193,7 +193,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
 def _put(state: ManipulationState) -> str | None:
     """Return the object that lies where the empty hand is."""
     slots = dict(state.slots)
-    here = (thing for thing, place in state.places if place == state.hand and slots.get(thing) == state.hand_slot)
+    here = (obj for obj, place in state.places if place == state.hand and slots.get(obj) == state.hand_slot)
     return next(here, None)
 
 
@@ -213,7 +213,7 @@ def _check_done(cell: Workcell, action: str) -> None:
 
 
 def _sample(edges: np.ndarray, actions: np.ndarray) -> list[int]:
-    """Return some of a pair's edges, the actions among them taking turns, from the first to the last."""
+    """Return a sample of a pair's edges, the actions among them taking turns, from the first to the last."""
     different = np.unique(actions[edges])
     count = len(different) * max(1, round(SAMPLES / len(different)))
     chosen = []

@@ -1,4 +1,4 @@
-"""Execution: carry a plan out action by action, each confirmed by observation before the next begins."""
+"""Execution of a plan, action by action; each is confirmed by an observation before the next begins."""
 
 from __future__ import annotations
 
@@ -12,39 +12,40 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
 from sim.motion.kinematics import CONTROL_PERIOD
 from sim.perception.grounding import mismatch, observe, slot_of
-from sim.perception.sensors import ObjectPose, Poses, Sensor, SightError, true_poses
+from sim.perception.sensors import ObjectPose, ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import HOVER, BlockedError, SkillError, perform, transit
+from sim.skills.skills import HOVER_HEIGHT_M, SkillError, perform, transit
 from sim.world.scene import Scene, initial_state
 
-AFTERMATH = 1.0
-"""Wait after a skill that failed, s: what was dropped comes to rest before it is looked at."""
+SETTLE_AFTER_FAILURE_S = 1.0
+"""Wait after a failed skill: an object that was dropped comes to rest before it is observed."""
 
-STILL, STILL_TIME, RESTLESS = 0.004, 0.2, 3.0
-"""An object is at rest when it moves by less than this in that time, m and s; that long at most it is waited for, s."""
+REST_DISTANCE_M, REST_PERIOD_S, REST_TIMEOUT_S = 0.004, 0.2, 3.0
+"""An object is at rest when it moves by less than this distance in this period; the timeout bounds the wait for it."""
 
 
-class Run:
-    """A plan under way: the simulation beside the state the model predicts.
+class Execution:
+    """The execution of a plan: the simulation, and the state that the model predicts.
 
     Attributes:
-        scene: what is simulated, with the model that fits what was seen last.
+        scene: what is simulated, with the model that fits the last observation.
         system: the model's transition system.
         cell: the running simulation.
         state: index in `system` of the state that was last confirmed.
         steps: the actions carried out so far.
-        reason: what was not as predicted when last looked at, or None.
-        blind: whether nothing was seen for too long, so that it cannot go on.
-        blocked: what the last action could not get past, so that it would do no better again; None if it could.
-        lost: objects that the arm cannot get at.
-        injector: makes things go wrong.
+        reason: how the last observation differs from the prediction, or None.
+        lost_sensor: whether an observation timed out, which ends the execution.
+        blocked: names of the bodies in the way of the last action, which would fail again with all objects where they
+            are; empty if its goal was out of reach; None if it may succeed when it is tried again.
+        lost: objects out of the arm's reach.
+        injector: injects the faults.
     """
 
     def __init__(
@@ -63,9 +64,9 @@ class Run:
             scene: the scene.
             data: from `initial_state`; it is simulated on from there.
             system: the model's transition system, if it was built already.
-            sensor: sees the objects; exactly, unless it is given.
-            faults: what shall go wrong.
-            seed: what is left to chance about that.
+            sensor: observes the objects; None for an exact one.
+            faults: faults to inject.
+            seed: of their random numbers.
         """
         self.scene = self._built = scene
         self.system = system or scene.model.transition_system()
@@ -73,7 +74,7 @@ class Run:
         self.state = self.system.start
         self.steps: list[Step] = []
         self.reason: str | None = None
-        self.blind = False
+        self.lost_sensor = False
         self.blocked: tuple[str, ...] | None = None
         self.lost: tuple[str, ...] = ()
         self.injector = FaultInjector(self.cell, faults, seed=seed)
@@ -83,14 +84,14 @@ class Run:
             transit(self.cell, scene.model.start)
 
     def look(self) -> bool:
-        """Return whether what is seen now agrees with the present state; if not, `reason` says why."""
+        """Return whether an observation agrees with the present state; if not, `reason` says why."""
         state = self._states(self.state)
         try:
             poses = self._poses()
             seen = observe(self.scene, self.cell.data, poses, hand=state.hand, held=self.cell.held(), marks=state.marks)
             self.reason = mismatch(self.scene, poses, predicted=state, observed=seen)
-        except SightError as error:
-            self.reason, self.blind = str(error), True
+        except ObservationTimeoutError as error:
+            self.reason, self.lost_sensor = str(error), True
         return self.reason is None
 
     def carry_out(self, action: str) -> bool:
@@ -114,18 +115,20 @@ class Run:
             try:
                 perform(self.cell, action)
                 self._check_grip(predicted.held)
-            except SightError:
+            except ObservationTimeoutError:
                 raise
             except SimulationError as error:
                 failure = str(error)
-                if isinstance(error, BlockedError) or not isinstance(error, SkillError):
-                    self.blocked = error.by if isinstance(error, BlockedError) else ()
-                self.cell.wait(AFTERMATH)
+                if isinstance(error, BlockedError):
+                    self.blocked = error.by
+                elif not isinstance(error, SkillError):
+                    self.blocked = ()
+                self.cell.wait(SETTLE_AFTER_FAILURE_S)
             poses = self._poses()
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
-        except SightError as error:
-            failure, self.blind = str(error), True
+        except ObservationTimeoutError as error:
+            failure, self.lost_sensor = str(error), True
         effort = self.cell.meter.total - spent
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
         if action.startswith("release"):
@@ -139,12 +142,12 @@ class Run:
         return True
 
     def reground(self) -> ManipulationState:
-        """Take what is seen for the present state, with a model in which it exists; return that state.
+        """Ground the present state in an observation, in a model that has this state; return it.
 
-        What is still moving is waited for. The last action is taken to have led to that state.
+        Objects in motion are waited for. The last action is taken to have led to that state.
 
         Raises:
-            SightError: an object is not seen for too long.
+            ObservationTimeoutError: an object is not observed for too long.
         """
         cell = self.cell
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
@@ -180,19 +183,19 @@ class Run:
     def _states(self, index: int) -> ManipulationState:
         return cast(ManipulationState, self.system.states[index])
 
-    def _check_grip(self, thing: str | None) -> None:
+    def _check_grip(self, obj: str | None) -> None:
         """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
         self._await_grip()
-        if thing is not None and self.cell.held() != thing:
-            raise SkillError(f"{thing} slipped from the hand")
+        if obj is not None and self.cell.held() != obj:
+            raise SkillError(f"{obj} slipped from the hand")
 
     def _await_grip(self) -> None:
-        """Wait until it is beyond doubt whether the pads hold what they handle."""
+        """Wait until it is certain whether the pads hold the handled object."""
         while self.cell.in_doubt:
             self.cell.wait(CONTROL_PERIOD)
 
     def _poses(self) -> dict[str, ObjectPose]:
-        """Return where every object is seen that is there, at a moment at which there is no doubt what is held."""
+        """Return the observed pose of every object, taken when it is certain which object is held."""
         poses = self.cell.survey(self.cell.shapes)
         while self.cell.in_doubt:
             self._await_grip()
@@ -200,26 +203,26 @@ class Run:
         return poses
 
     def _settled(self) -> dict[str, ObjectPose]:
-        """Return where every object is seen once nothing moves any more, or not for long."""
+        """Return the observed pose of every object once all are at rest, or after a timeout."""
         poses = self._poses()
-        for _ in range(round(RESTLESS / STILL_TIME)):
+        for _ in range(round(REST_TIMEOUT_S / REST_PERIOD_S)):
             before = poses
-            self.cell.wait(STILL_TIME)
+            self.cell.wait(REST_PERIOD_S)
             poses = self._poses()
             if before.keys() != poses.keys():
                 continue
-            moved = (np.linalg.norm(pose.position - before[thing].position) for thing, pose in poses.items())
-            if max(moved, default=0.0) < STILL:
+            moved = (np.linalg.norm(pose.position - before[obj].position) for obj, pose in poses.items())
+            if max(moved, default=0.0) < REST_DISTANCE_M:
                 break
         return poses
 
     def _reachable(self, position: np.ndarray) -> bool:
-        """Return whether the hand gets down to a position from above."""
+        """Return whether the hand reaches a position from above."""
         if position[2] < 0:
             return False
         lines = [np.pi / 4 * k for k in range(8)]
         try:
-            for height in (0.0, HOVER):
+            for height in (0.0, HOVER_HEIGHT_M):
                 self.cell.arm.reach(position + [0.0, 0.0, height], lines)
         except SimulationError:
             return False
@@ -228,7 +231,7 @@ class Run:
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool
     ) -> ManipulationState:
-        """Read the state back; a mark counts once its object is seen to rest where it was released."""
+        """Ground the state in observed poses; a mark counts once its object rests where it was released."""
         cell = self.cell
         seen = observe(self.scene, cell.data, poses, hand=predicted.hand, held=cell.held(), marks=before.marks)
         earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
@@ -238,10 +241,10 @@ class Run:
         """Return the largest horizontal distance of a released object from its slot's centre, m."""
         errors = [0.0]
         poses = true_poses(self.scene, self.cell.data)
-        for thing in self._released:
-            slot = slot_of(self.scene, poses, thing)
+        for obj in self._released:
+            slot = slot_of(self.scene, poses, obj)
             if slot is not None:
-                errors.append(float(np.hypot(*(poses[thing].position - slot.position)[:2])))
+                errors.append(float(np.hypot(*(poses[obj].position - slot.position)[:2])))
         return max(errors)
 
 
@@ -265,7 +268,7 @@ def execute(
     Raises:
         ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
     """
-    run = Run(scene, initial_state(scene, seed=seed), system=system)
+    run = Execution(scene, initial_state(scene, seed=seed), system=system)
     state = run.state
     for action in actions:
         state, _ = run.system.step(state, action)

@@ -1,4 +1,4 @@
-"""Fault injection: faults made to happen in a running simulation, at random but by a seed."""
+"""Fault injection: faults in a running simulation, random but determined by a seed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sim.execution.faults import Fault
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
 from sim.robots.panda import FINGER_JOINTS
-from sim.simulation.workcell import FLICKER, Workcell
+from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
 from sim.world.clearance import reach_at
 from sim.world.furniture import yaw_quat
 from sim.world.places import NEAREST, Slot
@@ -19,46 +19,46 @@ from sim.world.places import NEAREST, Slot
 STREAM = 2
 """Number of the random stream for faults: the same seed gives the same start poses with and without."""
 
-LIFTED = 0.01
-"""An object hangs in the hand when it is this much higher than where it was gripped, m."""
+LIFTED_HEIGHT_M = 0.01
+"""An object hangs in the hand when it is this much higher than where it was gripped."""
 
-DELAY = 1.0
-"""A slip happens within this time of the first moment at which it can, s."""
+SLIP_DELAY_S = 1.0
+"""A slip happens within this time of the first moment at which it can."""
 
 SLIP_TIME, SLIP_GAP = 0.25, 0.02
 """For how long the hand opens when something slips from it, s, and by how much, m."""
 
-ELSEWHERE = 0.3
+RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
 
 BEARING, OUTERMOST = np.radians(65), 0.64
-"""Somebody puts objects down within this angle to either side of straight ahead, rad, and this far away, m."""
+"""Objects are moved to within this angle of straight ahead, rad, and this distance from the base, m."""
 
 ASKEW_BY = np.array([0.005, 0.005, np.radians(5)])
-"""How far from square to a slot somebody puts an object at most: m, m and rad."""
+"""Greatest offset and turn from a slot of an object that is moved into it: m, m and rad."""
 
 PUSH, TOSS, TUMBLE = (0.25, 0.6), 0.6, (8.0, 14.0)
 """Speeds of an object that is knocked over: to the side and upwards, m/s, and of its tumbling, rad/s."""
 
-DRAWS = 500
-"""So many places are tried for an object that somebody puts down."""
+MAX_DRAWS = 500
+"""Poses that are drawn for an object that is moved, until one is free."""
 
 
 class FaultInjector:
-    """Faults that wait for their time in a running simulation.
+    """Faults that are injected into a running simulation when they fall due.
 
     Attributes:
-        happened: when each fault happened, s; None if it has not.
+        happened: time of each fault that has happened, s, by its number.
     """
 
     def __init__(self, cell: Workcell, faults: Sequence[Fault], *, seed: int | None) -> None:
-        """Let faults happen in a simulation; the seed is 0 if there is none."""
+        """Inject faults into a simulation; the seed is 0 if there is none."""
         self._cell, self._action = cell, 0
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
         self._slips = {i: _Slip(cell) for i, fault in self._faults if fault.kind == "slip"}
         self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
-        self._delays = [float(rng.uniform(0, DELAY)) for rng in self._rng]
+        self._delays = [float(rng.uniform(0, SLIP_DELAY_S)) for rng in self._rng]
         self.happened: dict[int, float] = {}
         self._moved: dict[int, str] = {}
         self._faults_by_kind: dict[str, Callable[[int, Fault], bool]] = {
@@ -72,7 +72,7 @@ class FaultInjector:
         cell.disturb = self._tick
 
     def begin(self, action: int) -> None:
-        """Take note that an executed action, numbered from 1, begins."""
+        """Start the faults that fall due with an executed action, numbered from 1."""
         self._action = action
         self._tick()
 
@@ -96,7 +96,7 @@ class FaultInjector:
         return True
 
     def _blind(self, i: int, fault: Fault) -> bool:
-        self._cell.blind_until = self._cell.data.time + fault.amount
+        self._cell.sensor_off_until = self._cell.data.time + fault.amount
         return True
 
     def _knock(self, i: int, fault: Fault) -> bool:
@@ -114,20 +114,20 @@ class FaultInjector:
     def _move(self, i: int, fault: Fault) -> bool:
         if self._in_hand(fault.target):
             return False
-        rng, thing = self._rng[i], fault.target
-        self._moved[i] = thing
-        if rng.random() < ELSEWHERE:
+        rng, obj = self._rng[i], fault.target
+        self._moved[i] = obj
+        if rng.random() < RELOCATION_PROBABILITY:
             slots = [slot for row in self._cell.scene.slots.values() for slot in row if self._is_free(slot)]
             if slots:
-                self._put_into(rng, thing, slots[rng.integers(len(slots))])
+                self._put_into(rng, obj, slots[rng.integers(len(slots))])
                 return True
-        height = float(self._cell.scene.shapes[thing].half[2])
+        height = float(self._cell.scene.shapes[obj].half[2])
         farthest = min(OUTERMOST, reach_at(2 * height))
-        for _ in range(DRAWS):
+        for _ in range(MAX_DRAWS):
             far, bearing, yaw = rng.uniform([NEAREST, -BEARING, -np.pi], [farthest, BEARING, np.pi])
             position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
-            if self._fits(thing, position, yaw):
-                self._put(thing, position, yaw)
+            if self._fits(obj, position, yaw):
+                self._put(obj, position, yaw)
                 return True
         return False
 
@@ -139,42 +139,42 @@ class FaultInjector:
         self._put_into(self._rng[i], self._moved[i], slots[0])
         return True
 
-    def _in_hand(self, thing: str) -> bool:
+    def _in_hand(self, obj: str) -> bool:
         watch = self._cell.watch
-        return watch.handled == thing and self._cell.data.time - watch.pressed < FLICKER
+        return watch.handled == obj and self._cell.data.time - watch.pressed < CONTACT_FLICKER_S
 
     def _is_free(self, slot: Slot) -> bool:
-        """Return whether nothing stands in a slot on the table, nor so near that an object would touch it."""
+        """Return whether an object can be placed in a slot on the table without a contact with another."""
         scene, data = self._cell.scene, self._cell.data
         if scene.model.location(slot.location).on or scene.model.location(slot.location).closed:
             return False
-        things = [thing for thing in scene.shapes if not stored(scene, data, thing)]
-        half = max(float(scene.shapes[thing].half[:2].max()) for thing in scene.shapes)
+        objects = [obj for obj in scene.shapes if not stored(scene, data, obj)]
+        half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
         place = Rectangle(slot.position[:2], np.full(2, half + ASKEW_BY[0]), slot.yaw)
-        poses = {thing: object_pose(scene, data, thing) for thing in things}
+        poses = {obj: object_pose(scene, data, obj) for obj in objects}
         return not any(
-            overlap(place, Rectangle(pose.position[:2], scene.shapes[thing].half[:2], pose.yaw))
-            for thing, pose in poses.items()
+            overlap(place, Rectangle(pose.position[:2], scene.shapes[obj].half[:2], pose.yaw))
+            for obj, pose in poses.items()
         )
 
-    def _put_into(self, rng: np.random.Generator, thing: str, slot: Slot) -> None:
+    def _put_into(self, rng: np.random.Generator, obj: str, slot: Slot) -> None:
         off = rng.uniform(-1, 1, 3) * ASKEW_BY
-        height = float(self._cell.scene.shapes[thing].half[2]) + 0.001
-        self._put(thing, slot.position + [off[0], off[1], height], slot.yaw + off[2])
+        height = float(self._cell.scene.shapes[obj].half[2]) + 0.001
+        self._put(obj, slot.position + [off[0], off[1], height], slot.yaw + off[2])
 
-    def _put(self, thing: str, position: np.ndarray, yaw: float) -> None:
-        joint = self._cell.data.joint(thing)
+    def _put(self, obj: str, position: np.ndarray, yaw: float) -> None:
+        joint = self._cell.data.joint(obj)
         joint.qpos[:3], joint.qpos[3:], joint.qvel[:] = position, yaw_quat(yaw), 0.0
 
-    def _fits(self, thing: str, position: np.ndarray, yaw: float) -> bool:
-        """Return whether an object stands free at a place: it touches nothing, not even what is under it."""
+    def _fits(self, obj: str, position: np.ndarray, yaw: float) -> bool:
+        """Return whether an object at a pose is free of contacts, also with the surface below it."""
         scratch = mujoco.MjData(self._cell.scene.mujoco)
         scratch.qpos[:] = self._cell.data.qpos
-        pose = scratch.joint(thing).qpos
+        pose = scratch.joint(obj).qpos
         pose[:3], pose[3:] = position, yaw_quat(yaw)
         mujoco.mj_kinematics(self._cell.scene.mujoco, scratch)
         mujoco.mj_collision(self._cell.scene.mujoco, scratch)
-        return self._cell.scene.mujoco.geom(thing).id not in scratch.contact.geom[: scratch.ncon]
+        return self._cell.scene.mujoco.geom(obj).id not in scratch.contact.geom[: scratch.ncon]
 
 
 class _Slip:
@@ -189,14 +189,14 @@ class _Slip:
     def happens(self, delay: float) -> bool:
         """Begin once an object has hung in the hand for a while; return whether it began."""
         cell, now = self._cell, float(self._cell.data.time)
-        thing = cell.watch.handled
-        if thing is None or now - cell.watch.pressed > FLICKER:
+        obj = cell.watch.handled
+        if obj is None or now - cell.watch.pressed > CONTACT_FLICKER_S:
             self._gripped = self._hanging_since = None
             return False
-        height = float(cell.data.body(thing).xpos[2])
-        if self._gripped is None or self._gripped[0] != thing:
-            self._gripped = (thing, height)
-        if not cell.watch.aloft and height - self._gripped[1] < LIFTED:
+        height = float(cell.data.body(obj).xpos[2])
+        if self._gripped is None or self._gripped[0] != obj:
+            self._gripped = (obj, height)
+        if not cell.watch.aloft and height - self._gripped[1] < LIFTED_HEIGHT_M:
             return False
         if self._hanging_since is None:
             self._hanging_since = now

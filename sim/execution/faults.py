@@ -1,4 +1,4 @@
-"""Faults: things that go wrong on purpose, written down in a word, such as `slip@2` or `move:pink@3`."""
+"""Faults to inject, each written as a word, such as `slip@2` or `move:pink@3`."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ SPELLINGS = {
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that goes wrong.
+    """A fault to inject.
 
     Attributes:
-        kind: `slip` (what is held slips from the hand), `move` (somebody moves an object), `knock` (somebody knocks
-            it over), `miss` (grasps close on nothing), `foreign` (somebody puts an unknown object to a location) or
-            `blind` (no object is seen).
+        kind: `slip` (the held object slips from the hand), `move` (an object is moved), `knock` (an object is knocked
+            over), `miss` (grasps close on nothing), `foreign` (an unknown object is put at a location) or `blind` (no
+            object is observed).
         action: number of the executed action, from 1, with which it falls due; it happens at the first moment from
             then on at which it can.
         target: the object or the location.
@@ -67,7 +67,7 @@ def read_fault(text: str, model: ManipulationModel) -> Fault:
         return Fault(kind, int(number))
     names = [place.name for place in model.locations]
     if kind != "foreign":
-        names = [thing.name for thing in model.objects]
+        names = [obj.name for obj in model.objects]
     if what not in names:
         noun = "location" if kind == "foreign" else "object"
         raise SimulationError(f"{text!r}: unknown {noun} {what!r} {choices(what, names)}")

@@ -38,7 +38,7 @@ class Rectangle:
 
 
 def overlap(a: Rectangle, b: Rectangle) -> bool:
-    """Return whether two rectangles overlap (some side of theirs parts any two that do not)."""
+    """Return whether two rectangles overlap (a side of one separates any two that do not)."""
     for axis in (*a.axes, *b.axes):
         reach = sum(float(np.abs(r.axes @ axis) @ r.half) for r in (a, b))
         if abs(float((b.centre - a.centre) @ axis)) >= reach:

@@ -1,4 +1,4 @@
-"""Solids with rounded edges, which catch the light as real things do: boxes, cylinders, plates and trays."""
+"""Solids with rounded edges, which catch the light as real objects do: boxes, cylinders, plates and trays."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Motions of the arm: tool paths, inverse kinematics, and what would be touched on the way."""
+"""Motion of the arm: tool paths, inverse kinematics and collision checks."""

@@ -1,4 +1,4 @@
-"""Foresight: what the robot, and what it carries, would touch in a pose it has not taken yet."""
+"""Collision checks of the robot and its load at given joint angles."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, TCP
 from sim.world.scene import Scene
 
 
-class Foresight:
-    """A copy of the scene in which poses are tried out; everything else stays where it is."""
+class CollisionChecker:
+    """A copy of the scene in which configurations of the robot are checked."""
 
     def __init__(self, scene: Scene, watch: Watch) -> None:
-        """Judge touches as `watch` does."""
+        """Tell wanted contacts from collisions as `watch` does."""
         self._model = model = copy.copy(scene.mujoco)
         self._data = mujoco.MjData(model)
         self._watch = watch
@@ -27,21 +27,21 @@ class Foresight:
     def touches(
         self, now: mujoco.MjData, poses: Poses, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
     ) -> list[str]:
-        """Return the names of the bodies that the robot, and what it carries aloft, would touch.
+        """Return the names of the bodies in collision with the robot or its load.
 
         Args:
             now: the present state, of which the robot knows its own part.
-            poses: where the objects were seen last.
-            q: (7,) rad, joint angles to judge.
+            poses: last observed poses of the objects.
+            q: (7,) rad, joint angles to check.
             width: between the pads, m; None for the present one.
-            clearance: what comes as near as this counts as touched, m.
+            clearance: bodies nearer than this count as in collision, m.
         """
         model, data, handled = self._model, self._data, self._watch.handled
         model.geom_margin[:] = np.where(self._watch.moving, clearance, 0.0)
         model.body_margin[:] = clearance
         data.qpos[:] = now.qpos
-        for thing, pose in poses.items():
-            self._put(thing, pose.position, pose.rotation)
+        for obj, pose in poses.items():
+            self._put(obj, pose.position, pose.rotation)
         data.qpos[self._arm] = q
         if width is not None:
             data.qpos[self._fingers] = width / 2
@@ -51,14 +51,14 @@ class Foresight:
         mujoco.mj_collision(model, data)
         return sorted({other for _, other in self._watch.touches(data)} - {handled})
 
-    def _carry(self, now: mujoco.MjData, thing: str, seen: ObjectPose) -> None:
+    def _carry(self, now: mujoco.MjData, obj: str, seen: ObjectPose) -> None:
         """Move an object as the hand moves it."""
         here, there = now.site(TCP), self._data.site(TCP)
         turn = there.xmat.reshape(3, 3) @ here.xmat.reshape(3, 3).T
-        self._put(thing, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
+        self._put(obj, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
         mujoco.mj_kinematics(self._model, self._data)
 
-    def _put(self, thing: str, position: np.ndarray, rotation: np.ndarray) -> None:
-        pose = self._data.joint(thing).qpos
+    def _put(self, obj: str, position: np.ndarray, rotation: np.ndarray) -> None:
+        pose = self._data.joint(obj).qpos
         pose[:3] = position
         mujoco.mju_mat2Quat(pose[3:], rotation.ravel())

@@ -21,7 +21,7 @@ SPEED, ACCELERATION = 0.60, 2.5
 TURN_SPEED, TURN_ACCELERATION = 1.6, 6.0
 """Of the tool about the vertical at most, rad/s and rad/s^2: below joint 7's 2.61 rad/s."""
 
-SHORTEST = 0.15
+MIN_DURATION_S = 0.15
 """Shortest duration of a movement, s."""
 
 HEADROOM = 0.8
@@ -33,11 +33,11 @@ PRECISION, ALIGNMENT = 0.001, 0.005
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 """Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
 
-MARGIN = 0.01
+JOINT_MARGIN_RAD = 0.01
 """Distance that references keep from the ends of the joints, rad."""
 
-GOAL_STEPS = 60
-"""Most IK steps to a goal; some 15 are used."""
+MAX_GOAL_STEPS = 60
+"""Most IK steps to a goal; about 15 are used."""
 
 _FASTEST = 1.875
 _HARDEST = 10 / np.sqrt(3)
@@ -105,8 +105,8 @@ def arch(
     Args:
         start: where it is.
         goal: where it shall be.
-        turn: how far the yaw changes on the way, rad; goal.yaw up to whole turns.
-        height: to pass at, m, or higher for a higher goal; from above it the tool comes down on the way, since high
+        turn: change of the yaw along the path, rad; goal.yaw up to whole turns.
+        height: to pass at, m, or higher for a higher goal; from above it the tool descends along the path, since high
             up the arm reaches less far. None: as high as the higher end.
         drawn_in: how much nearer to the base midway, m, but midway between the ends not nearer than `NEAREST`.
         pace: 1 for the usual speed, less for slower.
@@ -120,7 +120,7 @@ def arch(
 
     times = [duration(length, SPEED, ACCELERATION) for length in (rise, across, drop)]
     times[1] = max(times[1], duration(abs(turn), TURN_SPEED, TURN_ACCELERATION))
-    up, over, down = (max(t, SHORTEST) / pace if t > 1e-3 else 0.0 for t in times)
+    up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
     total = max(up, begin_over + over, begin_down + down)
@@ -152,7 +152,7 @@ class Arm:
         self._posture = mink.PostureTask(self.model, cost=POSTURE_COST)
         names = [self.model.joint(j).name for j in range(self.model.njnt)]
         self._limits = [
-            mink.ConfigurationLimit(self.model, min_distance_from_limits=MARGIN),
+            mink.ConfigurationLimit(self.model, min_distance_from_limits=JOINT_MARGIN_RAD),
             mink.VelocityLimit(self.model, dict(zip(names, VELOCITY_LIMITS, strict=True))),
         ]
         self._home_yaw = self.tool(HOME).yaw
@@ -186,7 +186,7 @@ class Arm:
         self._configuration.update(seed)
         self._posture.set_target(seed)
         self._frame.set_target(_transform(position, yaws[best]))
-        for _ in range(GOAL_STEPS):
+        for _ in range(MAX_GOAL_STEPS):
             velocity = self._solve(1.0)
             self._configuration.integrate_inplace(velocity, 1.0)
             if np.abs(velocity).max() < 1e-4:
@@ -210,7 +210,7 @@ class Arm:
 
         Args:
             q: (7,) where it starts.
-            goal: (7,) near where it ends, from `reach`: which way the elbow and the last joint turn.
+            goal: (7,) near where it ends, from `reach`: it decides how the elbow and the last joint turn.
             position: (3,) where the tool ends, m.
             yaw: of the tool there, rad.
             height: at which the tool passes, m; None for that of the higher end (see `arch`).
@@ -264,7 +264,11 @@ class Arm:
         step = np.linalg.solve(normal, jacobian.T @ error + POSTURE_COST**2 * (self._posture.target_q - q))
         low, high = self.model.jnt_range.T
         q = q + step
-        if (np.abs(step) <= period * VELOCITY_LIMITS).all() and (q > low + MARGIN).all() and (q < high - MARGIN).all():
+        if (
+            (np.abs(step) <= period * VELOCITY_LIMITS).all()
+            and (q > low + JOINT_MARGIN_RAD).all()
+            and (q < high - JOINT_MARGIN_RAD).all()
+        ):
             return step / period
         tasks = [self._frame, self._posture]
         try:

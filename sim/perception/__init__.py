@@ -1,1 +1,1 @@
-"""What the robot knows of the world: sensors, touch, and the symbolic state grounded in them."""
+"""Perception: sensors, contact monitoring, and the symbolic state grounded in them."""

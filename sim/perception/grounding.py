@@ -1,4 +1,4 @@
-"""Grounding: the symbolic state read back from the simulation, and how it differs from what was expected."""
+"""Grounding: the symbolic state of observed poses, and how it differs from the predicted one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AT_HEIGHT = 0.008
 """... and its underside this near to what it rests on, m."""
 
 NOWHERE = "no location"
-"""Where the hand is when it is over none: not a name, so that no location can bear it."""
+"""The hand's location when it is over none: not a valid name of a location."""
 
 
 def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
@@ -29,17 +29,17 @@ def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
     Of those that are too many for a location only the nearest to their slots rest there. Temporary locations have what
     rests at no other: where something is does not depend on where it once lay.
     """
-    found = {thing: slot for thing in poses if (slot := slot_of(scene, poses, thing)) is not None}
+    found = {obj: slot for obj in poses if (slot := slot_of(scene, poses, obj)) is not None}
 
-    def off(thing: str) -> float:
-        return float(np.hypot(*(poses[thing].position - found[thing].position)[:2]))
+    def off(obj: str) -> float:
+        return float(np.hypot(*(poses[obj].position - found[obj].position)[:2]))
 
     for place in scene.model.locations:
-        there = sorted((thing for thing, slot in found.items() if slot.location == place.name), key=off)
-        for thing in there[place.capacity :]:
-            del found[thing]
-    spots = {thing: slot_of(scene, poses, thing, temporary=True) for thing in poses if thing not in found}
-    return found | {thing: slot for thing, slot in spots.items() if slot is not None}
+        there = sorted((obj for obj, slot in found.items() if slot.location == place.name), key=off)
+        for obj in there[place.capacity :]:
+            del found[obj]
+    spots = {obj: slot_of(scene, poses, obj, temporary=True) for obj in poses if obj not in found}
+    return found | {obj: slot for obj, slot in spots.items() if slot is not None}
 
 
 def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
@@ -50,7 +50,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
 
     Args:
         scene: the scene.
-        poses: where every object is seen.
+        poses: of every observed object.
         name: the object.
         temporary: whether to look among the temporary locations rather than the scenario's.
     """
@@ -87,7 +87,7 @@ def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
 
 
 def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
-    """Return what an object covers of the table, as it stands."""
+    """Return the footprint of an object on the table."""
     pose = poses[name]
     return Rectangle(pose.position[:2], scene.shapes[name].half[:2], pose.yaw)
 
@@ -110,22 +110,22 @@ def observe(
     held: str | None,
     marks: frozenset[tuple[str, str]] = frozenset(),
 ) -> ManipulationState:
-    """Return the symbolic state that is seen.
+    """Return the symbolic state that is observed.
 
     An object that neither rests in a slot nor is held has no place in it.
 
     Args:
         scene: the scene.
         data: its state, of which the robot knows its own part.
-        poses: where every object of the model is seen.
+        poses: of every observed object of the model.
         hand: where the hand was last sent; elsewhere is reported only if it is not there.
-        held: what the pads hold, from the forces they felt of late.
-        marks: what the past left behind and no sensor shows.
+        held: the object that the pads hold, from their latest contact forces.
+        marks: of the objects, which no sensor shows.
     """
     if hand in scene.slots and not hand_over(scene, data, hand):
         hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)
     slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
-    places = tuple((thing.name, slots[thing.name].location) for thing in scene.model.objects if thing.name in slots)
+    places = tuple((obj.name, slots[obj.name].location) for obj in scene.model.objects if obj.name in slots)
     return ManipulationState(hand=hand, held=held, places=places, marks=marks)
 
 
@@ -135,23 +135,23 @@ def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observ
     The first difference among the objects is told, else that of the hand or the marks, else an object that is seen
     and not in the model.
     """
-    for thing in (object.name for object in scene.model.objects):
-        expected, found = _where(predicted, thing), _where(observed, thing)
+    for obj in (known.name for known in scene.model.objects):
+        expected, found = _where(predicted, obj), _where(observed, obj)
         if expected == found:
             continue
         if found is None:
-            found = f"it lies off every location, at {spelled(poses[thing].position)}"
-        elif observed.held == thing:
+            found = f"it lies off every location, at {spelled(poses[obj].position)}"
+        elif observed.held == obj:
             found = "it is in the hand"
         else:
             found = f"it rests {found}"
-        return f"expected {thing} {expected}, but {found}"
+        return f"expected {obj} {expected}, but {found}"
     if predicted.hand != observed.hand:
         return f"expected the hand over {predicted.hand}, but it is over {observed.hand}"
-    for thing, mark in sorted(predicted.marks ^ observed.marks):
-        return f"expected {thing} {'' if (thing, mark) in predicted.marks else 'not '}to be {mark}"
-    for thing in poses.keys() - {object.name for object in scene.model.objects}:
-        return f"an unknown object has appeared at {spelled(poses[thing].position)}"
+    for obj, mark in sorted(predicted.marks ^ observed.marks):
+        return f"expected {obj} {'' if (obj, mark) in predicted.marks else 'not '}to be {mark}"
+    for obj in poses.keys() - {known.name for known in scene.model.objects}:
+        return f"an unknown object has appeared at {spelled(poses[obj].position)}"
     return None
 
 
@@ -160,10 +160,10 @@ def spelled(position: np.ndarray) -> str:
     return f"({', '.join(f'{x:.2f}' for x in position)}) m"
 
 
-def _where(state: ManipulationState, thing: str) -> str | None:
-    if state.held == thing:
+def _where(state: ManipulationState, obj: str) -> str | None:
+    if state.held == obj:
         return "in the hand"
-    place = state.place.get(thing)
+    place = state.place.get(obj)
     return None if place is None else f"on {place}"
 
 

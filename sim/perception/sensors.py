@@ -1,4 +1,4 @@
-"""Perception: where objects are seen to be. Skills and grounding know the world through a sensor and nothing else."""
+"""Sensors: observed poses of objects, which are all that skills and grounding know of the world."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy as np
 
 from sim.errors import SimulationError
 from sim.world.scene import Scene
-from sim.world.shapes import Shape
+from sim.world.shapes import ObjectShape
 
-PATIENCE = 5.0
-"""How long to wait for something that is not seen, s."""
+OBSERVATION_TIMEOUT_S = 5.0
+"""How long to wait for an observation of an object."""
 
 NOISY_LOOKS = 10
-"""How many looks of a noisy sensor are averaged to measure, one every control period: a third of the noise is left."""
+"""Observations of a noisy sensor averaged in a measurement, one a control period: a third of the noise is left."""
 
 LEVER = 0.0225
 """Noise of a position is noise of a heading at this distance from an object's middle, m."""
 
 
-class SightError(SimulationError):
-    """Nothing has been seen of an object for too long."""
+class ObservationTimeoutError(SimulationError):
+    """An object has not been observed for too long."""
 
 
 @dataclass(frozen=True)
@@ -49,32 +49,32 @@ Poses = Mapping[str, ObjectPose]
 
 
 class Sensor(Protocol):
-    """Looks at objects; a camera could stand behind it."""
+    """Observes poses of objects; a camera could stand behind it."""
 
     @property
     def looks(self) -> int:
-        """How many looks make a measurement."""
+        """Number of observations in a measurement."""
 
-    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
-        """Return where an object is now, as far as can be seen, or None if it is not seen."""
+    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+        """Return the observed pose of an object, or None if it is not observed."""
 
 
 @dataclass(frozen=True)
 class ExactSensor:
-    """Sees everything where it is."""
+    """Observes the true poses."""
 
     looks: int = 1
 
-    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the true pose; None for what is stored below the table."""
-        return None if stored(scene, data, thing) else object_pose(scene, data, thing)
+        return None if stored(scene, data, obj) else object_pose(scene, data, obj)
 
 
 class NoisySensor:
-    """Sees everything almost where it is: positions and headings with normally distributed errors, anew at every look.
+    """Observes poses with normally distributed errors of position and heading, independent at every observation.
 
     Attributes:
-        looks: how many looks make a measurement.
+        looks: number of observations in a measurement.
     """
 
     def __init__(self, noise: float, *, seed: int) -> None:
@@ -82,25 +82,25 @@ class NoisySensor:
         self.looks = NOISY_LOOKS
         self._noise, self._rng = noise, np.random.default_rng(seed)
 
-    def look(self, scene: Scene, data: mujoco.MjData, thing: str) -> ObjectPose | None:
+    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the true pose with noise; None for what is stored below the table."""
-        if stored(scene, data, thing):
+        if stored(scene, data, obj):
             return None
-        true = object_pose(scene, data, thing)
+        true = object_pose(scene, data, obj)
         turn = self._rng.normal(0, self._noise / LEVER)
         c, s = np.cos(turn), np.sin(turn)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ true.rotation
-        return pose_of(scene.shapes[thing], true.position + self._rng.normal(0, self._noise, 3), rotation)
+        return pose_of(scene.shapes[obj], true.position + self._rng.normal(0, self._noise, 3), rotation)
 
 
 def on_table(pose: ObjectPose | None) -> bool:
-    """Return whether something is seen that did not fall from the table."""
+    """Return whether an object is observed that did not fall from the table."""
     return pose is not None and bool(pose.position[2] > 0)
 
 
-def stored(scene: Scene, data: mujoco.MjData, thing: str) -> bool:
-    """Return whether an object is one of the spare ones that nobody has brought yet."""
-    return thing in scene.spares and bool(data.body(thing).xpos[2] < 0)
+def stored(scene: Scene, data: mujoco.MjData, obj: str) -> bool:
+    """Return whether an object is a spare one still in store."""
+    return obj in scene.spares and bool(data.body(obj).xpos[2] < 0)
 
 
 def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
@@ -111,11 +111,11 @@ def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
 
 def true_poses(scene: Scene, data: mujoco.MjData) -> dict[str, ObjectPose]:
     """Return the true pose of every object of a scene's model."""
-    return {thing.name: object_pose(scene, data, thing.name) for thing in scene.model.objects}
+    return {obj.name: object_pose(scene, data, obj.name) for obj in scene.model.objects}
 
 
-def pose_of(shape: Shape, position: np.ndarray, rotation: np.ndarray) -> ObjectPose:
-    """Return the pose of what has a shape, from its centre, m, and its (3, 3) axes."""
+def pose_of(shape: ObjectShape, position: np.ndarray, rotation: np.ndarray) -> ObjectPose:
+    """Return the pose of an object of a shape, from its centre, m, and its (3, 3) axes."""
     steep = np.abs(rotation[2])
     cube = shape.kind == "cube"
     level = rotation[:, int(np.argmin(steep)) if cube else int(steep[0] > np.sqrt(0.5))]
@@ -123,10 +123,10 @@ def pose_of(shape: Shape, position: np.ndarray, rotation: np.ndarray) -> ObjectP
     return ObjectPose(position, float(np.arctan2(level[1], level[0])), float(tilt), rotation)
 
 
-def mean_pose(shape: Shape, poses: Sequence[ObjectPose]) -> ObjectPose:
-    """Return the average of several looks at one object at rest."""
+def mean_pose(shape: ObjectShape, poses: Sequence[ObjectPose]) -> ObjectPose:
+    """Return the average of several observations of one object at rest."""
     if len(poses) == 1:
         return poses[0]
-    # The rotation nearest to the mean of some rotations (orthogonal Procrustes problem).
+    # The rotation nearest to the mean of several rotations (orthogonal Procrustes problem).
     u, _, v = np.linalg.svd(np.mean([pose.rotation for pose in poses], axis=0))
     return pose_of(shape, np.mean([pose.position for pose in poses], axis=0), u @ v)

@@ -1,4 +1,4 @@
-"""The watch kept over a running simulation: what the pads press, and touches nobody asked for."""
+"""Contact monitoring of a running simulation: forces on the finger pads, and unwanted contacts."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from sim.robots.panda import PADS
 from sim.world.scene import Scene
 
 WORLD, HANDLED, ALOFT, ROBOT = range(4)
-"""Roles of bodies. The pads may touch the handled object, and it the world; aloft it may touch the pads alone."""
+"""Roles of bodies. The handled object may be in contact with the pads and the world; aloft, with the pads alone."""
 
 HOLD_FORCE = 0.5
-"""Each pad presses a held object with this force at least, N: its weight; a firm grip has 15 N."""
+"""Least contact force of each pad on a held object, N: its weight; a firm grip has 15 N."""
 
 
 class Watch:
-    """Roles of the bodies, and what was seen of them.
+    """Roles of the bodies, and their latest contacts.
 
     Attributes:
-        handled: the object the pads may touch, or None.
-        pad_forces: (2,) N, with which the left and the right pad pressed it when last looked at.
+        handled: the object that the pads may be in contact with, or None.
+        pad_forces: (2,) N, of the left and the right pad on it at the last update.
         pressed: when both pads last pressed it, s; -inf if they have not.
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Take the robot for everything that hangs from `link0`, and all else for the world."""
+        """Assign the tree of bodies below `link0` to the robot, and all others to the world."""
         self._model = model = scene.mujoco
         self._pads = [model.geom(name).id for name in PADS]
         self._roles: list[int] = np.where(_below(model, "link0"), ROBOT, WORLD)[model.geom_bodyid].tolist()
@@ -43,16 +43,16 @@ class Watch:
         """(ngeom,) bool: the robot's geoms and that of the object aloft."""
         return np.isin(self._roles, (ALOFT, ROBOT))
 
-    def handle(self, thing: str | None, *, aloft: bool = False) -> None:
-        """Say which object the pads may touch from now on, and whether it may touch anything else."""
+    def handle(self, obj: str | None, *, aloft: bool = False) -> None:
+        """Set the object that the pads may touch, and whether it is aloft, so that it may touch nothing else."""
         self._roles = [role if role == ROBOT else WORLD for role in self._roles]
-        if thing is not None:
-            self._roles[self._model.geom(thing).id] = ALOFT if aloft else HANDLED
-        if thing != self.handled:
-            self.handled, self.pressed = thing, -np.inf
+        if obj is not None:
+            self._roles[self._model.geom(obj).id] = ALOFT if aloft else HANDLED
+        if obj != self.handled:
+            self.handled, self.pressed = obj, -np.inf
 
     def look(self, data: mujoco.MjData) -> list[tuple[str, str]]:
-        """Take note of a state just simulated; return the touches nobody asked for, as in `touches`."""
+        """Update from a state just simulated; return the unwanted contacts as `touches` does."""
         presses, touches = self._sort(data)
         self.pad_forces = np.zeros(2)
         if presses:
@@ -65,7 +65,7 @@ class Watch:
         return touches
 
     def touches(self, data: mujoco.MjData) -> list[tuple[str, str]]:
-        """Return the touches nobody asked for.
+        """Return the unwanted contacts.
 
         Returns:
             Names of bodies: one of the robot or the object aloft, and what it touches.
@@ -73,7 +73,7 @@ class Watch:
         return self._sort(data)[1]
 
     def _sort(self, data: mujoco.MjData) -> tuple[list[tuple[int, int]], list[tuple[str, str]]]:
-        """Return (pad, contact) for every contact of a pad with the handled object, and the unwanted touches."""
+        """Return (pad, contact) for every contact of a pad with the handled object, and the unwanted contacts."""
         roles = self._roles
         presses, touches = [], []
         for i, (a, b) in enumerate(data.contact.geom.tolist()):

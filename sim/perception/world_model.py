@@ -1,8 +1,8 @@
-"""Regrounding: a model and a scene that fit what is seen, wherever objects have come to lie.
+"""World model: a planning model and a scene that agree with an observation.
 
-What lies off every location gets a temporary location of its own, from which it can be taken and to which nothing can
-be put. What it keeps the hand from is said by the locations too: nothing goes where it lies in the way, and what it
-rests on cannot be taken before it is gone.
+An object off every location gets a temporary location of its own, from which it can be taken and to which nothing can
+be moved. Locations also express what it obstructs: nothing is released where it lies in the way, and an object below it
+cannot be taken before it is gone.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from sim.world.places import FINGER_DEPTH, FINGER_HALF, Slot
 from sim.world.scene import Scene
 from sim.world.shapes import extent
 
-ROOM = 0.006
-"""Least gap between an object that is put down and one that lies beside its slot, m."""
+OBJECT_GAP_M = 0.006
+"""Least gap between an object that is put down and one that lies beside its slot."""
 
 
 @dataclass(frozen=True)
 class Regrounded:
-    """The world as it is seen.
+    """The world as it is observed.
 
     Attributes:
         scene: the scene with its model, to which locations and objects may have been added, and which begins here;
             what fell from the table is no longer in it.
         state: where everything is.
-        lost: objects that the arm cannot get at.
+        lost: objects out of the arm's reach.
     """
 
     scene: Scene
@@ -51,32 +51,32 @@ def reground(
     marks: frozenset[tuple[str, str]],
     reachable: Callable[[np.ndarray], bool],
 ) -> Regrounded:
-    """Return a scene and a state that agree with what is seen.
+    """Return a scene and a state that agree with observed poses.
 
     Args:
         scene: as it was built from the scenario.
         data: its state, of which the robot knows its own part.
-        poses: where every object is seen, also those that the model does not have.
+        poses: of every observed object, also of those that the model does not have.
         hand: where the hand was last sent.
         held: what it holds.
-        marks: what the past left behind and no sensor shows.
-        reachable: whether the hand gets at a position.
+        marks: of the objects, which no sensor shows.
+        reachable: whether the hand reaches a position.
     """
     model = scene.model
-    known = {thing.name for thing in model.objects}
+    known = {obj.name for obj in model.objects}
     gone = [name for name, pose in poses.items() if not on_table(pose)]
     seen = {name: pose for name, pose in poses.items() if name != held and name not in gone}
     rests = resting(scene, seen)
-    names = _temporary_names(model, [thing for thing in seen if thing not in rests])
-    where = {thing: slot.location for thing, slot in rests.items()} | names
-    lost = tuple(thing for thing in seen if thing in names and not reachable(seen[thing].position))
+    names = _temporary_names(model, [obj for obj in seen if obj not in rests])
+    where = {obj: slot.location for obj, slot in rests.items()} | names
+    lost = tuple(obj for obj in seen if obj in names and not reachable(seen[obj].position))
     temporary = [
-        _temporary_location(scene, seen, thing, name, [where[below] for below in carriers(scene, seen, thing)])
-        for thing, name in names.items()
+        _temporary_location(scene, seen, obj, name, [where[below] for below in carriers(scene, seen, obj)])
+        for obj, name in names.items()
     ]
     slots = {
-        name: (Slot(name, 0, seen[thing].position - [0.0, 0.0, scene.shapes[thing].half[2]], seen[thing].yaw),)
-        for thing, name in names.items()
+        name: (Slot(name, 0, seen[obj].position - [0.0, 0.0, scene.shapes[obj].half[2]], seen[obj].yaw),)
+        for obj, name in names.items()
     }
     over = _hand(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
     if over != NOWHERE or hand != model.start or hand in scene.slots:
@@ -84,17 +84,17 @@ def reground(
     state = ManipulationState(
         hand,
         held,
-        tuple((thing, where[thing]) for thing in seen),
+        tuple((obj, where[obj]) for obj in seen),
         marks,
-        slots=tuple((thing, slot.index) for thing, slot in rests.items() if model.slot_counts[slot.location] > 1),
+        slots=tuple((obj, slot.index) for obj, slot in rests.items() if model.slot_counts[slot.location] > 1),
     )
-    objects = [thing for thing in model.objects if thing.name not in gone]
+    objects = [obj for obj in model.objects if obj.name not in gone]
     objects += [Object(name, where.get(name, model.locations[0].name)) for name in poses if name not in {*known, *gone}]
     locations = [_obstructed(scene, seen, place, rests, names, lost) for place in model.locations]
     model = replace(
         model,
         locations=(*locations, *temporary),
-        objects=tuple(replace(thing, fixed=thing.fixed or thing.name in lost) for thing in objects),
+        objects=tuple(replace(obj, fixed=obj.fixed or obj.name in lost) for obj in objects),
         begin=state,
     )
     scene = replace(scene, model=model, slots=scene.slots | slots, temporary=frozenset(slots))
@@ -102,23 +102,23 @@ def reground(
 
 
 def _hand(scene: Scene, data: mujoco.MjData, candidates: tuple[str, ...]) -> str:
-    """Return the first of some locations that the hand is over."""
+    """Return the first of several locations that the hand is over."""
     over = (name for name in candidates if name in scene.slots and hand_over(scene, data, name))
     return next(over, NOWHERE)
 
 
-def _temporary_names(model: ManipulationModel, things: list[str]) -> dict[str, str]:
-    """Return a name for the place of each of some objects, such that it gives no proposition of the model."""
-    taken = [place.name for place in model.locations] + [thing.name for thing in model.objects] + things
+def _temporary_names(model: ManipulationModel, objects: list[str]) -> dict[str, str]:
+    """Return a name for the temporary location of each object, such that it gives no proposition of the model."""
+    taken = [place.name for place in model.locations] + [obj.name for obj in model.objects] + objects
     stem = "spot"
     while any(stem in name for name in (*taken, *model.marks, *model.propositions)):
         stem += "_"
-    return {thing: f"{stem}{i + 1}" for i, thing in enumerate(things)}
+    return {obj: f"{stem}{i + 1}" for i, obj in enumerate(objects)}
 
 
-def _temporary_location(scene: Scene, poses: Poses, thing: str, name: str, below: list[str]) -> Location:
+def _temporary_location(scene: Scene, poses: Poses, obj: str, name: str, below: list[str]) -> Location:
     """Return where an object happens to lie: on the locations of others, or somewhere on the table."""
-    x, y = map(float, poses[thing].position[:2])
+    x, y = map(float, poses[obj].position[:2])
     on = tuple(dict.fromkeys(below))
     return Location(name, at=None if on else (x, y), on=on, closed=True)
 
@@ -126,31 +126,31 @@ def _temporary_location(scene: Scene, poses: Poses, thing: str, name: str, below
 def _obstructed(
     scene: Scene, poses: Poses, place: Location, rests: dict[str, Slot], names: dict[str, str], lost: tuple[str, ...]
 ) -> Location:
-    """Return a location with what keeps objects from being put there.
+    """Return a location with the locations that must be empty before an object is released there.
 
-    Where something lies in the way nothing is put before it is gone, which it never is where the arm cannot get at it.
+    It is closed if an object that is in the way is out of the arm's reach.
     """
-    own = [thing for thing, slot in rests.items() if slot.location == place.name]
-    free = [slot for slot in scene.slots[place.name] if all(_has_room(scene, poses, slot, thing) for thing in own)]
+    own = [obj for obj, slot in rests.items() if slot.location == place.name]
+    free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, poses, slot, obj) for obj in own)]
     blocking = [
-        thing for thing in names if any(not _has_room(scene, poses, slot, thing) for slot in scene.slots[place.name])
+        obj for obj in names if any(not _is_free_beside(scene, poses, slot, obj) for slot in scene.slots[place.name])
     ]
-    clear_of = [names[thing] for thing in blocking]
+    clear_of = [names[obj] for obj in blocking]
     if len(free) < place.capacity - len(own):
         clear_of.append(place.name)
-    closed = place.closed or any(thing in lost for thing in blocking)
+    closed = place.closed or any(obj in lost for obj in blocking)
     return replace(place, closed=closed, clear_of=(*place.clear_of, *clear_of))
 
 
-def _has_room(scene: Scene, poses: Poses, slot: Slot, thing: str) -> bool:
-    """Return whether something can be put into a slot beside an object, by open fingers along one of two lines."""
+def _is_free_beside(scene: Scene, poses: Poses, slot: Slot, obj: str) -> bool:
+    """Return whether open fingers can release an object in a slot beside another, along one of two closing lines."""
     size = extent(scene.shapes.values())
-    half, pose = scene.shapes[thing].half, poses[thing]
+    half, pose = scene.shapes[obj].half, poses[obj]
     bottom = pose.position[2] - half[2]
-    if bottom > slot.position[2] + size.high or pose.position[2] + half[2] < slot.position[2] + ROOM:
+    if bottom > slot.position[2] + size.high or pose.position[2] + half[2] < slot.position[2] + OBJECT_GAP_M:
         return True
-    other = footprint(scene, poses, thing)
-    block = Rectangle(slot.position[:2], size.half + ROOM, slot.yaw)
+    other = footprint(scene, poses, obj)
+    block = Rectangle(slot.position[:2], size.half + OBJECT_GAP_M, slot.yaw)
     if overlap(block, other):
         return False
     fingers = np.array([size.opening / 2 + FINGER_DEPTH, FINGER_HALF])

@@ -11,7 +11,7 @@ from sim.robots.panda import WRIST
 from sim.world.scene import AZIMUTH, ELEVATION, Scene
 
 DISTANCE = 3.5
-"""From the camera to what it looks at, in halves of the table's longer side."""
+"""Distance of the camera from its target, in halves of the table's longer side."""
 
 NEAREST = 1.9
 """The same at least, so that the arm fits into the picture over a small table, m."""

@@ -99,10 +99,10 @@ def _duration(film: Path) -> float:
 def _heading(text: str, height: int) -> Image.Image:
     """Return white text on a dark label with round corners."""
     font = ImageFont.load_default(size=HEADING * height)
-    room = HEADING * height * 0.5
-    width = round(font.getlength(text) + 2 * room)
+    padding = HEADING * height * 0.5
+    width = round(font.getlength(text) + 2 * padding)
     label = Image.new("RGBA", (width, round(HEADING * height * 1.7)), (0, 0, 0, 0))
     draw = ImageDraw.Draw(label)
-    draw.rounded_rectangle((0, 0, width - 1, label.height - 1), radius=room, fill=(9, 11, 15, 190))
+    draw.rounded_rectangle((0, 0, width - 1, label.height - 1), radius=padding, fill=(9, 11, 15, 190))
     draw.text((width / 2, label.height / 2), text, fill=(245, 246, 248), font=font, anchor="mm")
     return label

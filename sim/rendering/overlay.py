@@ -1,4 +1,4 @@
-"""Captions over the picture: the action at work, what has been spent, and how every task stands."""
+"""Captions over the picture: the current action, the cost up to now, and the status of every task."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OVERSAMPLING = 2
 
 @dataclass(frozen=True)
 class TaskStatus:
-    """How a task stands.
+    """The status of a task.
 
     Attributes:
         name: the task's name.

@@ -27,8 +27,8 @@ CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
 LAMP_RADIUS = 0.03
-"""Of the key light, where several of its points shed light, seen from what it lights: rad. Of a larger one the few
-points cast shadows that can be told apart."""
+"""Of the key light, where several of its points shed light, seen from what it lights: rad. With a larger one the
+shadows of its few points could be told apart."""
 
 CLOSER = 2
 """How many times as fine shadows are drawn for the camera on the hand, to which they come near."""
@@ -66,7 +66,7 @@ class Painter:
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._model.vis.quality.shadowsize = quality.shadow_pixels * (CLOSER if camera == "wrist" else 1)
         self._key = self._model.light(KEY_LIGHT).id
-        self._key_way = self._model.light_dir[self._key].copy()
+        self._key_direction = self._model.light_dir[self._key].copy()
         self._key_home = self._model.light_pos[self._key].copy()
         self._data = mujoco.MjData(self._model)
         self._pixels = np.empty((size[1], size[0], 3), dtype=np.uint8)
@@ -138,13 +138,13 @@ class Painter:
 
     def _move_key_light(self, k: int, samples: int) -> None:
         """Let the light come from the k-th of several points of a round lamp."""
-        across = np.cross(self._key_way, [0.0, 0.0, 1.0])
+        across = np.cross(self._key_direction, [0.0, 0.0, 1.0])
         across /= np.linalg.norm(across)
         radius, angle = LAMP_RADIUS * np.sqrt((k + 0.5) / samples), k * GOLDEN
-        aside = np.cos(angle) * across + np.sin(angle) * np.cross(self._key_way, across)
-        way = self._key_way + radius * aside
+        aside = np.cos(angle) * across + np.sin(angle) * np.cross(self._key_direction, across)
+        direction = self._key_direction + radius * aside
         distance = np.linalg.norm(self._key_home - self._scene.focus)
-        self._model.light_dir[self._key] = way / np.linalg.norm(way)
+        self._model.light_dir[self._key] = direction / np.linalg.norm(direction)
         self._model.light_pos[self._key] = self._key_home - distance * radius * aside
 
     def _set_glow(self, location: str, glow: Glow, level: float) -> None:

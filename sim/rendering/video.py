@@ -1,4 +1,4 @@
-"""An execution as a film: saved states rendered by several processes, joined without encoding anew."""
+"""An execution as a film: saved states rendered by several processes, joined without another encoding."""
 
 from __future__ import annotations
 

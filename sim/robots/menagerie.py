@@ -18,7 +18,7 @@ from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, MAX_WID
 REPOSITORY = "https://github.com/deepmind/mujoco_menagerie.git"
 """Where robot_descriptions fetches from; git's own settings may send it elsewhere."""
 
-PATIENCE = 20
+ANSWER_TIMEOUT_S = 20
 """How long the repository may take to answer before it counts as out of reach, s."""
 
 GIT_SETTINGS = {"GIT_TERMINAL_PROMPT": "0", "GIT_HTTP_LOW_SPEED_LIMIT": "1000", "GIT_HTTP_LOW_SPEED_TIME": "30"}
@@ -114,9 +114,11 @@ def _check_reachable() -> None:
     """Raise an error unless the repository answers soon: git itself waits minutes for a silent network."""
     try:
         ask = ["git", "ls-remote", REPOSITORY, "HEAD"]
-        subprocess.run(ask, capture_output=True, text=True, timeout=PATIENCE, check=True, stdin=subprocess.DEVNULL)
+        subprocess.run(
+            ask, capture_output=True, text=True, timeout=ANSWER_TIMEOUT_S, check=True, stdin=subprocess.DEVNULL
+        )
     except subprocess.TimeoutExpired:
-        raise ConnectionError(f"{REPOSITORY} does not answer within {PATIENCE} s") from None
+        raise ConnectionError(f"{REPOSITORY} does not answer within {ANSWER_TIMEOUT_S} s") from None
     except subprocess.CalledProcessError as error:
         raise ConnectionError(error.stderr) from None
 

@@ -48,7 +48,7 @@ class EffortMeter:
         self.total = Effort()
 
     def look(self, data: mujoco.MjData) -> None:
-        """Add the time since the last look, at the speeds and torques of a state just simulated."""
+        """Add the time since the last update, at the speeds and torques of a state just simulated."""
         period = float(data.time) - self._looked
         speeds = data.qvel[self._dofs]
         torques = data.qfrc_actuator[self._dofs]

@@ -11,7 +11,7 @@ from sim.world.scene import Scene
 
 
 class Recorder:
-    """Frames of a simulation, `FRAME_RATE` a second; loads are felt at every step between them."""
+    """Frames of a simulation, `FRAME_RATE` a second; loads are sampled at every step between them."""
 
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
@@ -35,7 +35,7 @@ class Recorder:
         return bool(data.time * FRAME_RATE >= len(self._times) - 1e-6)
 
     def feel(self, data: mujoco.MjData) -> None:
-        """Take note of the joints' speeds, torques and distances from their ends in a state just simulated."""
+        """Update the greatest speeds and torques and the least joint margins with a state just simulated."""
         np.maximum(self._speed, np.abs(data.qvel[self._arm]), out=self._speed)
         np.maximum(self._torque, np.abs(data.qfrc_actuator[self._arm]), out=self._torque)
         np.minimum(self._margin, self._margins_of(data), out=self._margin)
@@ -82,7 +82,7 @@ class Recorder:
         return np.minimum(q - self._low, self._high - q)
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
-        """Return the (2,) N with which whatever it is presses the left and the right pad."""
+        """Return the (2,) contact forces on the left and the right pad, N."""
         forces = np.zeros(2)
         for i, pair in enumerate(data.contact.geom.tolist()):
             for geom in pair:

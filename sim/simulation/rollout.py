@@ -41,11 +41,11 @@ class Step:
 
 @dataclass(frozen=True)
 class Event:
-    """Something worth telling about a run: a grasp with its force, a correction, a mismatch.
+    """An event of a run: a grasp with its force, a correction, a mismatch.
 
     Attributes:
         time: simulated time, s.
-        kind: one word, e.g. `grasped`, `placed`, `mismatch`, or `contact`: a touch nobody asked for.
+        kind: one word, e.g. `grasped`, `placed`, `mismatch`, or `contact`: an unwanted contact.
         detail: measured values by name, JSON-ready.
     """
 

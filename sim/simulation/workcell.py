@@ -1,4 +1,4 @@
-"""The running simulation: it drives the actuators, keeps watch and records what happens."""
+"""The running simulation: it drives the actuators, monitors contacts and records states and events."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim.motion.collision import Foresight
+from sim.motion.collision import CollisionChecker
 from sim.motion.kinematics import CONTROL_PERIOD, Arm
 from sim.perception.sensors import (
-    PATIENCE,
+    OBSERVATION_TIMEOUT_S,
     ExactSensor,
     ObjectPose,
+    ObservationTimeoutError,
     Sensor,
-    SightError,
     mean_pose,
     object_pose,
     on_table,
@@ -26,22 +26,22 @@ from sim.simulation.effort import EffortMeter
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Event
 from sim.world.scene import Scene
-from sim.world.shapes import Shape
+from sim.world.shapes import ObjectShape
 
-LAG = 0.1
-"""By how much the arm trails a moving command, s: kv / kp of its actuators, so that commands lead by as much."""
+ACTUATOR_LAG_S = 0.1
+"""Lag of the arm behind a moving command: kv / kp of its actuators; commands lead by as much."""
 
-FLICKER = 0.18
-"""Pads that lose an object for less than this still hold it, s: contacts flicker."""
+CONTACT_FLICKER_S = 0.18
+"""Pads that lose contact for less than this still hold their object: simulated contacts flicker."""
 
-BRAKING = 0.25
-"""How long the arm takes to stop when it has lost what it carries, s."""
+BRAKING_TIME_S = 0.25
+"""Time in which the arm stops when it has lost its load."""
 
-HOLD_OFFSET = 0.03
-"""A held object's centre is this near to the point between the pads, m: beyond, the pads only brush it."""
+HOLD_OFFSET_M = 0.03
+"""Greatest distance of a held object's centre from the point between the pads: beyond, they only brush it."""
 
-EPISODE = 0.5
-"""Touches of the same two bodies within this time are one event, s."""
+CONTACT_EPISODE_S = 0.5
+"""Contacts of the same two bodies within this time are one event."""
 
 
 class Workcell:
@@ -51,20 +51,20 @@ class Workcell:
         scene: what is simulated.
         data: the MuJoCo state.
         arm: kinematics of the arm.
-        watch: keeps an eye on contacts.
-        recorder: what is kept of every frame.
-        meter: adds up the arm's effort.
+        watch: monitors contacts.
+        recorder: records every frame.
+        meter: sums the arm's effort.
         reference: (7,) joint reference last sent, rad.
-        events: what was worth telling, in order of time.
+        events: in order of time.
         glowing: index of the marking location at work now, or -1.
-        sensor: sees the objects.
-        blind_until: before this time nothing is seen, s.
-        misses: how many grasps from now on close on nothing.
+        sensor: observes the objects.
+        sensor_off_until: before this time nothing is observed, s.
+        misses: number of coming grasps that close on nothing.
         disturb: called before every control period is simulated.
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData, *, sensor: Sensor | None = None) -> None:
-        """Take over a state in which the arm rests; objects are seen exactly unless a sensor is given."""
+        """Begin in a state in which the arm is at rest; the sensor is exact unless one is given."""
         model = scene.mujoco
         self._qpos = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
         self._motors = [model.actuator(name).id for name in ARM_JOINTS]
@@ -72,16 +72,16 @@ class Workcell:
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)
-        self._foresight = Foresight(scene, self.watch)
+        self._collision_checker = CollisionChecker(scene, self.watch)
         self.meter = EffortMeter(model, data)
         self.reference = data.qpos[self._qpos].copy()
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
         self.glowing = -1
         self.sensor: Sensor = sensor or ExactSensor()
-        self.blind_until, self.misses = -np.inf, 0
+        self.sensor_off_until, self.misses = -np.inf, 0
         self.disturb: Callable[[], None] = lambda: None
-        self._seen = {thing: object_pose(scene, data, thing) for thing in scene.shapes}
+        self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
         self.recorder.record(data, glow=self.glowing)
 
     def tell(self, kind: str, **detail: Any) -> None:
@@ -90,7 +90,7 @@ class Workcell:
 
     @property
     def gripping(self) -> float:
-        """The commanded width between the pads, m; narrower than what they hold by what makes them press it."""
+        """The commanded width between the pads, m; narrower than a held object, so that they press it."""
         return float(self.data.ctrl[self._gripper])
 
     @gripping.setter
@@ -98,74 +98,74 @@ class Workcell:
         self.data.ctrl[self._gripper] = width
 
     @property
-    def shapes(self) -> dict[str, Shape]:
-        """The shapes of the objects that are there: those of the model, and others that are seen on the table."""
-        known = {thing.name for thing in self.scene.model.objects}
+    def shapes(self) -> dict[str, ObjectShape]:
+        """The shapes of the model's objects, and of others that are observed on the table."""
+        known = {obj.name for obj in self.scene.model.objects}
         shapes = self.scene.shapes.items()
-        return {thing: shape for thing, shape in shapes if thing in known or on_table(self.glimpse(thing))}
+        return {obj: shape for obj, shape in shapes if obj in known or on_table(self.latest_pose(obj))}
 
-    def glimpse(self, thing: str) -> ObjectPose | None:
-        """Return where an object is seen now, or None."""
-        if self.data.time < self.blind_until:
+    def latest_pose(self, obj: str) -> ObjectPose | None:
+        """Return the pose of an object as observed now, or None if it is not."""
+        if self.data.time < self.sensor_off_until:
             return None
-        pose = self.sensor.look(self.scene, self.data, thing)
+        pose = self.sensor.look(self.scene, self.data, obj)
         if pose is not None:
-            self._seen[thing] = pose
+            self._seen[obj] = pose
         return pose
 
-    def see(self, thing: str) -> ObjectPose:
-        """Return where an object is seen, waiting for that if need be.
+    def see(self, obj: str) -> ObjectPose:
+        """Return the observed pose of an object; wait for an observation if there is none now.
 
         Raises:
-            SightError: it is not seen for `PATIENCE`.
+            ObservationTimeoutError: it is not observed for `OBSERVATION_TIMEOUT_S`.
         """
-        patience = round(PATIENCE / CONTROL_PERIOD)
-        while (pose := self.glimpse(thing)) is None:
-            if patience == 0:
-                raise SightError(f"nothing has been seen of {thing} for {PATIENCE:g} s")
-            patience -= 1
+        periods_left = round(OBSERVATION_TIMEOUT_S / CONTROL_PERIOD)
+        while (pose := self.latest_pose(obj)) is None:
+            if periods_left == 0:
+                raise ObservationTimeoutError(f"nothing has been seen of {obj} for {OBSERVATION_TIMEOUT_S:g} s")
+            periods_left -= 1
             self._tick()
         return pose
 
-    def measure(self, thing: str) -> ObjectPose:
-        """Return where an object at rest is, as well as the sensor can tell; that takes a noisy one some time.
+    def measure(self, obj: str) -> ObjectPose:
+        """Return the pose of an object at rest, averaged over the observations that its sensor needs.
 
         Raises:
-            SightError: as in `see`.
+            ObservationTimeoutError: as in `see`.
         """
-        return self.survey([thing])[thing]
+        return self.survey([obj])[obj]
 
-    def survey(self, things: Iterable[str]) -> dict[str, ObjectPose]:
-        """Return where objects at rest are, as well as the sensor can tell.
+    def survey(self, objects: Iterable[str]) -> dict[str, ObjectPose]:
+        """Return the poses of objects at rest, each averaged over the observations that the sensor needs.
 
         Raises:
-            SightError: as in `see`.
+            ObservationTimeoutError: as in `see`.
         """
-        looks: dict[str, list[ObjectPose]] = {thing: [self.see(thing)] for thing in things}
+        looks: dict[str, list[ObjectPose]] = {obj: [self.see(obj)] for obj in objects}
         for _ in range(self.sensor.looks - 1):
             self._tick()
-            for thing, poses in looks.items():
-                poses.append(self.see(thing))
-        return {thing: mean_pose(self.scene.shapes[thing], poses) for thing, poses in looks.items()}
+            for obj, poses in looks.items():
+                poses.append(self.see(obj))
+        return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in looks.items()}
 
     def held(self) -> str | None:
-        """Return the object that both pads press, but for a flicker, and have between them, or None."""
-        thing = self.watch.handled
-        if thing is None or self.data.time - self.watch.pressed > FLICKER:
+        """Return the object between the pads that both press, short losses of contact aside, or None."""
+        obj = self.watch.handled
+        if obj is None or self.data.time - self.watch.pressed > CONTACT_FLICKER_S:
             return None
-        pose = self.glimpse(thing)
+        pose = self.latest_pose(obj)
         if pose is None:
-            return thing
+            return obj
         offset = pose.position - self.data.site(TCP).xpos
-        return thing if np.linalg.norm(offset) < HOLD_OFFSET else None
+        return obj if np.linalg.norm(offset) < HOLD_OFFSET_M else None
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the pads have lost what they handle just now, so that they may be about to press it again or not."""
-        return self.watch.handled is not None and 0 < self.data.time - self.watch.pressed <= FLICKER
+        """Whether the pads have just lost contact with the handled object, and may regain it."""
+        return self.watch.handled is not None and 0 < self.data.time - self.watch.pressed <= CONTACT_FLICKER_S
 
     def follow(self, references: np.ndarray) -> None:
-        """Drive the arm along joint references; it stops on the way if it loses what it carries aloft.
+        """Drive the arm along joint references; it brakes early if it loses its load.
 
         Args:
             references: (N, 7) rad, every `CONTROL_PERIOD`.
@@ -197,10 +197,10 @@ class Workcell:
             self._tick()
 
     def foresee(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
-        """Return what the robot, and what it carries, would touch at (7,) joint angles, rad: see `Foresight`."""
-        for thing in self.scene.shapes:
-            self.glimpse(thing)
-        return self._foresight.touches(self.data, self._seen, q, width=width, clearance=clearance)
+        """Return the bodies in collision with the robot or its load at (7,) joint angles, rad (`CollisionChecker`)."""
+        for obj in self.scene.shapes:
+            self.latest_pose(obj)
+        return self._collision_checker.touches(self.data, self._seen, q, width=width, clearance=clearance)
 
     def _tick(self, commands: np.ndarray | None = None) -> None:
         """Simulate one control period; record the frames that fall into it.
@@ -219,17 +219,17 @@ class Workcell:
                 self.recorder.record(data, glow=self.glowing)
         self.meter.look(data)
         for pair in self.watch.look(data):
-            if data.time - self._touched.get(pair, -np.inf) > EPISODE:
+            if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.tell("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time
 
 
 def _braking(points: np.ndarray, done: int) -> np.ndarray:
-    """Return references that go on from one of several, slower and slower, and stop on the way to the last.
+    """Return references that continue from one of several, brake, and stop before the last.
 
     They begin with the reference that was reached.
     """
-    ticks = np.arange(1, round(BRAKING / CONTROL_PERIOD) + 1)
+    ticks = np.arange(1, round(BRAKING_TIME_S / CONTROL_PERIOD) + 1)
     ahead = np.minimum(done + ticks - ticks**2 / (2 * len(ticks)), len(points) - 1)
     low = np.floor(ahead).astype(int)
     high = np.minimum(low + 1, len(points) - 1)
@@ -238,7 +238,7 @@ def _braking(points: np.ndarray, done: int) -> np.ndarray:
 
 
 def _commands(points: np.ndarray, substeps: int, *, moving: bool = False) -> np.ndarray:
-    """Return what the motors are told at every step of the simulation to keep to joint references.
+    """Return the motor commands at every step of the simulation that track joint references.
 
     A reference held for a whole control period would jerk the wrist with all its torque, kp times the angle
     covered meanwhile; a smooth curve through them does not.
@@ -260,4 +260,4 @@ def _commands(points: np.ndarray, substeps: int, *, moving: bool = False) -> np.
     square, cube = 3 * (p1 - p0) - 2 * m0 - m1, m0 + m1 - 2 * (p1 - p0)
     curve = p0 + u * m0 + u**2 * square + u**3 * cube
     slope = m0 + 2 * u * square + 3 * u**2 * cube
-    return (curve + LAG / CONTROL_PERIOD * slope).reshape(-1, 7)
+    return (curve + ACTUATOR_LAG_S / CONTROL_PERIOD * slope).reshape(-1, 7)

@@ -1,41 +1,37 @@
-"""Long ways of the hand: over everything that rests, and around what stands taller."""
+"""Transfer motions: paths of the hand over all objects at rest, and detours around taller obstacles."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.simulation.workcell import Workcell
 
 DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15), (0.1, 0.15), (0.2, 0.0), (0.2, 0.2), (0.3, 0.0), (0.3, 0.2))
-"""Ways to try in turn: how much higher the tool goes than over all objects, and how much nearer to the base, m."""
+"""Paths to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
 
-CLEARANCE = 0.006
-"""Distance that the arm and what it carries keep from everything on the way, m: they trail by 2 mm at most."""
+PATH_CLEARANCE_M = 0.006
+"""Least clearance of the arm and its load from obstacles along a path; they deviate from it by 2 mm at most."""
 
-STRIDE = 3
-"""Every so many joint references are looked at: the tool moves 18 mm meanwhile, which `CLEARANCE` makes up for."""
-
-
-class BlockedError(SimulationError):
-    """No way leads there; the message names what is in the way."""
+REFERENCES_PER_CHECK = 3
+"""One joint reference in this many is checked for collisions; the tool moves up to 18 mm between two checks."""
 
 
 def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) -> None:
-    """Move the tool to a position far away.
+    """Move the tool to a distant position along the first path that is free of collisions.
 
     Args:
         cell: the running simulation.
-        position: (3,) where the tool shall be, m.
-        line: heading of the closing line there, one end or the other, rad.
-        height: at which it passes over everything that rests, m.
+        position: (3,) of the tool at the goal, m.
+        line: heading of the closing line there, in either direction, rad.
+        height: of the tool as it passes over objects at rest, m.
 
     Raises:
-        BlockedError: something is in the way of every detour.
-        SimulationError: the arm cannot get there, whatever the way.
+        BlockedError: every path that the arm can follow collides with a body.
+        SimulationError: the arm cannot follow any of the paths.
     """
     goal, yaw = cell.arm.reach(position, [line, line + np.pi])
-    met: set[str] = set()
+    blockers: set[str] = set()
     unreachable: SimulationError | None = None
     for raised, drawn_in in DETOURS:
         try:
@@ -47,21 +43,21 @@ def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) 
         if not obstacles:
             cell.follow(references)
             return
-        met |= obstacles
-    if unreachable and not met:
+        blockers |= obstacles
+    if unreachable and not blockers:
         raise unreachable
-    raise BlockedError(f"the way is blocked by {' and '.join(sorted(met))}")
+    raise BlockedError(f"the way is blocked by {' and '.join(sorted(blockers))}", blockers)
 
 
 def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
-    """Return the names of the bodies that (N, 7) joint references come too near to; the first ones met are enough.
+    """Return the names of the bodies within the clearance at the first collision along (N, 7) joint references.
 
-    What is too near already, such as an object that slipped against a finger, counts once it is left behind, and if
-    it never is.
+    A body that is within it at the start, such as an object that slipped against a finger, counts only if the arm
+    comes near it again after leaving it, or never leaves it.
     """
-    near = set(cell.foresee(cell.reference, clearance=CLEARANCE))
-    for q in (*references[::STRIDE], references[-1]):
-        met = set(cell.foresee(q, clearance=CLEARANCE))
+    near = set(cell.foresee(cell.reference, clearance=PATH_CLEARANCE_M))
+    for q in (*references[::REFERENCES_PER_CHECK], references[-1]):
+        met = set(cell.foresee(q, clearance=PATH_CLEARANCE_M))
         near &= met
         if met - near:
             return met - near

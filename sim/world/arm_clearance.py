@@ -1,4 +1,4 @@
-"""Room for the arm over the table: what stands tall between the base and a place that the hand works at."""
+"""Clearance of the arm over tall obstacles between the base and a location at which the hand works."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ the tool its underside is, m. Wrist, forearm twice, elbow; measured on the colli
 5 mm."""
 
 
-def arm_meets(tool: np.ndarray, thing: Rectangle, top: float) -> bool:
-    """Return whether the arm meets something on the table while the hand works.
+def arm_meets(tool: np.ndarray, obstacle: Rectangle, top: float) -> bool:
+    """Return whether the arm collides with an obstacle on the table while the hand points down.
 
     Args:
         tool: (3,) between the pads, m.
-        thing: what it covers of the table.
-        top: its height, m.
+        obstacle: its footprint on the table.
+        top: height of its top over the table, m.
     """
     inward = -tool[:2] / np.hypot(*tool[:2])
     bearing = float(np.arctan2(inward[1], inward[0]))
     for near, far, half, height in UNDERSIDE:
         part = Rectangle(tool[:2] + (near + far) / 2 * inward, np.array([(far - near) / 2, half]), bearing)
-        if top > tool[2] + height and overlap(part, thing):
+        if top > tool[2] + height and overlap(part, obstacle):
             return True
     return False

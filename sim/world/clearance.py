@@ -1,4 +1,4 @@
-"""Whether the arm can work at every place: within reach, apart from one another, room for the hand."""
+"""Feasibility of a layout: every slot within reach, locations apart, and clearance for the hand at each of them."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from sim.world.places import (
 )
 from sim.world.shapes import CUBE_EDGE, Extent
 
-ASKEW = np.radians(5)
+MAX_START_TURN_RAD = np.radians(5)
 """Objects may start turned by this much, rad."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
 
 
 def check_reach(slots: Slots, size: Extent) -> None:
-    """Raise `SimulationError` for a slot that the hand cannot get at from above."""
+    """Raise `SimulationError` for a slot out of the hand's reach from above."""
     tallest = max((float(slot.position[2]) + size.high for row in slots.values() for slot in row), default=0.0)
     for row in slots.values():
         for slot in row:
@@ -71,7 +71,7 @@ def reach_at(height: float) -> float:
 
 
 def check_apart(stations: Sequence[Station], size: Extent) -> None:
-    """Raise `SimulationError` for two locations whose objects, walls or plates would touch."""
+    """Raise `SimulationError` for two locations whose objects, walls or plates would collide."""
     for i, station in enumerate(stations):
         for other in stations[:i]:
             if overlap(_covered(station, size), _covered(other, size)):
@@ -82,7 +82,7 @@ def check_apart(stations: Sequence[Station], size: Extent) -> None:
 
 
 def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: Slots, size: Extent) -> None:
-    """Raise `SimulationError` for a slot at which the hand would meet something that may stand elsewhere."""
+    """Raise `SimulationError` for a slot at which the hand would collide with an object or a fixture elsewhere."""
     for station in stations:
         for other in stations:
             if other is not station and _fingers_meet(station, other, size):
@@ -102,7 +102,7 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
                     "move them apart"
                 )
             tool = slot.position + [0.0, 0.0, size.low / 2]
-            if arm_meets(tool, _thing(beside, size), beside.position[2] + size.high):
+            if arm_meets(tool, _footprint(beside, size), beside.position[2] + size.high):
                 raise SimulationError(
                     f"locations.{slot.location}: no room for the arm over an object at {beside.location!r}, between it "
                     "and the base; move them apart"
@@ -110,12 +110,12 @@ def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: 
 
 
 def blocked(station: Station, others: Sequence[Station], size: Extent) -> bool:
-    """Return whether the fingers at a station would meet another, or the other's would meet it."""
+    """Return whether the fingers at a station would collide with another station, or the reverse."""
     return any(_fingers_meet(station, other, size) or _fingers_meet(other, station, size) for other in others)
 
 
 def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, size: Extent) -> np.ndarray:
-    """Return the (2,) foot of a station's lamp: out of the hand's way, the farther from the base the better."""
+    """Return the (2,) foot of a station's lamp: clear of the hand and the arm, the farther from the base the better."""
     centre = station.outline.centre
     outwards = float(np.arctan2(centre[1], centre[0]))
     turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])
@@ -135,7 +135,7 @@ def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, size:
 
 
 def _covered(station: Station, size: Extent) -> Rectangle:
-    swing = float(np.sin(ASKEW)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
+    swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
     return station.outline.grown(OBJECT_GAP / 2 + swing)
 
 
@@ -148,7 +148,7 @@ def _fingers_meet(station: Station, other: Station, size: Extent) -> bool:
 
 
 def _lamp_meets(head: Rectangle, slot: Slot, size: Extent) -> bool:
-    """Return whether a lamp's head is in the way of the hand or the arm at a slot."""
+    """Return whether the hand or the arm at a slot would collide with a lamp's head."""
     if np.hypot(*(slot.position[:2] - head.centre)) < LAMP_DISTANCES[0] - LAMP_HALF / 2:
         return True
     if overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), head):
@@ -156,17 +156,17 @@ def _lamp_meets(head: Rectangle, slot: Slot, size: Extent) -> bool:
     return arm_meets(slot.position + [0.0, 0.0, size.low / 2], head, LAMP_TOP)
 
 
-def _thing(slot: Slot, size: Extent) -> Rectangle:
+def _footprint(slot: Slot, size: Extent) -> Rectangle:
     return Rectangle(slot.position[:2], size.half, slot.yaw)
 
 
 def _hand_meets(slot: Slot, other: Slot, size: Extent, *, lowest: float) -> bool:
-    """Return whether the hand at a slot whose floor is at least as high as `lowest` meets what stands in another."""
-    thing = _thing(other, size)
+    """Return whether the hand at a slot, whose surface is not below `lowest`, collides with an object in another."""
+    footprint = _footprint(other, size)
     top, middle = other.position[2] + size.high, lowest + size.low / 2
-    if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), thing):
+    if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), footprint):
         return True
-    return top > middle - FINGER_TIPS and overlap(_fingers(slot, size), thing)
+    return top > middle - FINGER_TIPS and overlap(_fingers(slot, size), footprint)
 
 
 def _storeys(model: ManipulationModel, location: str) -> int:

@@ -12,7 +12,7 @@ from sim.geometry.solids import Solid, dish, plate, rounded_box, rounded_cylinde
 from sim.robots.panda import HIDDEN, VISIBLE, add_solid
 from sim.world.materials import LAMP_GLOW, Rgba, glow_of
 from sim.world.places import FLOOR, LAMP_HALF, Station
-from sim.world.shapes import Shape
+from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking, Table, picture, text_size
 
 TABLE_THICKNESS = 0.045
@@ -61,10 +61,10 @@ def yaw_quat(yaw: float) -> np.ndarray:
 def table_for(stations: Sequence[Station]) -> Table:
     """Return a table that holds the robot's foot and every station, the same to the left as to the right."""
     lamps = [s.lamp + d * LAMP_HALF for s in stations if s.lamp is not None for d in (-1, 1)]
-    things = [*(corner for s in stations for corner in s.outline.corners), *lamps]
-    side = max([TABLE_LEAST, *(abs(float(thing[1])) + TABLE_MARGIN for thing in things)])
-    back = min([-FOOT, *(float(thing[0]) - TABLE_MARGIN for thing in things)])
-    front = max([FOOT, *(float(thing[0]) + TABLE_MARGIN for thing in things)])
+    points = [*(corner for s in stations for corner in s.outline.corners), *lamps]
+    side = max([TABLE_LEAST, *(abs(float(y)) + TABLE_MARGIN for _, y in points)])
+    back = min([-FOOT, *(float(x) - TABLE_MARGIN for x, _ in points)])
+    front = max([FOOT, *(float(x) + TABLE_MARGIN for x, _ in points)])
     return Table((back, front), (-side, side))
 
 
@@ -104,7 +104,9 @@ def add_station(spec: mujoco.MjSpec, station: Station) -> None:
         add(spec, body, station)
 
 
-def add_object(spec: mujoco.MjSpec, name: str, shape: Shape, position: np.ndarray, yaw: float, rgba: Rgba) -> None:
+def add_object(
+    spec: mujoco.MjSpec, name: str, shape: ObjectShape, position: np.ndarray, yaw: float, rgba: Rgba
+) -> None:
     """Add an object: a free body, its joint and its colliding geom all bear its name."""
     body = spec.worldbody.add_body(name=name, pos=position, quat=yaw_quat(yaw))
     body.add_freejoint(name=name)
@@ -133,8 +135,8 @@ def _marking(station: Station, others: Sequence[Station]) -> Marking:
         np.array([low[0] - away[0], middle[1]]),
     ]
     # Deeper than the text: what stands right behind it would be hidden, what stands beside it is not.
-    room = np.array([height / 2 + NAME_GAP, width / 2])
-    free = (side for side in sides if not any(overlap(Rectangle(side, room, 0.0), o.outline) for o in others))
+    half = np.array([height / 2 + NAME_GAP, width / 2])
+    free = (side for side in sides if not any(overlap(Rectangle(side, half, 0.0), o.outline) for o in others))
     outlines = (station.outline.grown(0.004).corners,) if station.kind == "spot" else ()
     return Marking(station.name, next(free, sides[0]), outlines)
 

@@ -1,4 +1,4 @@
-"""Where things stand: the slots of every location, derived from the manipulation model alone."""
+"""The layout: the slots of every location, derived from the manipulation model alone."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from sim.world.places import (
     PLATE_MARGIN,
     ROW_GAP,
     SUPPORT_OVERLAP,
-    Layout,
     Slot,
     Station,
+    TableLayout,
 )
 from sim.world.shapes import Extent, extent, shapes_of
 
-UNEVEN = 0.001
+MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""
 
-NEIGHBOURHOOD = 0.12
+NEIGHBOUR_DISTANCE_M = 0.12
 """A location nearer than this to another keeps its fingers out of the gap between them, m."""
 
 
-def arrange(model: ManipulationModel) -> Layout:
+def arrange(model: ManipulationModel) -> TableLayout:
     """Return where everything goes.
 
     Raises:
@@ -59,7 +59,7 @@ def arrange(model: ManipulationModel) -> Layout:
         if place.marks and stations[place.name].kind != "stove":
             foot = lamp_foot(stations[place.name], list(stations.values()), slots, size)
             stations[place.name] = replace(stations[place.name], lamp=foot)
-    return Layout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
+    return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
 
 
 def _yaws(place: Location, grounded: list[Location]) -> list[float]:
@@ -68,7 +68,7 @@ def _yaws(place: Location, grounded: list[Location]) -> list[float]:
     here = np.array(place.at)
     apart = [np.array(other.at) - here for other in grounded if other.name != place.name]
     nearest = min(apart, key=np.linalg.norm, default=np.full(2, np.inf))
-    if np.linalg.norm(nearest) < NEIGHBOURHOOD:
+    if np.linalg.norm(nearest) < NEIGHBOUR_DISTANCE_M:
         yaws.insert(0, float(np.arctan2(-nearest[0], nearest[1]) % np.pi))
     return yaws
 
@@ -143,9 +143,9 @@ def _stack(place: Location, model: ManipulationModel, slots: dict[str, tuple[Slo
 def _check_level(place: Location, model: ManipulationModel) -> None:
     """Raise `SimulationError` if objects of different heights may lie under a location that rests on several."""
     heights = {name: shape.height for name, shape in shapes_of(model).items()}
-    under = [thing.name for thing in model.objects if not thing.fixed or thing.start in place.on]
+    under = [obj.name for obj in model.objects if not obj.fixed or obj.start in place.on]
     low, high = (choose(under, key=heights.__getitem__, default=None) for choose in (min, max))
-    if low and high and heights[high] - heights[low] > UNEVEN:
+    if low and high and heights[high] - heights[low] > MAX_HEIGHT_DIFFERENCE_M:
         raise SimulationError(
             f"locations.{place.name}.on: what rests on several objects needs them equally high, but {low!r} is "
             f"{heights[low]:g} m high and {high!r} {heights[high]:g} m"

@@ -22,7 +22,7 @@ OBJECT_COLOURS: tuple[Rgba, ...] = (
 """Colours of objects that have none of their own, in turn."""
 
 SPARE_COLOUR: Rgba = (0.42, 0.42, 0.44, 1)
-"""Of objects that nobody expects."""
+"""Colour of spare objects, which the model does not have."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ FINISHES = {
 
 @dataclass(frozen=True)
 class Glow:
-    """Colours of what glows while a location works: at rest, at work, and of the light it sheds then."""
+    """Colours of a glowing part of a location: off, on, and of its light when on."""
 
     off: Rgba
     on: Rgba
@@ -72,7 +72,7 @@ def glow_of(kind: str | None) -> Glow:
 
 
 KEY_LIGHT = "key"
-"""The light that sheds the shadows."""
+"""The light that casts the shadows."""
 
 SHADOW_WIDTH = 1.55
 """Half the width of what the shadow map covers, in halves of the table's longer side: its corners too."""

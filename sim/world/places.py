@@ -21,7 +21,7 @@ NEAREST = 0.32
 """Nearest horizontal distance from the base at which the hand, pointing down, clears the robot's foot, m."""
 
 WIDEST = np.radians(150)
-"""Greatest bearing from straight ahead, rad: the base turns 166 degrees and the wrist needs some of it."""
+"""Greatest bearing from straight ahead, rad: the base turns 166 degrees, part of which the wrist needs."""
 
 ROW_GAP = 0.019
 """Distance between neighbouring objects of one location, m."""
@@ -71,13 +71,13 @@ FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006
 
 @dataclass(frozen=True)
 class Slot:
-    """Room for one object.
+    """Where one object rests.
 
     Attributes:
         location: the location it belongs to.
         index: 0 .. capacity - 1 within the location.
         position: (3,) where the middle of the object's underside rests, m, robot base frame (z = 0 is the table top).
-            On other objects, z is where it rests at the highest: see `sim.perception.grounding.surface`.
+            On other objects, z is where it rests at the highest: see `sim.perception.grounding.slot_of`.
         yaw: heading about z of the line along which the fingers close, rad; both ends of it are free
             of walls and neighbours. The object rests with this yaw, up to its symmetry.
     """
@@ -107,12 +107,12 @@ class Station:
 
 
 @dataclass(frozen=True)
-class Layout:
-    """The places of a model.
+class TableLayout:
+    """The stations and slots of a model.
 
     Attributes:
         stations: the locations on the table, in the order of the file.
-        slots: for every location, in the order of the file, as many slots as it has room.
+        slots: for every location, in the order of the file, as many slots as its capacity.
     """
 
     stations: tuple[Station, ...]

@@ -97,10 +97,10 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
         return scene
     rng = np.random.default_rng([seed, MATTER_STREAM])
     model = copy.copy(scene.mujoco)
-    for thing in scene.model.objects:
+    for obj in scene.model.objects:
         friction, mass = rng.uniform(-1, 1, 2) * [perturbation.friction, perturbation.mass]
-        model.geom(thing.name).friction[0] *= 1 + friction
-        body = model.body(thing.name)
+        model.geom(obj.name).friction[0] *= 1 + friction
+        body = model.body(obj.name)
         body.mass *= 1 + mass
         body.inertia *= 1 + mass
     # The pads' friction alone counts where they press an object, both being of one make.

@@ -16,7 +16,7 @@ from sim.world.furniture import add_object, add_station, add_table, table_for, y
 from sim.world.layout import arrange
 from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_finishes, add_studio
 from sim.world.places import Slot
-from sim.world.shapes import Shape, shape_of, shapes_of
+from sim.world.shapes import ObjectShape, shape_of, shapes_of
 
 TIMESTEP = 0.002
 """Simulation step, s."""
@@ -39,10 +39,10 @@ STORE = np.array([0.0, 0.0, -1.4])
 SPARE_PITCH = 0.06
 """From one spare object to the next, m."""
 
-OVERLAP = 0.001
+MAX_OVERLAP_M = 0.001
 """Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
 
-DRAWS = 1000
+MAX_DRAWS = 1000
 """... so often at most."""
 
 
@@ -56,10 +56,10 @@ class Scene:
     Attributes:
         model: what it was built from.
         mujoco: the compiled model.
-        slots: for each location, in the order of the file, room for `capacity` objects.
+        slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
-        spares: objects the model does not have, stored out of sight until somebody brings them.
-        temporary: locations that the scenario does not have, which stand for where objects happen to lie.
+        spares: objects the model does not have, stored below the table until a fault brings them.
+        temporary: locations that the scenario does not have, of objects that lie off every location.
         focus: (3,) middle of the picture: over the table's middle, m.
         span: half the table's longer side, m.
         robot: which of `sim.robots.catalogue.ROBOTS` works in it.
@@ -68,7 +68,7 @@ class Scene:
     model: ManipulationModel
     mujoco: mujoco.MjModel
     slots: dict[str, tuple[Slot, ...]]
-    shapes: dict[str, Shape]
+    shapes: dict[str, ObjectShape]
     focus: np.ndarray
     span: float
     robot: str = "default"
@@ -84,7 +84,7 @@ def build_scene(
     Args:
         model: any locations and objects.
         robot: one of `sim.robots.catalogue.ROBOTS`.
-        spares: how many grey cubes to keep in store, out of sight.
+        spares: number of grey cubes in store below the table.
         meshes: dress the default robot with meshes; None for where they are installed.
 
     Raises:
@@ -104,9 +104,9 @@ def build_scene(
     add_table(spec, table, layout.stations)
     for station in layout.stations:
         add_station(spec, station)
-    for i, (thing, slot) in enumerate(start_slots(model, layout.slots).items()):
+    for i, (obj, slot) in enumerate(start_slots(model, layout.slots).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
-        add_object(spec, thing, shapes[thing], slot.position + [0.0, 0.0, shapes[thing].half[2]], slot.yaw, rgba)
+        add_object(spec, obj, shapes[obj], slot.position + [0.0, 0.0, shapes[obj].half[2]], slot.yaw, rgba)
     names = _spare_names(model, spares)
     if names:
         shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
@@ -119,7 +119,7 @@ def build_scene(
 
 def _spare_names(model: ManipulationModel, number: int) -> tuple[str, ...]:
     """Return names that give no proposition that the model may have."""
-    taken = [thing.name for thing in model.objects]
+    taken = [obj.name for obj in model.objects]
     taken += [place.name for place in model.locations]
     taken += [*model.marks, *model.propositions]
     stem = "foreign"
@@ -128,7 +128,7 @@ def _spare_names(model: ManipulationModel, number: int) -> tuple[str, ...]:
     return tuple(f"{stem}{i + 1}" for i in range(number))
 
 
-def _stored(shape: Shape, index: int) -> np.ndarray:
+def _stored(shape: ObjectShape, index: int) -> np.ndarray:
     return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
 
 
@@ -137,12 +137,12 @@ def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) ->
 
     Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
     """
-    places = [(thing.name, thing.start) for thing in model.objects]
-    room = {name: len(row) for name, row in slots.items()}
-    indices = slots_at_start(places, dict(model.initial_state.slots), room)
-    found = {thing: slots[place][indices[thing]] for thing, place in places}
+    places = [(obj.name, obj.start) for obj in model.objects]
+    capacities = {name: len(row) for name, row in slots.items()}
+    indices = slots_at_start(places, dict(model.initial_state.slots), capacities)
+    found = {obj: slots[place][indices[obj]] for obj, place in places}
     shapes = shapes_of(model)
-    first = {thing.start: thing.name for thing in reversed(model.objects)}
+    first = {obj.start: obj.name for obj in reversed(model.objects)}
 
     def floor(location: str) -> float:
         below = model.location(location).on
@@ -168,7 +168,7 @@ def initial_state(
         angle: greatest turn about z, rad.
 
     Raises:
-        SimulationError: moved so far, the objects hardly ever have room beside one another.
+        SimulationError: moved so far, the objects almost always overlap.
     """
     data = mujoco.MjData(scene.mujoco)
     for name, value in zip(ARM_JOINTS, HOME, strict=True):
@@ -178,17 +178,17 @@ def initial_state(
         data.joint(name).qpos[0] = MAX_WIDTH / 2
     data.actuator(GRIPPER).ctrl[0] = MAX_WIDTH
     rng = None if seed is None else np.random.default_rng(seed)
-    for _ in range(DRAWS):
-        for thing, slot in start_slots(scene.model, scene.slots).items():
+    for _ in range(MAX_DRAWS):
+        for obj, slot in start_slots(scene.model, scene.slots).items():
             off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
-            pose = data.joint(thing).qpos
+            pose = data.joint(obj).qpos
             pose[:2] = slot.position[:2] + off[:2]
-            pose[2] = slot.position[2] + scene.shapes[thing].half[2]
+            pose[2] = slot.position[2] + scene.shapes[obj].half[2]
             pose[3:] = yaw_quat(slot.yaw + off[2])
         for i, name in enumerate(scene.spares):
             data.joint(name).qpos[:3] = _stored(scene.shapes[name], i)
         mujoco.mj_forward(scene.mujoco, data)
-        if rng is None or data.ncon == 0 or data.contact.dist.min() > -OVERLAP:
+        if rng is None or data.ncon == 0 or data.contact.dist.min() > -MAX_OVERLAP_M:
             return data
     raise SimulationError(f"objects moved by up to {position * 1000:g} mm stand inside one another; move them by less")
 

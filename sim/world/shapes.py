@@ -17,30 +17,30 @@ SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"
 """Kinds of objects, and what their `size` says."""
 
 CUBE_EDGE = 0.045
-"""Edge of an object that says nothing about itself, m: the open hand takes it with room to spare."""
+"""Edge of an object of no given size, m: the open hand takes it with clearance on both sides."""
 
 NARROWEST, WIDEST = 0.020, 0.065
-"""Width that the fingers take, m: narrower they could not press, wider they would not fit round it."""
+"""Width of an object along the closing line, m: below, the fingers cannot press it; above, they do not fit round it."""
 
 LOWEST, HIGHEST = 0.028, 0.060
-"""Height of what is taken by its middle, m: lower the finger tips would touch what it lies on, higher the palm it."""
+"""Height of an object, m: below, the finger tips would touch the surface; above, the palm the object."""
 
 LONGEST = 0.120
-"""Length across the fingers, m: what is longer turns between them."""
+"""Length of an object across the closing line, m: a longer one turns between the fingers."""
 
 DENSITY = 0.055 / CUBE_EDGE**3
 """Of beech, kg/m^3: a cube of usual size weighs 55 g."""
 
 LIGHTEST, HEAVIEST = 0.020, 0.250
-"""Limits of an object's mass, kg: as if the large ones were hollow, the small ones weighted."""
+"""Limits of an object's mass, kg."""
 
-OPENING = 0.07
+USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
 
-ASIDE = 0.0075
+PAD_CLEARANCE_M = 0.0075
 """Least distance from an object to either pad of the open hand, m."""
 
-LIFT = 0.022
+MAX_GRIP_LIFT_M = 0.022
 """Greatest height of the pads' middle over an object's in a high grip, m: half of the pads hold a usual cube, 2 mm over
 a bin's rim, and it is not so far from the tool that it would not count as held."""
 
@@ -50,12 +50,12 @@ UPRIGHT = np.radians(20)
 
 @dataclass(frozen=True)
 class Grip:
-    """A way in which the fingers close on an object.
+    """How the fingers close on an object.
 
     Attributes:
         turn: heading of their closing line from the object's own yaw, rad.
         width: of the object along it, m.
-        narrow: whether the hand opens no wider than it must, where there is little room.
+        narrow: whether the hand opens no wider than needed, where the clearance is small.
         lift: height of the pads' middle over the object's, m.
     """
 
@@ -67,17 +67,17 @@ class Grip:
     @property
     def opening(self) -> float:
         """Width of the hand that opens for it, m."""
-        return min(MAX_WIDTH, self.width + 2 * ASIDE) if self.narrow else opening(self.width)
+        return min(MAX_WIDTH, self.width + 2 * PAD_CLEARANCE_M) if self.narrow else opening(self.width)
 
 
 @dataclass(frozen=True)
-class Shape:
+class ObjectShape:
     """An upright cube, box or cylinder. Its yaw is the heading of the line along which the fingers rather close.
 
     Attributes:
         kind: one of `SIZES`.
         half: (3,) half its sides along that line, across it and upwards, m.
-        grips: the ways to take it, the better one first.
+        grips: usual grips, the better one first.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
     """
@@ -94,9 +94,9 @@ class Shape:
         return 2 * float(self.half[2])
 
     @property
-    def ways(self) -> tuple[Grip, ...]:
-        """Its grips, the better one first: as they are, with the hand opened less, and with that near the top."""
-        high = min(float(self.half[2]), LIFT)
+    def grip_variants(self) -> tuple[Grip, ...]:
+        """Grips to try, the better one first: the usual ones, with the hand opened less, and that near the top."""
+        high = min(float(self.half[2]), MAX_GRIP_LIFT_M)
         narrow = tuple(replace(grip, narrow=True) for grip in self.grips)
         return (*self.grips, *narrow, *(replace(grip, lift=high) for grip in narrow))
 
@@ -116,7 +116,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Extent:
-    """What any object of a scene needs at most, since any may come anywhere.
+    """Bounds on the dimensions of a scene's objects, any of which may come to any slot.
 
     Attributes:
         half: (2,) greatest half sides along the closing line and across it, m.
@@ -135,29 +135,29 @@ class Extent:
 
 def opening(width: float) -> float:
     """Return how wide the hand opens round what has a width, m."""
-    return min(MAX_WIDTH, max(OPENING, width + 2 * ASIDE))
+    return min(MAX_WIDTH, max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M))
 
 
-def shapes_of(model: ManipulationModel) -> dict[str, Shape]:
+def shapes_of(model: ManipulationModel) -> dict[str, ObjectShape]:
     """Return the shape of every object.
 
     Raises:
         SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
     """
-    return {thing.name: shape_of(thing) for thing in model.objects}
+    return {obj.name: shape_of(obj) for obj in model.objects}
 
 
-def shape_of(thing: Object) -> Shape:
+def shape_of(obj: Object) -> ObjectShape:
     """Return the shape of an object.
 
     Raises:
         SimulationError: as in `shapes_of`.
     """
-    where = f"objects.{thing.name}"
-    if thing.kind not in SIZES:
-        raise SimulationError(f"{where}.kind: unknown kind {thing.kind!r} {choices(thing.kind, SIZES)}")
-    size = _checked_size(thing, where)
-    if thing.kind == "cylinder":
+    where = f"objects.{obj.name}"
+    if obj.kind not in SIZES:
+        raise SimulationError(f"{where}.kind: unknown kind {obj.kind!r} {choices(obj.kind, SIZES)}")
+    size = _checked_size(obj, where)
+    if obj.kind == "cylinder":
         diameter, height = size
         along = across = diameter
         volume = math.pi / 4 * diameter**2 * height
@@ -177,13 +177,13 @@ def shape_of(thing: Object) -> Shape:
         raise SimulationError(f"{where}.size: {across:g} m long, but the hand holds what is up to {LONGEST:g} m long")
     widths = {0.0: along, math.pi / 2: across}
     grips = tuple(Grip(turn, width) for turn, width in widths.items() if NARROWEST <= width <= WIDEST)
-    symmetry = 0.0 if thing.kind == "cylinder" else math.pi / 2 if along == across else math.pi
+    symmetry = 0.0 if obj.kind == "cylinder" else math.pi / 2 if along == across else math.pi
     mass = min(max(DENSITY * volume, LIGHTEST), HEAVIEST)
-    return Shape(thing.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
+    return ObjectShape(obj.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
 
 
-def extent(shapes: Iterable[Shape]) -> Extent:
-    """Return what the greatest and the least of some shapes need; for none, a cube of usual size."""
+def extent(shapes: Iterable[ObjectShape]) -> Extent:
+    """Return the bounds on the dimensions of shapes; for none, those of a cube of usual size."""
     known = list(shapes) or [shape_of(Object("cube", ""))]
     half = np.array([shape.half for shape in known])
     return Extent(
@@ -195,20 +195,20 @@ def extent(shapes: Iterable[Shape]) -> Extent:
     )
 
 
-def _checked_size(thing: Object, where: str) -> tuple[float, ...]:
+def _checked_size(obj: Object, where: str) -> tuple[float, ...]:
     """Return the right number of positive lengths, m."""
-    names = SIZES[thing.kind]
-    if thing.size is None and thing.kind == "cube":
+    names = SIZES[obj.kind]
+    if obj.size is None and obj.kind == "cube":
         return (CUBE_EDGE,)
-    meaning = f"a {thing.kind} has {_listed(names)}, in metres"
-    if thing.size is None:
+    meaning = f"a {obj.kind} has {_listed(names)}, in metres"
+    if obj.size is None:
         raise SimulationError(f"{where}.size: missing; {meaning}")
-    if len(thing.size) != len(names):
-        count = f"{len(thing.size)} number{'s' if len(thing.size) != 1 else ''}"
+    if len(obj.size) != len(names):
+        count = f"{len(obj.size)} number{'s' if len(obj.size) != 1 else ''}"
         raise SimulationError(f"{where}.size: {meaning}, not {count}")
-    if not all(math.isfinite(length) and length > 0 for length in thing.size):
-        raise SimulationError(f"{where}.size: must be positive, not {_listed([f'{x:g}' for x in thing.size])}")
-    return thing.size
+    if not all(math.isfinite(length) and length > 0 for length in obj.size):
+        raise SimulationError(f"{where}.size: must be positive, not {_listed([f'{x:g}' for x in obj.size])}")
+    return obj.size
 
 
 def _listed(words: Iterable[str]) -> str:

@@ -46,7 +46,7 @@ class Panel {
     const notes = [];
     if (!run.video) notes.push(run.no_video ? `No film: ${run.no_video}` : "Carried out without a film; the clock is that of the run.");
     if (!run.completed) notes.push(`The run was not completed: ${run.reason}. What is shown is what happened.`);
-    else if (!run.as_planned) notes.push(`The run went otherwise than planned; it was planned anew ${run.replans} ${run.replans === 1 ? "time" : "times"}. What is shown is what happened.`);
+    else if (!run.as_planned) notes.push(`The run went otherwise than planned; it was planned again ${run.replans} ${run.replans === 1 ? "time" : "times"}. What is shown is what happened.`);
     return notes.length ? make("p", { class: "notice" }, notes.join(" ")) : null;
   }
 

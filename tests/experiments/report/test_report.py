@@ -201,10 +201,10 @@ def test_only_the_plans_asked_for_are_carried_out(report: Run) -> None:
 
 
 def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(self: executor.Run, what: str) -> bool:
+    def interrupted(self: executor.Execution, what: str) -> bool:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(executor.Run, "carry_out", interrupted)
+    monkeypatch.setattr(executor.Execution, "carry_out", interrupted)
     result = report("shelf.toml", "--no-video")
     assert result.status == 130 and "goes on from here" in result.err
     assert data("out/shelf")["plans"][0]["run"] is None

@@ -187,7 +187,7 @@ def test_people_are_told_of_a_surprise_too(run: Run, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(carry_out, "initial_state", misplaced(0.60, 0.10))
     result = run("cup.toml", "--no-video")
     assert result.status == 0
-    assert "expected cup on desk, but it rests on shelf: planned anew, cost 10, preference 0: transit" in result.out
+    assert "expected cup on desk, but it rests on shelf: planned again, cost 10, preference 0: transit" in result.out
 
 
 def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> None:
@@ -218,11 +218,11 @@ def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.Mon
     assert printed["reason"] in result.err
 
 
-def interrupted_at(action: str) -> Callable[[executor.Run, str], bool]:
+def interrupted_at(action: str) -> Callable[[executor.Execution, str], bool]:
     """Return a way to carry an action out that is interrupted at one of them."""
-    carry_out = executor.Run.carry_out
+    carry_out = executor.Execution.carry_out
 
-    def carry_out_or_stop(self: executor.Run, what: str) -> bool:
+    def carry_out_or_stop(self: executor.Execution, what: str) -> bool:
         if what == action:
             raise KeyboardInterrupt
         return carry_out(self, what)
@@ -231,7 +231,7 @@ def interrupted_at(action: str) -> Callable[[executor.Run, str], bool]:
 
 
 def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(executor.Run, "carry_out", interrupted_at("transport cup tray"))
+    monkeypatch.setattr(executor.Execution, "carry_out", interrupted_at("transport cup tray"))
     result = run("cup.toml", "--json")
     assert result.status == 130
     printed = json.loads(result.out)

@@ -102,7 +102,7 @@ def test_captions_show_the_books_before_each_action_and_at_the_end(arch: Scenari
     assert ("satisfied", "open") in states and ("open", "satisfied") not in states
     surprised = replace(rollout, events=(Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {})))
     told = [text.action for text in captions(arch.tasks, surprised, books, plan=plan)]
-    assert told[2] == f"planned anew: {plan.actions[2]}" and told[5] == f"once more: {plan.actions[5]}"
+    assert told[2] == f"planned again: {plan.actions[2]}" and told[5] == f"once more: {plan.actions[5]}"
     assert [*told[:2], *told[3:5], *told[6:]] == [*plan.actions[:2], *plan.actions[3:5], *plan.actions[6:], "done"]
     stopped = replace(rollout, completed=False, reason="a surprise")
     assert captions(arch.tasks, stopped, books, plan=plan)[-1].action == "stopped"

@@ -99,7 +99,7 @@ def test_completion_is_told_for_each_kind_of_fault_that_happened() -> None:
         "slip": {"rollouts": 1, "completed": 1},
     }
     assert summary["replans"] == {"total": 1, "max": 1}
-    assert "planned anew" in shown(summary) and "completed with move" in shown(summary)
+    assert "planned again" in shown(summary) and "completed with move" in shown(summary)
 
 
 def test_of_many_failures_the_first_are_named() -> None:

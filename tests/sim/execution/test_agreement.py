@@ -15,7 +15,7 @@ from experiments.runs.carry_out import scene_of
 from prefplan.scenario.decode import loads
 from sim.evidence.log import Claims, Log, log_of
 from sim.evidence.replay import RecordedWorld
-from sim.execution.executor import Run
+from sim.execution.executor import Execution
 from sim.execution.fault_injection import SLIP_GAP, SLIP_TIME
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
@@ -65,10 +65,10 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
     """The hand opens for a moment, so many seconds before the grasp would have ended."""
     scenario = loads(CUP, name="cup")
     scene = scene_of(scenario)
-    plain = Run(scene, initial_state(scene))
+    plain = Execution(scene, initial_state(scene))
     assert plain.carry_out("transit desk") and plain.carry_out("grasp cup")
     begin = plain.steps[-1].end - before
-    run = Run(scene, initial_state(scene))
+    run = Execution(scene, initial_state(scene))
 
     def slip() -> None:
         if begin <= run.cell.data.time < begin + SLIP_TIME:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
 
 from experiments import scenarios
@@ -17,6 +18,8 @@ from prefplan import Plan, Scenario, load, pareto_front
 from sim.evidence.certificate import certify
 from sim.execution.faults import read_fault
 from sim.perception.sensors import NoisySensor
+from sim.simulation.workcell import Workcell
+from sim.skills import transfer
 from sim.world.scene import Scene, initial_state
 
 FAULTY = [
@@ -205,6 +208,38 @@ def test_what_lies_beside_another_at_a_place_for_one_has_it_once_the_other_is_go
     assert outcome.task_costs == {"tidy": 10, "other": 4}
     certificate = certify(evidence(scenario, scene_of(scenario), outcome))
     assert [check.name for check in certificate.refuted] == ["start"]
+
+
+@pytest.mark.parametrize("blocker", ["jug", "post"])
+def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, blocker: str
+) -> None:
+    """No path leads over the desk, for an object or a fixture, until the jug is taken away from the shelf.
+
+    Paths are raised over all that rests, so that the collision check has to be told that one is blocked.
+    """
+    (tmp_path / "rack.toml").write_text(
+        FLOOR.replace("RELAXATION", "")
+        .replace('"violation"', '"cost"')
+        .replace("[model.objects]", "rack = { at = [0.35, 0.30] }\n[model.objects]")
+    )
+    scenario = load(tmp_path / "rack.toml")
+    desk, shelf = scene_of(scenario).slots["desk"][0].position, scene_of(scenario).slots["shelf"][0].position
+    check = transfer.obstacles_on
+
+    def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
+        tool = cell.arm.tool(references[-1]).position
+        over_desk = np.hypot(*(tool - desk)[:2]) < 0.01
+        jug_on_shelf = np.hypot(*(cell.see("jug").position - shelf)[:2]) < 0.01
+        return {blocker} if over_desk and jug_on_shelf else check(cell, references)
+
+    monkeypatch.setattr(transfer, "obstacles_on", obstacles_on)
+    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
+    assert outcome.rollout.completed, outcome.rollout.reason
+    assert f"the way is blocked by {blocker}" in str(told(outcome, "replan")[0]["reason"])
+    assert [action for action in outcome.executed if action == "transit desk"] == ["transit desk"] * 2
+    assert outcome.executed.index("grasp jug") < outcome.executed.index("grasp cup")
+    assert outcome.pursuit.replans == 1 and outcome.books.satisfied[-1] == {"tidy", "other"}
 
 
 def test_a_task_violated_beyond_repair_ends_the_run_with_what_can_still_be_done(

@@ -7,7 +7,7 @@ import pytest
 
 from prefplan.errors import ModelError
 from prefplan.models.transition_system import TransitionSystem
-from sim.execution.executor import Run, execute
+from sim.execution.executor import Execution, execute
 from sim.simulation.rollout import FRAME_RATE, Rollout
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
@@ -99,7 +99,7 @@ def test_a_plan_the_model_does_not_allow_is_refused_before_it_begins(scene: Scen
 
 
 def test_a_block_moved_before_the_grasp_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
-    run = Run(scene, initial_state(scene), system=system)
+    run = Execution(scene, initial_state(scene), system=system)
     assert run.carry_out("transit top")
     run.cell.data.joint("pink").qpos[:3] = scene.slots["table"][0].position + [0.0, 0.0, CUBE_EDGE / 2]
     assert not run.carry_out("grasp pink")
@@ -113,7 +113,7 @@ def test_a_block_moved_before_the_grasp_stops_the_run(scene: Scene, system: Tran
 
 
 def test_a_block_that_falls_from_the_hand_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
-    run = Run(scene, initial_state(scene), system=system)
+    run = Execution(scene, initial_state(scene), system=system)
     run.carry_out("transit top")
     run.carry_out("grasp pink")
     run.cell.data.joint("pink").qpos[:3] = [0.30, 0.0, 0.0225]
@@ -124,7 +124,7 @@ def test_a_block_that_falls_from_the_hand_stops_the_run(scene: Scene, system: Tr
 
 
 def test_a_bystander_pushed_away_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
-    run = Run(scene, initial_state(scene), system=system)
+    run = Execution(scene, initial_state(scene), system=system)
     for action in COST_OPTIMAL[:4]:
         assert run.carry_out(action)
     run.cell.data.joint("green").qpos[:3] = [0.65, -0.1, 0.0225]
@@ -135,7 +135,7 @@ def test_a_bystander_pushed_away_stops_the_run(scene: Scene, system: TransitionS
 
 
 def test_no_mark_is_given_where_nothing_was_put_down(scene: Scene, system: TransitionSystem) -> None:
-    run = Run(scene, initial_state(scene), system=system)
+    run = Execution(scene, initial_state(scene), system=system)
     for action in COST_OPTIMAL[:3]:
         assert run.carry_out(action)
     run.cell.data.joint("pink").qpos[:3] = [0.30, 0.0, 0.0225]

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sim.errors import SimulationError
-from sim.execution.executor import Run
+from sim.execution.executor import Execution
 from sim.execution.fault_injection import SLIP_TIME
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import true_poses
-from sim.simulation.workcell import FLICKER
+from sim.simulation.workcell import CONTACT_FLICKER_S
 from sim.world.scene import Scene, build_scene, initial_state
 
 LIFT = ["transit top", "grasp pink"]
@@ -66,10 +66,10 @@ def stocked(scene: Scene) -> Scene:
     return build_scene(scene.model, spares=1)
 
 
-def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) -> Run:
+def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) -> Execution:
     """Return an execution after some actions, up to the first that goes wrong."""
     read = [read_fault(text, scene.model) for text in faults]
-    run = Run(scene, initial_state(scene), faults=read, seed=seed)
+    run = Execution(scene, initial_state(scene), faults=read, seed=seed)
     for action in actions:
         if not run.carry_out(action):
             break
@@ -86,7 +86,7 @@ def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     gone = [
         t for t, forces in zip(frames["times"], frames["pad_forces"], strict=True) if t > begun and not forces.any()
     ]
-    assert events["lost"].time - gone[0] < FLICKER + 0.05 < 0.25
+    assert events["lost"].time - gone[0] < CONTACT_FLICKER_S + 0.05 < 0.25
     assert run.steps[-1].action == "transport pink bin2" and "expected pink in the hand" in str(run.reason)
     tool = run.cell.data.site("tcp").xpos
     assert min(np.hypot(*(tool - slot.position)[:2]) for slot in scene.slots["bin2"]) > 0.1, "it went on to the end"
@@ -147,4 +147,4 @@ def test_the_robot_waits_until_it_sees_again(scene: Scene) -> None:
 
 def test_who_sees_nothing_for_too_long_gives_up(scene: Scene) -> None:
     run = run_with(scene, LIFT, "blind:9@2")
-    assert run.blind and "nothing has been seen of" in str(run.reason)
+    assert run.lost_sensor and "nothing has been seen of" in str(run.reason)

@@ -180,7 +180,7 @@ def test_a_commit_that_does_not_exist_is_an_error(tmp_path: Path, monkeypatch: p
 
 
 def test_a_repository_that_never_answers_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.robots.menagerie.PATIENCE", 0.5)
+    monkeypatch.setattr("sim.robots.menagerie.ANSWER_TIMEOUT_S", 0.5)
     isolate(monkeypatch, tmp_path, f'[url "ext::sleep 30 "]\n\tinsteadOf = {REPOSITORY}\n')
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "ext")
     with pytest.raises(RobotError, match="does not answer within 0.5 s; the robot `default`"):

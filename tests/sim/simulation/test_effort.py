@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.execution.executor import Run
+from sim.execution.executor import Execution
 from sim.robots.panda import ARM_JOINTS
 from sim.simulation.workcell import Workcell
 from sim.skills.skills import transit
@@ -44,7 +44,7 @@ def test_energy_is_at_least_the_work_done_against_gravity(cell: Workcell) -> Non
 
 
 def test_a_step_tells_its_own_effort(scene: Scene) -> None:
-    run = Run(scene, initial_state(scene))
+    run = Execution(scene, initial_state(scene))
     run.carry_out("transit top")
     run.carry_out("grasp pink")
     first, second = (step.effort for step in run.steps)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.robots.panda import ARM_JOINTS, VELOCITY_LIMITS
 from sim.simulation.workcell import Workcell
 from sim.skills.skills import perform
-from sim.skills.transfer import CLEARANCE, BlockedError, travel
+from sim.skills.transfer import PATH_CLEARANCE_M, travel
 from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -125,8 +125,9 @@ def test_what_stands_everywhere_blocks_the_way() -> None:
     cell = run(scene, "transit a")
     cell.data.joint("cup").qpos[:3] = cell.data.site("tcp").xpos + [0.0, -0.40, 0.10]
     mujoco.mj_forward(scene.mujoco, cell.data)
-    with pytest.raises(BlockedError, match="the way is blocked by cup"):
+    with pytest.raises(BlockedError, match="the way is blocked by cup") as raised:
         travel(cell, cell.data.site("tcp").xpos + [0.0, -0.40, 0.0], np.pi / 2, height=0.1)
+    assert raised.value.by == ("cup",)
 
 
 def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
@@ -139,7 +140,7 @@ def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
     beside = low + [0.0, np.sign(finger[1]) * (abs(finger[1]) + 0.025 + scene.shapes["cup"].half[1] + 0.002), 0.0]
     cell.data.joint("cup").qpos[:] = [*beside, 1, 0, 0, 0]
     mujoco.mj_forward(scene.mujoco, cell.data)
-    assert cell.foresee(cell.reference, clearance=CLEARANCE) == ["cup"]
+    assert cell.foresee(cell.reference, clearance=PATH_CLEARANCE_M) == ["cup"]
     travel(cell, np.array([0.48, -0.2, 0.15]), np.pi / 2, height=0.12)
     assert cell.data.body("cup").xpos == pytest.approx(beside, abs=0.001)
 

@@ -88,7 +88,7 @@ def test_objects_never_start_inside_one_another(scene: Scene) -> None:
 
 
 def test_objects_without_room_for_the_perturbation_are_told(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.world.scene.DRAWS", 1)
+    monkeypatch.setattr("sim.world.scene.MAX_DRAWS", 1)
     told = []
     for seed in range(20):
         try:

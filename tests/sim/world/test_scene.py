@@ -10,7 +10,7 @@ import pytest
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.world.layout import arrange
-from sim.world.places import FLOOR, Layout
+from sim.world.places import FLOOR, TableLayout
 from sim.world.scene import Scene, build_scene, initial_state, start_slots
 from sim.world.shapes import CUBE_EDGE
 
@@ -20,8 +20,8 @@ HALF = np.array([0.0, 0.0, CUBE_EDGE / 2])
 
 
 @pytest.fixture
-def layout_of() -> Callable[..., Layout]:
-    def make(*locations: Location) -> Layout:
+def layout_of() -> Callable[..., TableLayout]:
+    def make(*locations: Location) -> TableLayout:
         return arrange(ManipulationModel("home", COSTS, locations, ()))
 
     return make
@@ -45,7 +45,7 @@ def test_a_location_on_others_lies_midway_and_one_object_higher(scene: Scene) ->
     assert top == pytest.approx((left + right) / 2 + [0, 0, CUBE_EDGE])
 
 
-def test_stacks_stand_on_stacks(layout_of: Callable[..., Layout]) -> None:
+def test_stacks_stand_on_stacks(layout_of: Callable[..., TableLayout]) -> None:
     slots = layout_of(
         Location("third", on=("second",)), Location("second", on=("first",)), Location("first", at=(0.5, 0.0))
     ).slots
@@ -121,13 +121,13 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
     ],
 )
 def test_places_that_cannot_work_are_refused_by_name(
-    layout_of: Callable[..., Layout], locations: list[Location], message: str
+    layout_of: Callable[..., TableLayout], locations: list[Location], message: str
 ) -> None:
     with pytest.raises(SimulationError, match=message):
         layout_of(*locations)
 
 
-def test_a_tall_stack_lowers_the_reach_of_the_hand_that_passes_over_it(layout_of: Callable[..., Layout]) -> None:
+def test_a_tall_stack_lowers_the_reach_of_the_hand_that_passes_over_it(layout_of: Callable[..., TableLayout]) -> None:
     tower = [Location("s0", at=(0.4, 0.2))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 8)]
     edge = Location("edge", at=(0.75, -0.2))
     layout_of(edge)
@@ -143,7 +143,7 @@ def test_a_lamp_keeps_out_of_the_hands_way(arch_model: ManipulationModel) -> Non
         assert np.hypot(*(slot.position[:2] - lamps[0])) >= 0.17
 
 
-def test_a_lamp_gives_way_to_other_locations(layout_of: Callable[..., Layout]) -> None:
+def test_a_lamp_gives_way_to_other_locations(layout_of: Callable[..., TableLayout]) -> None:
     san = Location("san", at=(0.45, 0.0), marks="clean")
     (free,) = layout_of(san).stations
     assert free.lamp is not None
@@ -212,7 +212,7 @@ def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationMod
     assert len(colours) == 3
 
 
-def test_any_number_of_locations_and_objects(layout_of: Callable[..., Layout]) -> None:
+def test_any_number_of_locations_and_objects(layout_of: Callable[..., TableLayout]) -> None:
     model = ManipulationModel(
         "home",
         COSTS,
@@ -254,7 +254,7 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
         assert data.body(thing).xmat[8] == pytest.approx(1.0, abs=1e-3)
 
 
-def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., Layout]) -> None:
+def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., TableLayout]) -> None:
     kinds = {place: Location("hot", at=(0.45, 0.30), kind=place, marks="cooked") for place in ("stove", "pad")}
     lamps = {kind: layout_of(place).stations[0].lamp is not None for kind, place in kinds.items()}
     assert lamps == {"stove": False, "pad": True}
