@@ -173,7 +173,7 @@ def test_a_command_is_named_where_it_is_known(
 
 
 def test_a_missing_library_is_a_sentence_even_before_the_program_starts(tmp_path: Path) -> None:
-    code = "import sys; sys.modules['rich'] = None; from experiments.cli.start import main; sys.exit(main())"
+    code = "import sys; sys.modules['rich'] = None; from experiments.program import main; sys.exit(main())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (4, "")
     assert len(done.stderr.splitlines()) == 1 and "-m pip install rich" in done.stderr
