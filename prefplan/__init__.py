@@ -2,61 +2,38 @@
 
 After P. Amorese and M. Lahijanian, "Optimal Cost-Preference Trade-off Planning with Multiple Temporal Tasks",
 IROS 2023.
+
+What the package offers is listed in `prefplan.api`. It is loaded when it is first used: pytest loads this package
+wherever it is installed, for the sake of `prefplan.pytest_plugin`, and nobody else's tests should wait for the planner.
 """
 
-from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
-from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, UnfinishedError
-from prefplan.heuristics.preprocessing import Options
-from prefplan.logic.dfa import Automaton, automaton
-from prefplan.logic.formula import Formula, parse
-from prefplan.models.grid import GridModel
-from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
-from prefplan.models.transition_system import TransitionSystem
-from prefplan.planner import Planner, cheapest_plan, pareto_front, preferred_plan
-from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
-from prefplan.problem import Problem, Relaxation, Task
-from prefplan.scenario.decode import Scenario, load
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "Automaton",
-    "Deadline",
-    "Due",
-    "Expression",
-    "Formula",
-    "FormulaError",
-    "Front",
-    "Function",
-    "GridModel",
-    "Location",
-    "ManipulationModel",
-    "ManipulationState",
-    "Max",
-    "ModelError",
-    "NoPlanError",
-    "Object",
-    "Options",
-    "Order",
-    "Plan",
-    "Planner",
-    "Preference",
-    "PreferenceError",
-    "PrefplanError",
-    "Problem",
-    "Purchase",
-    "Reason",
-    "Relaxation",
-    "Scenario",
-    "ScenarioError",
-    "Stats",
-    "Sum",
-    "Task",
-    "TransitionSystem",
-    "UnfinishedError",
-    "WeightedSum",
-    "automaton",
-    "cheapest_plan",
-    "load",
-    "pareto_front",
-    "parse",
-    "preferred_plan",
-]
+if TYPE_CHECKING:
+    from prefplan.api import *  # noqa: F403
+
+    __version__: str
+else:
+
+    def __getattr__(name):
+        """Load what the package offers, or its version."""
+        from importlib import import_module, metadata
+
+        if name == "__version__":
+            try:
+                return metadata.version("prefplan")
+            except metadata.PackageNotFoundError:
+                return "unknown"
+        if not name.startswith("__") or name == "__all__":
+            api = import_module("prefplan.api")
+            globals().update({offered: getattr(api, offered) for offered in api.__all__}, __all__=api.__all__)
+        try:
+            return globals()[name]
+        except KeyError:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
+
+    def __dir__():
+        """Name what the package offers, too."""
+        from prefplan import api
+
+        return sorted({*globals(), *api.__all__, "__version__"})

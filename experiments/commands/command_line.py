@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+import prefplan
 from experiments.cli.arguments import Command, Parser
 from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from experiments.commands.execution import film, measure, report, run, sweep, verify, view
@@ -92,6 +93,7 @@ def parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="version", version=f"prefplan {prefplan.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", title="commands")
     for command in COMMANDS:
         command.add(commands)

@@ -135,7 +135,8 @@ def planner() -> list[Diagnosis]:
 
 def simulation() -> list[Diagnosis]:
     """Whether all that simulation needs can be loaded."""
-    text, works = in_a_child([sys.executable, "-c", SOFTWARE])
+    # -P: not from the folder of the call, where something else may be named `sim`.
+    text, works = in_a_child([sys.executable, "-P", "-c", SOFTWARE])
     if works:
         return [Diagnosis("simulation", OK, f"MuJoCo {text}, mink {_version('mink')}")]
     needed = pip_installs("--force-reinstall", *(_bare(need) for need in _needs() if need.name in ("mujoco", "mink")))

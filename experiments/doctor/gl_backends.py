@@ -35,7 +35,7 @@ def rendering() -> list[Diagnosis]:
 
 def try_backend(name: str) -> tuple[str, bool]:
     """Return who rendered a picture with a backend, or what went wrong, and whether it worked."""
-    return in_a_child([sys.executable, "-m", "experiments.doctor.gl_trial"], {"MUJOCO_GL": name})
+    return in_a_child([sys.executable, "-P", "-m", "experiments.doctor.gl_trial"], {"MUJOCO_GL": name})
 
 
 def _finding(name: str, text: str, works: bool, used: str, working: list[str]) -> Diagnosis:

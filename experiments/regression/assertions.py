@@ -1,4 +1,4 @@
-"""Assertions on fronts, plans and executions, for regression tests; `pytest_plugin` makes them fixtures."""
+"""Assertions on fronts, plans and executions, for regression tests; `prefplan.pytest_plugin` makes them fixtures."""
 
 from __future__ import annotations
 

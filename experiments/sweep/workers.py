@@ -112,7 +112,7 @@ def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generat
         from distributed.scheduler import KilledWorker
     except ImportError:
         raise PrefplanError(
-            "--cluster: Dask is not installed; what mends it: pip install 'prefplan[cluster]'"
+            "--cluster: Dask is not installed; what mends it: pip install '.[cluster]', in a clone of prefplan"
         ) from None
     try:
         client = Client(address, timeout=PATIENCE)

@@ -172,8 +172,9 @@ def check_rendering() -> None:
     Raises:
         RenderingError: it cannot be done; the message says why and what mends it, in one sentence.
     """
+    # -P: not from the folder of the call, where something else may be named `sim`.
     probe = "from sim.rendering.renderer import probe; probe()"
-    done = subprocess.run([sys.executable, "-c", probe], env=gl_environment(), capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-P", "-c", probe], env=gl_environment(), capture_output=True, text=True)
     if done.returncode:
         lines = done.stderr.strip().splitlines()
         why = lines[-1] if lines else f"the renderer ended with status {done.returncode}"

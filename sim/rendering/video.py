@@ -198,6 +198,7 @@ def _eased(on: np.ndarray, fps: int) -> np.ndarray:
 def _render_all(parts: Sequence[Path], frames: int, threads: int, progress: Callable[[int, int], None] | None) -> None:
     """Run a process for every part, and see to it that none outlives this call."""
     environment = gl_environment() | {"LP_NUM_THREADS": str(threads), "OMP_NUM_THREADS": "1"}
+    # -P: not from the folder of the call, where something else may be named `sim`.
     command = "import sys, pathlib, sim.rendering.video; sim.rendering.video.render_chunk(pathlib.Path(sys.argv[1]))"
     running, lines, done = [], queue.SimpleQueue[bool](), 0
     try:
@@ -205,7 +206,7 @@ def _render_all(parts: Sequence[Path], frames: int, threads: int, progress: Call
             errors = part.with_suffix(".txt").open("wb")
             running.append(
                 subprocess.Popen(
-                    [sys.executable, "-c", command, part.with_suffix(".pickle")],
+                    [sys.executable, "-P", "-c", command, part.with_suffix(".pickle")],
                     env=environment,
                     stdout=subprocess.PIPE,
                     stderr=errors,

@@ -69,7 +69,8 @@ def fetch() -> Path:
                 _check_reachable()
             module = importlib.import_module("robot_descriptions.panda_mj_description")
         except ModuleNotFoundError:
-            raise RobotError(f'the robot `menagerie` needs: pip install "prefplan[menagerie]"; {ALTERNATIVE}') from None
+            install = "pip install '.[menagerie]', in a clone of prefplan"
+            raise RobotError(f"the robot `menagerie` needs: {install}; {ALTERNATIVE}") from None
         except FileNotFoundError:
             raise RobotError(
                 f"the robot `menagerie` is fetched with git, which is not installed; {ALTERNATIVE}"

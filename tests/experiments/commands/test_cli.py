@@ -6,11 +6,13 @@ import json
 import os
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 from command_line import DETOUR, Run, assert_is_error
 
+import prefplan
 from experiments import commands
 
 
@@ -64,6 +66,32 @@ def test_help_is_no_error(run: Run, arguments: list[str]) -> None:
     assert "usage: prefplan" in result.out
 
 
+def test_the_version_is_that_of_the_package(run: Run) -> None:
+    assert prefplan.__version__ == metadata.version("prefplan")
+    assert run("--version") == (0, f"prefplan {prefplan.__version__}\n", "")
+
+
+def test_what_was_never_installed_has_no_version(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def absent(name: str) -> str:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "version", absent)
+    assert run("--version") == (0, "prefplan unknown\n", "")
+
+
+def test_the_package_is_a_program(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "prefplan", "plan", "nowhere"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("prefplan: no scenario named 'nowhere'")
+
+
+def test_a_name_that_the_package_does_not_have_is_an_attribute_error() -> None:
+    assert not hasattr(prefplan, "nonsense") and not hasattr(prefplan, "__nonsense__")
+    assert {"Planner", "load", "__version__"} <= set(dir(prefplan))
+
+
 def test_an_interrupt_has_its_own_status(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(_: str) -> None:
         raise KeyboardInterrupt
@@ -85,8 +113,7 @@ def test_a_path_names_a_scenario_from_another_folder(run: Run, detour: Path, mon
 def program() -> list[str]:
     """The installed script, or the module it starts where it is not on this machine's path."""
     script = Path(sys.executable).with_name("prefplan")
-    start = "import sys; from experiments.commands.command_line import main; sys.exit(main())"
-    return [str(script)] if script.exists() else [sys.executable, "-c", start]
+    return [str(script)] if script.exists() else [sys.executable, "-m", "prefplan"]
 
 
 def test_the_program_works_from_any_folder(program: list[str], tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ def reader(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest
     """Somebody's folder, in which pytest is started with the plugin and nothing else of this project."""
     pytester.makefile(".toml", cup=CUP)
     # By module, whether or not the package is installed so that its entry point is known.
-    pytester.makeini("[pytest]\naddopts = -p no:prefplan -p experiments.regression.pytest_plugin -p no:cacheprovider")
+    pytester.makeini("[pytest]\naddopts = -p no:prefplan -p prefplan.pytest_plugin -p no:cacheprovider")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     return pytester
 

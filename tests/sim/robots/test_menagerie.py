@@ -192,7 +192,7 @@ def test_missing_robot_descriptions_and_git_are_named(
 ) -> None:
     monkeypatch.setitem(sys.modules, "robot_descriptions", None)
     monkeypatch.delitem(sys.modules, DESCRIPTION, raising=False)
-    with pytest.raises(RobotError, match=r"pip install \"prefplan\[menagerie\]\""):
+    with pytest.raises(RobotError, match=r"pip install '\.\[menagerie\]', in a clone"):
         robot_spec("menagerie")
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
     monkeypatch.setenv("PATH", str(tmp_path))

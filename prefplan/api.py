@@ -1,0 +1,58 @@
+"""What `import prefplan` offers."""
+
+from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
+from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, UnfinishedError
+from prefplan.heuristics.preprocessing import Options
+from prefplan.logic.dfa import Automaton, automaton
+from prefplan.logic.formula import Formula, parse
+from prefplan.models.grid import GridModel
+from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.planner import Planner, cheapest_plan, pareto_front, preferred_plan
+from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
+from prefplan.problem import Problem, Relaxation, Task
+from prefplan.scenario.decode import Scenario, load
+
+__all__ = [
+    "Automaton",
+    "Deadline",
+    "Due",
+    "Expression",
+    "Formula",
+    "FormulaError",
+    "Front",
+    "Function",
+    "GridModel",
+    "Location",
+    "ManipulationModel",
+    "ManipulationState",
+    "Max",
+    "ModelError",
+    "NoPlanError",
+    "Object",
+    "Options",
+    "Order",
+    "Plan",
+    "Planner",
+    "Preference",
+    "PreferenceError",
+    "PrefplanError",
+    "Problem",
+    "Purchase",
+    "Reason",
+    "Relaxation",
+    "Scenario",
+    "ScenarioError",
+    "Stats",
+    "Sum",
+    "Task",
+    "TransitionSystem",
+    "UnfinishedError",
+    "WeightedSum",
+    "automaton",
+    "cheapest_plan",
+    "load",
+    "pareto_front",
+    "parse",
+    "preferred_plan",
+]

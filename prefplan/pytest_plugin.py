@@ -1,0 +1,86 @@
+"""Fixtures for pytest, there for everybody who has prefplan installed: outcomes of plans as regression tests.
+
+Nothing but pytest is loaded before a test uses a fixture. The assertions are made in `experiments.regression`, which is
+imported by name: the planner knows nothing of programs, and who tests may have packages of the same names.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from prefplan.front import Front, Plan
+
+FOLDER = Path(__file__).parents[1]
+"""Where the packages are installed."""
+
+PACKAGES = ("assets", "experiments", "sim")
+"""Those of prefplan that others may have, too."""
+
+
+@pytest.fixture(name="assert_front")
+def _assert_front() -> Callable[..., Front]:
+    """assert_front(scenario, points): its Pareto front has exactly these points (cost, preference)."""
+    return _assertion("assert_front")
+
+
+@pytest.fixture(name="assert_plan")
+def _assert_plan() -> Callable[..., Plan]:
+    """assert_plan(scenario, actions, plan="cost"): one of its plans takes exactly these actions."""
+    return _assertion("assert_plan")
+
+
+@pytest.fixture(name="assert_completed")
+def _assert_completed() -> Callable[..., Any]:
+    """assert_completed(scenario, plan="cost", seed=1): the simulated arm carries a plan out."""
+    return _assertion("assert_completed")
+
+
+def _assertion(name: str) -> Callable[..., Any]:
+    def check(*arguments: Any, **options: Any) -> Any:
+        __tracebackhide__ = True
+        with own_packages():
+            return getattr(import_module("experiments.regression.assertions"), name)(*arguments, **options)
+
+    return check
+
+
+_own: dict[str, ModuleType] = {}
+"""Our modules that were loaded while others of the same names are in use."""
+
+
+@contextmanager
+def own_packages() -> Iterator[None]:
+    """Have `assets`, `experiments` and `sim` mean ours, whatever they mean to the test."""
+    if all(map(_is_own, PACKAGES)):
+        yield
+        return
+    others, path = _taken_out(), sys.path[:]
+    sys.modules.update(_own)
+    sys.path.insert(0, str(FOLDER))
+    try:
+        yield
+    finally:
+        _own.update(_taken_out())
+        sys.modules.update(others)
+        sys.path[:] = path
+
+
+def _is_own(name: str) -> bool:
+    spec = getattr(sys.modules[name], "__spec__", None) if name in sys.modules else find_spec(name)
+    return spec is not None and spec.origin == str(FOLDER / name / "__init__.py")
+
+
+def _taken_out() -> dict[str, ModuleType]:
+    """Return the loaded modules of these names, which are then no longer loaded."""
+    found = [name for name in sys.modules if name.partition(".")[0] in PACKAGES]
+    return {name: sys.modules.pop(name) for name in found}

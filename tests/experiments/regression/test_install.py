@@ -1,0 +1,150 @@
+"""prefplan installed, and used in a folder whose packages bear the same names as some of ours."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+import pytest
+from small_scenes import PLACES_NEARBY, cup_scenario
+
+ROOT = Path(__file__).parents[3]
+
+COMMON = ("sim", "experiments", "assets")
+"""Packages of ours that others may have, too."""
+
+UNRELATED = """
+import sys
+
+import assets, experiments, sim
+from sim import clock
+
+
+def test_these_are_mine_and_nothing_else_is_loaded():
+    assert [one.OWNER for one in (assets, experiments, sim, clock)] == ["me"] * 4
+    assert not {"numba", "networkx", "pydantic"} & set(sys.modules)
+"""
+
+WITH_FIXTURES = """
+import sys
+
+import experiments, sim
+import prefplan as pp
+
+OTHERS = experiments, sim
+
+
+def test_front(assert_front):
+    path = sys.path[:]
+    assert isinstance(assert_front("example", [(6, 4), (9, 3)]), pp.Front)
+    assert sys.path == path
+
+
+def test_a_front_that_differs(assert_front):
+    assert_front("example", [(6, 4)])
+
+
+def test_plan(assert_plan):
+    import assets
+    assert_plan(pp.load("cup.toml"), ["transit desk", "grasp cup", "transport cup tray", "release cup tray"])
+    assert assets.OWNER == "me"
+
+
+def test_completed(assert_completed):
+    assert assert_completed("cup.toml").rollout.completed
+    from sim import clock
+    assert clock.OWNER == "me" and (sys.modules["experiments"], sys.modules["sim"]) == OTHERS
+"""
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The programs of an environment that has prefplan from its wheel, and what it needs from this environment."""
+    folder = tmp_path_factory.mktemp("install")
+    for name in ("prefplan", *COMMON):
+        shutil.copytree(ROOT / name, folder / "source" / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, folder / "source")
+    _pip(Path(sys.executable), "wheel", "--no-build-isolation", f"--wheel-dir={folder}", str(folder / "source"))
+    venv.create(folder / "venv", symlinks=True)
+    programs = folder / "venv" / "bin"
+    _pip(programs / "python", "install", "--ignore-installed", *map(str, folder.glob("*.whl")))
+    (packages,) = (folder / "venv").glob("lib/python*/site-packages")
+    # Folders in a .pth file are searched last, and their own .pth files, such as that of an editable prefplan, are not
+    # looked at.
+    (packages / "needs.pth").write_text("\n".join({sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}))
+    _bring_machine_code(packages)
+    return programs
+
+
+def _pip(python: Path, command: str, *arguments: str) -> None:
+    pip = [sys.executable, "-m", "pip", f"--python={python}", "--disable-pip-version-check", command]
+    done = subprocess.run([*pip, "--no-deps", "--no-index", *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def _bring_machine_code(packages: Path) -> None:
+    """Spare the tests a minute of compiling: machine code fits a source of the same time and size."""
+    for source in (ROOT / "prefplan").rglob("*"):
+        copy = packages / source.relative_to(ROOT)
+        if source.suffix in (".nbi", ".nbc", ".sha256"):
+            copy.parent.mkdir(exist_ok=True)
+            shutil.copy(source, copy)
+        elif source.suffix == ".py":
+            shutil.copystat(source, copy)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Somebody's folder, with packages of their own."""
+    for name in COMMON:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text('OWNER = "me"\n')
+    (tmp_path / "sim" / "clock.py").write_text('OWNER = "me"\n')
+    (tmp_path / "cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
+    return tmp_path
+
+
+def call(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Call a program as somebody does who knows nothing of this checkout."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "PYTEST"))}
+    return subprocess.run(
+        list(map(str, command)), cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.slow
+def test_tests_of_others_are_left_alone(installed: Path, folder: Path) -> None:
+    (folder / "test_mine.py").write_text(UNRELATED)
+    done = call(installed / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
+    assert "1 passed" in done.stdout
+
+
+@pytest.mark.slow
+def test_the_fixtures_work_beside_packages_of_the_same_names(installed: Path, folder: Path) -> None:
+    (folder / "test_plans.py").write_text(WITH_FIXTURES)
+    done = call(installed / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder)
+    assert "1 failed, 3 passed" in done.stdout, done.stdout + done.stderr
+    assert "AssertionError: example: the front is not the expected one" in done.stdout
+    assert "pytest_plugin.py" not in done.stdout  # the traceback ends in the reader's own test
+
+
+@pytest.mark.slow
+def test_the_program_works_beside_packages_of_the_same_names(installed: Path, folder: Path) -> None:
+    for program in ([installed / "prefplan"], [installed / "python", "-m", "prefplan"]):
+        done = call(*program, "plan", "example", cwd=folder)
+        assert done.returncode == 0 and "cost 6" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_processes_that_the_program_starts_find_our_packages(installed: Path, folder: Path) -> None:
+    done = call(installed / "python", "-m", "prefplan", "doctor", cwd=folder)
+    assert "MuJoCo 3" in done.stdout and "No module named" not in done.stdout, done.stdout + done.stderr
+    done = call(installed / "prefplan", "sweep", "cup.toml", "--rollouts", "2", "--jobs", "2", cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
