@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
+from typing import overload
 
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
@@ -153,6 +154,12 @@ class Front(Sequence[Plan]):
         """Return the number of points."""
         return len(self.plans)
 
-    def __getitem__(self, index):  # type: ignore[no-untyped-def]
-        """Return a point by its place."""
+    @overload
+    def __getitem__(self, index: int) -> Plan: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Plan, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
+        """Return a point by its place, or several."""
         return self.plans[index]
