@@ -69,7 +69,7 @@ class ClosedLoop:
             run: an execution at its start.
             problem: what was planned.
             plan: one of its plans.
-            go_on: which plan to follow after a surprise.
+            go_on: which plan to follow after a surprise, e.g. `prefplan.replanning.continue_cheaply`.
             tell: told before each action how many are done, how many there are, and its name.
         """
         self.run, self.plan = run, plan
