@@ -16,7 +16,6 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 90
-add_module_names = False
 
 html_theme = "furo"
 html_title = "prefplan"

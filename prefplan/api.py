@@ -8,7 +8,7 @@ from prefplan.logic.formula import Formula, parse
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.planner import Planner, cheapest_plan, pareto_front, preferred_plan
+from prefplan.planner import FrontLimits, PlanLimits, Planner, cheapest_plan, pareto_front, preferred_plan
 from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
 from prefplan.problem import Problem, Relaxation, Task
 from prefplan.scenario.decode import Scenario, load
@@ -21,6 +21,7 @@ __all__ = [
     "Formula",
     "FormulaError",
     "Front",
+    "FrontLimits",
     "Function",
     "GridModel",
     "Location",
@@ -33,6 +34,7 @@ __all__ = [
     "Options",
     "Order",
     "Plan",
+    "PlanLimits",
     "Planner",
     "Preference",
     "PreferenceError",

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
+from html import escape
+from typing import TYPE_CHECKING, overload
 
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
+
+if TYPE_CHECKING:
+    # Neither is loaded before a front is drawn or made a table.
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True)
@@ -149,10 +156,82 @@ class Front(Sequence[Plan]):
         """Whether the search ran to its end."""
         return self.ended is None
 
+    @property
+    def ending(self) -> str | None:
+        """What stopped the search and how far it got, as a sentence; None if it ran to its end."""
+        if self.ended is None:
+            return None
+        why = "interrupted" if self.ended == "interrupt" else f"stopped by the {self.ended} limit"
+        below = "" if self.complete_below is None else f"; the front is complete below cost {self.complete_below}"
+        return f"{why}{below}"
+
+    def to_pandas(self) -> DataFrame:
+        """Return a table of one row a plan: `cost`, `preference`, `task_costs.NAME` for every task, and `actions`.
+
+        Raises:
+            PrefplanError: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise PrefplanError("a front is made a DataFrame by pandas: pip install pandas") from None
+        rows = [[plan.cost, plan.preference, *plan.task_costs.values(), plan.actions] for plan in self]
+        tasks = [f"task_costs.{name}" for name in self._tasks]
+        return pandas.DataFrame(rows, columns=["cost", "preference", *tasks, "actions"])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the points, cost against preference, along the border of what they dominate.
+
+        Args:
+            ax: where to draw; None for a new figure.
+
+        Returns:
+            The axes.
+        """
+        if ax is None:
+            from matplotlib import pyplot
+
+            _, ax = pyplot.subplots()
+        costs, preferences = [float(plan.cost) for plan in self], [float(plan.preference) for plan in self]
+        ax.step(costs, preferences, "o-", where="post")
+        if self.complete_below is not None:
+            ax.axvline(float(self.complete_below), linestyle="--", color="gray", label="complete up to here")
+            ax.legend()
+        ax.set(xlabel="total cost", ylabel="preference (lower is better)")
+        return ax
+
+    @property
+    def _tasks(self) -> tuple[str, ...]:
+        return tuple(self.plans[0].task_costs) if self.plans else ()
+
+    def _repr_html_(self) -> str:
+        """Return the front as notebooks show it: a row a plan, and what keeps it from being whole."""
+        rows = [_row("td", [i, p.cost, p.preference, *p.task_costs.values()]) for i, p in enumerate(self)]
+        head = _row("th", ["", "cost", "preference", *self._tasks])
+        table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
+        if self.reason is not None:
+            note = f"No plan: {self.reason}."
+        elif self.ended is not None:
+            note = f"Incomplete: {self.ending}."
+        else:
+            note = "" if rows else "No plan."
+        return table + (f"<p>{escape(note)}</p>" if note else "")
+
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.plans)
 
-    def __getitem__(self, index):  # type: ignore[no-untyped-def]
-        """Return a point by its place."""
+    @overload
+    def __getitem__(self, index: int) -> Plan: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Plan, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
+        """Return a point by its place, or several."""
         return self.plans[index]
+
+
+def _row(tag: str, cells: Iterable[object]) -> str:
+    """Return a row of an HTML table."""
+    return f"<tr>{''.join(f'<{tag}>{escape(str(cell))}</{tag}>' for cell in cells)}</tr>"

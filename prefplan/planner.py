@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
+from typing import TypedDict, Unpack
 
 import numpy as np
 
@@ -36,84 +37,76 @@ MEMORY_SHARE = 0.8
 """Part of the free memory that a search may take unless told otherwise."""
 
 
-def pareto_front(
-    problem: Problem,
-    *,
-    max_cost: Number | None = None,
-    max_seconds: float | None = None,
-    max_memory: float | None = None,
-    options: Options | None = None,
-) -> Front:
+class FrontLimits(TypedDict, total=False):
+    """Where the search for a front ends; None or nothing for no bound.
+
+    Attributes:
+        max_cost: inclusive bound of the total cost; needed for a preference whose contract is `general`.
+        max_seconds: time.
+        max_memory: bytes of memory; None for most of what is free.
+    """
+
+    max_cost: Number | None
+    max_seconds: float | None
+    max_memory: float | None
+
+
+class PlanLimits(FrontLimits, total=False):
+    """Where the search for one plan ends.
+
+    Attributes:
+        max_preference: inclusive bound of mu.
+    """
+
+    max_preference: Number | None
+
+
+def pareto_front(problem: Problem, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:
     """Return the Pareto front of total cost and preference; empty, with a reason, if there is no plan.
+
+    A limit of time or memory leaves the points found so far; `ended` says which it was.
 
     Args:
         problem: what to plan.
-        max_cost: only plans of at most this total cost; needed for a preference whose contract is `general`.
-        max_seconds: stop after this time, with the points found so far.
-        max_memory: stop before taking more than this many bytes, with the points found so far.
         options: how to search; the front does not depend on it.
+        **limits: `max_cost`, `max_seconds` and `max_memory`, see `FrontLimits`.
 
     Raises:
         PreferenceError: if a cost bound is needed.
     """
-    planner = Planner(problem, options=options)
-    return planner.front(max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory)
+    return Planner(problem, options=options).front(**limits)
 
 
-def cheapest_plan(
-    problem: Problem,
-    *,
-    max_preference: Number | None = None,
-    max_cost: Number | None = None,
-    max_seconds: float | None = None,
-    max_memory: float | None = None,
-) -> Plan:
+def cheapest_plan(problem: Problem, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
     """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1), of least mu among those.
 
     Args:
         problem: what to plan.
-        max_preference: inclusive bound of mu.
-        max_cost: inclusive bound of the total cost.
-        max_seconds: stop after this time.
-        max_memory: stop before taking more than this many bytes; None for most of what is free.
+        options: how to search; cost and mu do not depend on it.
+        **limits: those of `pareto_front`, and `max_preference`, see `PlanLimits`.
 
     Raises:
         NoPlanError: if there is none; its reason has the smallest mu that is possible.
         UnfinishedError: if a limit ended the search first.
         PreferenceError: if a cost bound is needed.
     """
-    planner = Planner(problem)
-    return planner.cheapest(
-        max_preference=max_preference, max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory
-    )
+    return Planner(problem, options=options).cheapest(**limits)
 
 
-def preferred_plan(
-    problem: Problem,
-    *,
-    max_preference: Number | None = None,
-    max_cost: Number | None = None,
-    max_seconds: float | None = None,
-    max_memory: float | None = None,
-) -> Plan:
+def preferred_plan(problem: Problem, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
     """Return the plan of least mu, and of least total cost among those.
 
     Args:
         problem: what to plan.
-        max_preference: inclusive bound of mu.
-        max_cost: inclusive bound of the total cost.
-        max_seconds: stop after this time.
-        max_memory: stop before taking more than this many bytes; None for most of what is free.
+        options: how to search; cost and mu do not depend on it.
+        **limits: those of `pareto_front`, and `max_preference`, see `PlanLimits`.
 
     Raises:
         NoPlanError: if there is none, or its mu exceeds the bound.
         UnfinishedError: if a limit ended the search first; its `best` is the plan of least mu known by then.
         PreferenceError: if a cost bound is needed.
     """
-    planner = Planner(problem)
-    return planner.preferred(
-        max_preference=max_preference, max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory
-    )
+    return Planner(problem, options=options).preferred(**limits)
 
 
 class Planner:
@@ -144,9 +137,9 @@ class Planner:
         """Return the Pareto front; see `pareto_front`.
 
         Args:
-            max_cost: inclusive bound of the total cost.
-            max_seconds: time limit.
-            max_memory: memory limit, bytes.
+            max_cost: see `FrontLimits`, as for the next two.
+            max_seconds: time.
+            max_memory: bytes of memory.
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
         """
         self._require_bound(max_cost)

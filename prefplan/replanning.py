@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import overload
 
 import numpy as np
 
@@ -53,9 +54,16 @@ class _Joined(Sequence[Hashable]):
     def __len__(self) -> int:
         return len(self._past) + len(self._states)
 
-    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+    @overload
+    def __getitem__(self, index: int) -> Hashable: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Hashable]: ...
+
+    def __getitem__(self, index: int | slice) -> Hashable | list[Hashable]:
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(len(self)))]
+        index = range(len(self))[index]
         return self._past[index] if index < len(self._past) else self._states[index - len(self._past)]
 
 

@@ -26,13 +26,6 @@ def number(value: Number) -> str:
     return str(value) if abs(int(value)) < 10**21 else f"{Decimal(int(value)).normalize():g}"
 
 
-def ended_early(front: Front) -> str:
-    """Return what stopped a search, and how far it got, as a sentence."""
-    why = {"time": "stopped by the time limit", "memory": "stopped by the memory limit", "interrupt": "interrupted"}
-    below = "" if front.complete_below is None else f"; the front is complete below cost {number(front.complete_below)}"
-    return f"{why[front.ended or 'interrupt']}{below}"
-
-
 def condense(actions: Sequence[str]) -> str:
     """Return a plan on one line; a move repeated n times in a row is written `n x move`, on grids `nMOVE`."""
     runs = [(action, len(list(run))) for action, run in groupby(actions)]

@@ -13,7 +13,7 @@ import jinja2
 import vl_convert
 
 from experiments.cli.files import make_folder, write_bytes
-from experiments.cli.output import ended_early, number
+from experiments.cli.output import number
 from experiments.cli.overview import introduction
 from experiments.figures import automaton as automaton_picture
 from experiments.figures import grid_map
@@ -121,4 +121,4 @@ def _shortfalls(front: Front) -> tuple[str, ...]:
     """Return what is missing of a front, as sentences."""
     if front.ended is None:
         return ()
-    return (f"The search did not come to its end ({ended_early(front)}). Dearer plans may exist that are preferred.",)
+    return (f"The search did not come to its end ({front.ending}). Dearer plans may exist that are preferred.",)

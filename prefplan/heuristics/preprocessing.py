@@ -49,12 +49,19 @@ class Options:
         preference_bound: whether to bound the growth of mu, and the cost-to-go by it.
         contraction: whether to leave out states that change nothing, where few matter.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
+        deepen_after: expansions in search of one cheapest plan after which the sets get a task more; None to choose,
+            unless `heuristic` says how many.
+        budget_after: expansions after which the cost-to-go is bounded under budgets of mu's growth too.
+        pause_after: labels popped between two looks at the clock; 100000 take a few tens of milliseconds.
     """
 
     heuristic: int | None = None
     preference_bound: bool = True
     contraction: bool = True
     compiled: bool = True
+    deepen_after: int | None = None
+    budget_after: int = 40_000
+    pause_after: int = 100_000
 
 
 def bytes_to_prepare(product: Product) -> float:
@@ -131,13 +138,16 @@ class Prepared:
 
     @property
     def deepening_expansions(self) -> float:
-        """Expansions that take as long as tables for sets of one more task; infinite if there can be none."""
+        """Expansions after which sets get one more task: by then the tables are paid for; infinite if they cannot."""
         size, staged = self._size + 1, self._backward.stages is not None
         entries = count_entries(self._backward, size)
         most = min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries)
-        fixed = self.options.heuristic is not None
+        after = self.options.deepen_after
+        fixed = self.options.heuristic is not None and after is None
         if fixed or size > min(DEEPEST, self.product.problem.measure.tasks) or entries > most:
             return math.inf
+        if after is not None:
+            return after
         return entries * (1 if staged else UNSTAGED) / (EXPANSION + EXPANSION_EACH * len(self.patterns.base))
 
     def deepen(self) -> None:

@@ -39,17 +39,11 @@ from prefplan.search.labels import (
 )
 from prefplan.search.plan_extraction import Waypoint, extract
 
-SLICE = 100_000
-"""Labels popped between two looks at the clock: a few tens of milliseconds."""
-
 BUCKETS = 2**21
 """Estimates that spread further than this are kept in a heap."""
 
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
-
-LONG = 40_000
-"""Expansions after which bounds under budgets of growth are worth their tables."""
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
@@ -191,7 +185,7 @@ class Search(ABC):
         yielded = -1
         while True:
             left = limits.expansions - int(self.counters[EXPANDED])
-            end = self._run(int(max(1, min(SLICE, left + 1))))
+            end = self._run(int(max(1, min(self.prepared.options.pause_after, left + 1))))
             limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
                 # A search that starts again with wider labels finds its first goals once more.
@@ -377,7 +371,8 @@ class BiObjectiveSearch(Search):
         return True
 
     def _slice_done(self) -> None:
-        if not self._bounded and not self._cost_only and self.counters[EXPANDED] > LONG:
+        long = self.counters[EXPANDED] > self.prepared.options.budget_after
+        if long and not self._bounded and not self._cost_only:
             best = int(self.bounds[0]) - 1
             self._bounded = best < INFINITE[np.int64] - 1
             if self._bounded:

@@ -69,7 +69,7 @@ class ClosedLoop:
             run: an execution at its start.
             problem: what was planned.
             plan: one of its plans.
-            go_on: returns the plan to follow after a mismatch.
+            go_on: returns the plan to follow after a mismatch, e.g. `prefplan.replanning.continue_cheaply`.
             tell: called before each action with the number of actions done, that of all actions, and its name.
         """
         self.run, self.plan = run, plan

@@ -183,3 +183,17 @@ def test_of_tasks_that_are_lost_the_others_can_still_be_done() -> None:
     assert rest is not None
     assert (rest.cost, rest.task_costs, rest.actions) == (3, {"other": 3}, ("wait", "go"))
     assert achievable(Problem(SYSTEM, [Task("never", "F c")], Order()), past, replace(SYSTEM, start=1)) is None
+
+
+def test_the_states_of_past_and_future_are_one_sequence() -> None:
+    edges = [("a", "go", "b", 1), ("b", "go", "c", 1)]
+    system = TransitionSystem.from_transitions(edges, start="a", labels={"c": ["there"]})
+    problem = Problem(system, [Task("t", "F there")], Order())
+    past = Past(("wait", "wait"), (1, 1), ("x", "y"), (frozenset(), frozenset()))
+    states = continued(problem, past, system).system.states
+    assert list(states) == ["x", "y", "a", "b", "c"]
+    assert (states[1], states[2], states[-1], states[-5]) == ("y", "a", "c", "x")
+    assert states[1:-1] == ["y", "a", "b"]
+    for beyond in (5, -6):
+        with pytest.raises(IndexError):
+            states[beyond]

@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 from experiments import scenarios
-from experiments.cli import output
 from experiments.cli.arguments import (
     Commands,
     add_command,
@@ -105,7 +104,7 @@ def report(options: argparse.Namespace) -> int:
     if front.reason:
         return no_plan(front.reason)
     if front.ended:
-        print(f"prefplan: {output.ended_early(front)}", file=sys.stderr)
+        print(f"prefplan: {front.ending}", file=sys.stderr)
     failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]
     for i in failed:
         print(f"prefplan: execution of plan {i} failed {recordings[i].outcome.get('reason')}", file=sys.stderr)

@@ -58,5 +58,5 @@ def front(options: argparse.Namespace) -> int:
     if result.reason:
         return no_plan(result.reason)
     if result.ended:
-        print(f"prefplan: {output.ended_early(result)}", file=sys.stderr)
+        print(f"prefplan: {result.ending}", file=sys.stderr)
     return INTERRUPTED if result.ended == "interrupt" else DONE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import overload
 
 import numpy as np
 
@@ -24,7 +25,13 @@ class _Codes(Sequence[ManipulationState]):
     def __len__(self) -> int:
         return len(self._codes)
 
-    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+    @overload
+    def __getitem__(self, index: int) -> ManipulationState: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[ManipulationState]: ...
+
+    def __getitem__(self, index: int | slice) -> ManipulationState | list[ManipulationState]:
         if isinstance(index, slice):
             return [self._builder.decode(int(code)) for code in self._codes[index]]
         return self._builder.decode(int(self._codes[index]))

@@ -1,7 +1,8 @@
-"""The documentation is built without a warning, and describes all that `import prefplan` offers."""
+"""The documentation is built without a warning, and describes all that `import prefplan` and `import sim` offer."""
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from documents import ROOT
 
 import prefplan
+import sim
 
 inventory = pytest.importorskip("sphinx.util.inventory")
 
@@ -25,10 +27,22 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_the_reference_has_everything_that_the_package_offers(site: Path) -> None:
+def test_the_reference_has_everything_that_the_packages_offer(site: Path) -> None:
     described = inventory.InventoryFile.loads((site / "objects.inv").read_bytes(), uri="").data
     names = {name for kind in described if kind.startswith("py:") for name in described[kind]}
     assert {f"prefplan.{name}" for name in prefplan.__all__} - names == set()
+    assert {f"sim.{name}" for name in sim.__all__} - names == set()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("page", "package", "name"),
+    [("planning", "prefplan.", "pareto_front"), ("simulation", "sim.", "execute"), ("programs", "experiments.", "")],
+)
+def test_a_reader_sees_from_where_a_name_is_imported(site: Path, page: str, package: str, name: str) -> None:
+    text = (site / "reference" / f"{page}.html").read_text(encoding="utf-8")
+    shown = re.sub("<[^>]*>", "", text)
+    assert f"{package}{name}" in shown
 
 
 @pytest.mark.slow

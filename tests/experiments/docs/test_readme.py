@@ -75,6 +75,12 @@ def test_every_snippet_runs(code: str, folder: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
+def test_the_first_snippet_prints_what_is_shown(folder: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", SNIPPETS[0]], cwd=folder, capture_output=True, text=True)
+    assert done.stdout and done.stdout in written_in("text")
+
+
 def test_the_front_is_the_one_shown(folder: Path) -> None:
     (shown,) = (block for block in written_in("text") if block.startswith("┏"))
     printed = shell("FORCE_COLOR=1 TERM=dumb prefplan front tidy.toml", folder).stdout  # as on a terminal

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 
 import pytest
 
@@ -12,6 +13,7 @@ from prefplan import (
     ModelError,
     Options,
     Order,
+    Plan,
     Planner,
     Problem,
     Task,
@@ -46,7 +48,11 @@ def whole(problem: Problem) -> Front:
 
 
 def points(front: Front) -> list[tuple[object, object]]:
-    return [(plan.cost, plan.preference) for plan in front]
+    return [worth(plan) for plan in front]
+
+
+def worth(plan: Plan) -> tuple[object, object]:
+    return plan.cost, plan.preference
 
 
 def is_a_true_beginning(front: Front, whole: Front) -> bool:
@@ -118,6 +124,19 @@ def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, mo
     with pytest.raises(UnfinishedError, match="no plan is known yet") as caught:
         preferred_plan(problem, max_preference=last.preference, max_seconds=600)
     assert caught.value.best is None
+
+
+def test_options_change_no_single_plan(problem: Problem, whole: Front) -> None:
+    paper = Options(heuristic=1, preference_bound=False)
+    assert points(whole)[0] == worth(cheapest_plan(problem, options=paper))
+    assert points(whole)[-1] == worth(preferred_plan(problem, options=paper))
+
+
+@pytest.mark.parametrize("plan", [pareto_front, cheapest_plan, preferred_plan])
+def test_a_limit_that_does_not_exist_is_refused(plan: Callable[..., object]) -> None:
+    system = TransitionSystem.from_transitions([("a", "go", "b", 1)], start="a", labels={"b": ["there"]})
+    with pytest.raises(TypeError, match="max_csot"):
+        plan(Problem(system, [Task("t", "F there")], Order()), max_csot=3)
 
 
 @pytest.mark.parametrize("searches_in_time", [0, 1])

@@ -1,0 +1,36 @@
+"""What `import sim` offers; loaded on demand, see `__init__.py`."""
+
+from sim.errors import LogError as LogError
+from sim.errors import RenderingError as RenderingError
+from sim.errors import RobotError as RobotError
+from sim.errors import SimulationError as SimulationError
+from sim.evidence.certificate import Certificate as Certificate
+from sim.evidence.certificate import certify as certify
+from sim.evidence.check import Check as Check
+from sim.evidence.log import Log as Log
+from sim.evidence.log import read_log as read_log
+from sim.execution.closed_loop import ClosedLoop as ClosedLoop
+from sim.execution.closed_loop import Pursuit as Pursuit
+from sim.execution.executor import Execution as Execution
+from sim.execution.executor import execute as execute
+from sim.execution.faults import Fault as Fault
+from sim.execution.faults import read_fault as read_fault
+from sim.perception.sensors import ExactSensor as ExactSensor
+from sim.perception.sensors import NoisySensor as NoisySensor
+from sim.perception.sensors import ObjectPose as ObjectPose
+from sim.perception.sensors import Sensor as Sensor
+from sim.rendering.overlay import Caption as Caption
+from sim.rendering.overlay import TaskStatus as TaskStatus
+from sim.rendering.quality import DRAFT as DRAFT
+from sim.rendering.quality import FINAL as FINAL
+from sim.rendering.quality import Quality as Quality
+from sim.rendering.video import render_frame as render_frame
+from sim.rendering.video import render_video as render_video
+from sim.simulation.rollout import Event as Event
+from sim.simulation.rollout import Rollout as Rollout
+from sim.simulation.rollout import Step as Step
+from sim.world.randomization import Perturbation as Perturbation
+from sim.world.randomization import perturbed as perturbed
+from sim.world.scene import Scene as Scene
+from sim.world.scene import build_scene as build_scene
+from sim.world.scene import initial_state as initial_state

@@ -1,0 +1,95 @@
+"""A front in a researcher's hands: indexed, as a DataFrame, as a figure and in a notebook."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import pytest
+from matplotlib import pyplot
+from matplotlib.figure import Figure
+
+from prefplan import Front, Plan, PrefplanError, Reason
+
+WHOLE = Front(
+    (
+        Plan(24, 14, {"wash": 24, "s<b>": 7.5}, {"wash": 0, "s<b>": 0}, ("grasp", "release"), (0, 1, 2)),
+        Plan(27, 0, {"wash": 17, "s<b>": 27}, {"wash": 0, "s<b>": 0}, ("wait",), (0, 3)),
+    )
+)
+BEGINNING = Front(WHOLE.plans[:1], ended="time", complete_below=26)
+NONE = Front((), reason=Reason("task", ("a & b",)))
+
+HEAD = "<tr><th></th><th>cost</th><th>preference</th><th>wash</th><th>s&lt;b&gt;</th></tr>"
+FIRST = "<tr><td>0</td><td>24</td><td>14</td><td>24</td><td>7.5</td></tr>"
+SECOND = "<tr><td>1</td><td>27</td><td>0</td><td>17</td><td>27</td></tr>"
+
+
+def test_a_front_is_a_sequence_of_its_plans() -> None:
+    assert WHOLE[0].cost == 24 and WHOLE[-1].preference == 0
+    assert WHOLE[1:] == WHOLE.plans[1:] and list(WHOLE) == [WHOLE[0], WHOLE[1]]
+    with pytest.raises(IndexError):
+        WHOLE[2]
+
+
+def test_what_stopped_a_search_is_said() -> None:
+    assert WHOLE.ending is None
+    assert BEGINNING.ending == "stopped by the time limit; the front is complete below cost 26"
+    assert Front((), ended="memory").ending == "stopped by the memory limit"
+    assert Front((), ended="interrupt").ending == "interrupted"
+
+
+def test_a_data_frame_has_a_row_a_plan() -> None:
+    pytest.importorskip("pandas")
+    frame = WHOLE.to_pandas()
+    assert list(frame.columns) == ["cost", "preference", "task_costs.wash", "task_costs.s<b>", "actions"]
+    assert frame.values.tolist() == [[24, 14, 24, 7.5, ("grasp", "release")], [27, 0, 17, 27, ("wait",)]]
+    assert [str(kind) for kind in frame.dtypes[:4]] == ["int64", "int64", "int64", "float64"]
+    assert frame[frame["task_costs.wash"] < 20].cost.tolist() == [27]
+
+
+def test_a_data_frame_without_plans_is_empty() -> None:
+    pytest.importorskip("pandas")
+    frame = NONE.to_pandas()
+    assert len(frame) == 0 and list(frame.columns) == ["cost", "preference", "actions"]
+
+
+def test_without_pandas_it_is_said_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(PrefplanError, match="pip install pandas"):
+        WHOLE.to_pandas()
+
+
+def test_a_figure_has_the_points_in_steps() -> None:
+    axes = Figure().subplots()
+    assert WHOLE.plot(axes) is axes
+    (line,) = axes.lines
+    assert (list(line.get_xdata()), list(line.get_ydata())) == ([24, 27], [14, 0])
+    assert (line.get_drawstyle(), line.get_marker()) == ("steps-post", "o")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("total cost", "preference (lower is better)")
+    assert axes.get_legend() is None
+
+
+def test_a_figure_says_how_far_a_search_got() -> None:
+    axes = BEGINNING.plot(Figure().subplots())
+    assert list(axes.lines[1].get_xdata()) == [26, 26]
+    legend: Any = axes.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["complete up to here"]
+
+
+def test_a_figure_is_made_where_there_is_none() -> None:
+    pyplot.switch_backend("agg")
+    one, other = WHOLE.plot(), NONE.plot()
+    assert one.figure is not other.figure
+    pyplot.close("all")
+
+
+def test_a_notebook_shows_a_table() -> None:
+    assert WHOLE._repr_html_() == f"<table><thead>{HEAD}</thead><tbody>{FIRST}{SECOND}</tbody></table>"
+
+
+def test_a_notebook_says_what_is_missing() -> None:
+    why = "<p>Incomplete: stopped by the time limit; the front is complete below cost 26.</p>"
+    assert BEGINNING._repr_html_() == f"<table><thead>{HEAD}</thead><tbody>{FIRST}</tbody></table>{why}"
+    assert NONE._repr_html_() == "<p>No plan: task a &amp; b can never be satisfied.</p>"
+    assert Front(())._repr_html_() == "<p>No plan.</p>"

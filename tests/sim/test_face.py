@@ -1,0 +1,44 @@
+"""What `import sim` offers: each name is loaded when it is asked for, and has the type that its file gives it."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sim
+
+
+def test_every_name_can_be_had() -> None:
+    assert sim.execute.__module__ == "sim.execution.executor"
+    for name in sim.__all__:
+        assert getattr(sim, name) is not None
+        assert name in dir(sim)
+
+
+def test_types_are_those_of_the_files() -> None:
+    source = Path(sim.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    typed = {
+        alias.asname: (node.module, alias.name)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert sorted(typed) == sim.__all__
+    for name, (file, original) in typed.items():
+        assert file is not None and getattr(importlib.import_module(file), original) is getattr(sim, name)
+
+
+def test_a_name_that_does_not_exist_is_named() -> None:
+    with pytest.raises(AttributeError, match="'sim' has no attribute 'exceute'"):
+        _ = importlib.import_module("sim").exceute
+
+
+def test_importing_the_package_loads_nothing_but_mujoco() -> None:
+    script = "import sys, sim, sim.errors; print(*(name for name in sys.modules if name.startswith('sim.')))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["sim.errors"]
