@@ -20,7 +20,8 @@ NARROW, WIDE = 1, 2**40
 
 def is_compiled() -> bool:
     """Return whether the machine code of the search lies on disk."""
-    return any(Path(boa_star.run.stats.cache_path).glob("biobjective.run-*.nbi"))  # type: ignore[attr-defined]
+    kernel = f"{Path(boa_star.__file__).stem}.run-*.nbi"
+    return any(Path(boa_star.run.stats.cache_path).glob(kernel))  # type: ignore[attr-defined]
 
 
 def warm_up() -> None:
