@@ -23,7 +23,7 @@ import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward, cost_to_go
 from prefplan.preferences.objective import Measure
-from prefplan.product.successors import NO_EDGE, Integer, bare_kernel
+from prefplan.product.successors import UNBOUNDED, Integer, bare_kernel
 
 # Columns of a product state's row that hold what is known of its bound: the bound so far, how many tables were looked
 # up for it, the table that it comes from, and the one that gave the largest bound under a budget.
@@ -69,7 +69,7 @@ class Patterns(NamedTuple):
 def no_patterns(dtype: type) -> Patterns:
     """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
     empty = np.zeros((0, 1), dtype=np.int64)
-    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([NO_EDGE]))
+    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([UNBOUNDED]))
 
 
 def count_entries(backward: Backward, k: int) -> float:
@@ -121,7 +121,7 @@ def patterns(
         OverflowError: if a finite cost does not fit the type.
     """
     sets = [np.array(databases, dtype=np.int64) for databases in combinations(range(len(backward.sizes)), k)]
-    levels = np.array([NO_EDGE, *budgets], dtype=np.int64)
+    levels = np.array([UNBOUNDED, *budgets], dtype=np.int64)
 
     def tabulate(tasks: np.ndarray) -> np.ndarray:
         rates = None

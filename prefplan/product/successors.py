@@ -65,6 +65,10 @@ NO_EDGE = 2**61
 """Cost of an edge that does not exist; more than any finite cost-to-go and an edge together."""
 
 
+UNBOUNDED = 2**62
+"""A bound that no cost or mu reaches: what labels hold and what one step adds are less than 2^61 together."""
+
+
 class ProductView(NamedTuple):
     """A product (Definition 7) over a graph of S nodes, N tasks, Q automaton states at most and C label classes.
 

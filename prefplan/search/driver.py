@@ -16,7 +16,7 @@ from prefplan.front import Plan
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product, Start
-from prefplan.product.successors import INFINITE, Successors
+from prefplan.product.successors import INFINITE, UNBOUNDED, Successors
 from prefplan.search import boa_star
 from prefplan.search.boa_star import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE
 from prefplan.search.labels import (
@@ -102,13 +102,13 @@ class Search(ABC):
         self.product = prepared.product
         self.dtype: Any = prepared.dtype
         self.growth = self._growth()
-        self.bounds = np.array([INFINITE[np.int64], self._up_to(max_cost)], dtype=np.int64)
+        self.bounds = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
         self.reset()
 
     def _up_to(self, cost: float) -> int:
         """Return the largest label cost that is worth at most some units."""
         shift = self.product.shift
-        return (int(min(cost, INFINITE[np.int64] >> shift)) + 1 << shift) - 1
+        return (int(min(cost, (UNBOUNDED >> shift) - 1)) + 1 << shift) - 1
 
     @abstractmethod
     def _new_labels(self, count: int) -> Any:
@@ -325,13 +325,13 @@ class BiObjectiveSearch(Search):
             cost_only: find a cheapest goal, whatever its mu (A*).
             first_only: find the first goal of the front only.
         """
-        self._max_mu = INFINITE[np.int64] if max_mu is None else math.floor(in_units(prepared.product, max_mu))
+        self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))
         self._cost_only, self._first_only = cost_only, first_only or cost_only
         super().__init__(prepared, max_cost)
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
-        self.bounds[0] = min(self._max_mu + 1, INFINITE[np.int64])
+        self.bounds[0] = min(self._max_mu + 1, UNBOUNDED)
         self._bounded = False
         super().reset()
 

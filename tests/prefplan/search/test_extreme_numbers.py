@@ -14,6 +14,7 @@ from prefplan import (
     Expression,
     Front,
     Function,
+    Max,
     NoPlanError,
     Options,
     Order,
@@ -93,6 +94,17 @@ def test_zero_cost_cycles_do_not_make_costs_large() -> None:
     front = pareto_front(Problem(system, tasks, Order()))
     assert not front and front.reason is not None and front.reason.tasks == ("r",)
     assert points(pareto_front(Problem(system, tasks[:2], Order())))
+
+
+@pytest.mark.parametrize("power", range(54, 67))
+@pytest.mark.parametrize("preference", [Max({"p": 1, "q": 3}), WeightedSum({"p": 1, "q": 3}), Order()])
+def test_values_about_the_limit_of_64_bits_are_not_taken_for_out_of_bounds(power: int, preference: Preference) -> None:
+    front = pareto_front(Problem(fork((2**power, 1), (2**power - 3, 9)), TASKS, preference))
+    exact = pareto_front(
+        Problem(fork((2**power, 1), (2**power - 3, 9)), TASKS, preference), options=Options(compiled=False)
+    )
+    assert points(front) == points(exact) and front
+    assert cheapest_plan(Problem(fork((2**power, 1)), TASKS, preference)).cost == 2**power + 1
 
 
 def test_payments_on_a_cycle_without_cost_end() -> None:
