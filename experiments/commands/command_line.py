@@ -37,6 +37,9 @@ COMMANDS = (
 )
 """In the order of the help text."""
 
+SIMULATION = "pip install '.[sim]', in a clone of prefplan"
+"""What it comes with."""
+
 EPILOG = """\
 examples:
   prefplan front example                       every best trade-off, and its plan
@@ -80,6 +83,11 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
     except PrefplanError as error:
         print(f"prefplan: {error}", file=sys.stderr)
         return BAD_INPUT
+    except ModuleNotFoundError as error:
+        if error.name != "mujoco":  # what `sim` loads first
+            raise
+        print(f"prefplan: {options.command.__name__} needs the simulation: {SIMULATION}", file=sys.stderr)
+        return FAILED
     except KeyboardInterrupt:
         print("prefplan: interrupted", file=sys.stderr)
         return INTERRUPTED

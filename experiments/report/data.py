@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from experiments.cli.output import number, plan_json
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, Told, explain, explain_cheapest, titles
 from experiments.report.formula_words import words_of
 from experiments.report.plan_checks import check_plan
-from experiments.report.recordings import Recording
 from experiments.report.timeline import Timeline, plan_timeline, timeline
 from experiments.report.wishes import wishes
 from prefplan.front import Front, Plan
 from prefplan.models.grid import GridModel
 from prefplan.problem import Task
 from prefplan.scenario.decode import Scenario
+
+if TYPE_CHECKING:
+    from experiments.report.recordings import Recording
 
 MOVE_TIME = 0.25
 """How long a move on a grid takes on the page, s."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jinja2
 import vl_convert
@@ -18,11 +18,13 @@ from experiments.cli.overview import introduction
 from experiments.figures import automaton as automaton_picture
 from experiments.figures import grid_map
 from experiments.report.data import page_data
-from experiments.report.recordings import Recording
 from experiments.report.wishes import in_words
 from prefplan.front import Front
 from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
+
+if TYPE_CHECKING:
+    from experiments.report.recordings import Recording
 
 PARTS = "page"
 """Folder of what the page is made of, here and in the report."""

@@ -62,12 +62,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def report(options: argparse.Namespace) -> int:
     """Carry out `prefplan report`."""
-    # MuJoCo takes a second to load, which the other commands are spared.
     with loading():
         from experiments.report.page import write_page
-        from experiments.report.performance import perform
 
     scenario = scenarios.find(options.scenario)
+    if isinstance(scenario.model, ManipulationModel):
+        # MuJoCo takes a second to load, or is not installed, and other models need none.
+        with loading():
+            from experiments.report.performance import perform
     folder = options.out or Path("out", scenario.name)
     tell_if_compiling()
     with Bars() as bars:

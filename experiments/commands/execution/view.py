@@ -18,7 +18,7 @@ from prefplan.errors import PrefplanError
 from prefplan.front import NoPlanError
 from prefplan.planner import Planner
 
-INSTALL = "pip install '.[viewer]', in a clone of prefplan"
+INSTALL = "pip install '.[sim,viewer]', in a clone of prefplan"
 """What the libraries behind this command come with."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import asdict
+from importlib.util import find_spec
 
 from rich.text import Text
 
@@ -30,6 +31,9 @@ CHECKS: tuple[Check, ...] = (
 )
 """In the order of the output."""
 
+SIMULATION = (diagnosis.simulation, gl_backends.rendering, diagnosis.ffmpeg, diagnosis.meshes)
+"""Checks of what is optional; whether it is there at all is found among the extras."""
+
 COLOURS = {OK: "green", WARNING: "yellow", PROBLEM: "bold red"}
 
 GAP = "  "
@@ -47,9 +51,10 @@ def doctor(options: argparse.Namespace) -> int:
     """Carry out `prefplan doctor`."""
     console = Console(highlight=False)
     found: list[Diagnosis] = []
+    checks = [check for check in CHECKS if check not in SIMULATION or find_spec("mujoco")]
     with Bars() as bars:
-        for done, check in enumerate(CHECKS):
-            bars("checking", done, len(CHECKS), check.__name__)
+        for done, check in enumerate(checks):
+            bars("checking", done, len(checks), check.__name__)
             found += check()
     well = all(finding.status != PROBLEM for finding in found)
     if options.json:

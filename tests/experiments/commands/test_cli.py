@@ -87,6 +87,25 @@ def test_the_package_is_a_program(tmp_path: Path) -> None:
     assert done.stderr.startswith("prefplan: no scenario named 'nowhere'")
 
 
+NO_SIMULATION = "import sys; sys.modules['mujoco'] = None; from prefplan.__main__ import main; sys.exit(main())"
+
+
+@pytest.mark.parametrize("call", ["run case_study_3", "report case_study_3", "verify run.npz", "film a.mp4 b.mp4"])
+def test_without_the_simulation_a_sentence_says_how_to_install_it(call: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-c", NO_SIMULATION, *call.split()]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (4, "")
+    install = "pip install '.[sim]', in a clone of prefplan"
+    assert done.stderr == f"prefplan: {call.split()[0]} needs the simulation: {install}\n"
+
+
+@pytest.mark.parametrize("call", ["plan case_study_3", "check case_study_3", "report case_study_1"])
+def test_planning_does_without_the_simulation(call: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-c", NO_SIMULATION, *call.split()]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_name_that_the_package_does_not_have_is_an_attribute_error() -> None:
     assert not hasattr(prefplan, "nonsense") and not hasattr(prefplan, "__nonsense__")
     assert {"Planner", "load", "__version__"} <= set(dir(prefplan))

@@ -59,6 +59,13 @@ def test_what_is_only_optional_has_status_0(run: Run, monkeypatch: pytest.Monkey
     assert run("doctor").status == 0
 
 
+def test_a_machine_for_planning_alone_is_well(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "find_spec", lambda name: None)
+    result = run("doctor", "--json")
+    assert (result.status, result.json["well"]) == (0, True)
+    assert not {"simulation", "egl", "ffmpeg", "meshes"} & {finding["name"] for finding in result.json["findings"]}
+
+
 class Silence:
     """No bars."""
 

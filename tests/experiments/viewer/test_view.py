@@ -156,7 +156,7 @@ def test_without_its_libraries_it_names_the_command_that_installs_them(
     find = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "mjviser" else find(name))
     told = refuse(capsys, str(cup))
-    install = "pip install '.[viewer]', in a clone of prefplan"
+    install = "pip install '.[sim,viewer]', in a clone of prefplan"
     assert told == f"prefplan: view needs the libraries viser and mjviser: {install}\n"
 
 
