@@ -29,11 +29,12 @@ PAGES = [
         "guide/executions",
         "guide/report",
         "guide/json",
+        "guide/extending",
     )
 ]
 """In the order in which they are read."""
 
-FAST = ("first_grid", "own_preference", "partial_satisfaction")
+FAST = ("first_grid", "own_preference", "partial_satisfaction", "extending")
 """Pages on which nothing is simulated."""
 
 AS_ON_A_TERMINAL = {"FORCE_COLOR": "1", "TERM": "dumb", "PY_COLORS": "0"}
