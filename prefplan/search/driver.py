@@ -165,8 +165,8 @@ class Search(ABC):
         nodes, tasks = len(view.classes), len(view.sizes)
         most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
         if view.relaxed:
-            starts = np.diff(view.extra_first, axis=2).max(axis=1) + 1
-            most *= int(starts.prod(axis=0).max())
+            readings = np.diff(view.extra_first, axis=2).max(axis=1) + 1
+            most *= int(readings.prod(axis=0).max())
         most = max(most, len(self.product.starts))
         scratch = nodes if view.macro else 1
         return Successors(

@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 
-NO_EDGE = 2
+FAR_APART = 2
 """As many slots from the nearest object is as good as any farther."""
 
 
@@ -49,8 +49,8 @@ def free_slot(taken: np.ndarray) -> np.ndarray:
         (N,) their indices; of no meaning where all are taken.
     """
     indices = np.arange(len(taken))
-    apart = np.minimum(np.abs(indices[:, None] - indices[None, :]), NO_EDGE)
-    nearest = np.where(taken[None, :, :], apart[:, :, None], NO_EDGE).min(axis=1)
+    apart = np.minimum(np.abs(indices[:, None] - indices[None, :]), FAR_APART)
+    nearest = np.where(taken[None, :, :], apart[:, :, None], FAR_APART).min(axis=1)
     return nearest.argmax(axis=0)
 
 

@@ -146,13 +146,13 @@ class _Builder:
         place = [self.location[s] for s in slot]
         count = [sum((p == x).astype(np.int8) for p in place) for x in range(self.nowhere)]
         free = [self.free_slots(x, slot, len(codes)) for x in range(self.nowhere)]
-        count = [count[x] < where.capacity for x, where in enumerate(self.model.locations)]
+        accepts = [count[x] < where.capacity for x, where in enumerate(self.model.locations)]
         for x, where in enumerate(self.model.locations):
-            count[x] = count[x] & (not where.closed)
+            accepts[x] = accepts[x] & (not where.closed)
             for support in where.on:
-                count[x] = count[x] & (count[self.names.index(support)] > 0)
+                accepts[x] = accepts[x] & (count[self.names.index(support)] > 0)
             for other in where.clear_of:
-                count[x] = count[x] & (count[self.names.index(other)] == 0)
+                accepts[x] = accepts[x] & (count[self.names.index(other)] == 0)
         clear = [np.ones(len(codes), dtype=bool) for _ in self.names]
         for x, where in enumerate(self.model.locations):
             for support in where.on:
@@ -172,12 +172,12 @@ class _Builder:
             found.append(("grasp", f"grasp {movable.name}", mask, target))
         for o, obj in enumerate(self.obj_names):
             for x, name in enumerate(self.names):
-                mask = (place[o] == self.nowhere) & (hand != x) & count[x]
+                mask = (place[o] == self.nowhere) & (hand != x) & accepts[x]
                 target = codes[mask] + self.above[free[x][mask]] - at[mask]
                 found.append(("transport", f"transport {obj} {name}", mask, target))
         for o, obj in enumerate(self.obj_names):
             for x, spot in enumerate(self.model.locations):
-                mask = (place[o] == self.nowhere) & (hand == x) & count[x]
+                mask = (place[o] == self.nowhere) & (hand == x) & accepts[x]
                 lowered = self.weights[1 + o] * (free[x][mask] - self.held)
                 target = codes[mask] + lowered + self.above[free[x][mask]] - at[mask]
                 if spot.marks:
