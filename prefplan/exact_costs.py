@@ -117,7 +117,11 @@ def common_unit(values: Iterable[Fraction]) -> Fraction:
 def multiples(values: Iterable[Fraction], unit: Fraction) -> np.ndarray:
     """Return values in a unit of which they are whole multiples: int64 where all fit, else Python's integers."""
     per, of = unit.denominator, unit.numerator
-    counts = [value.numerator * (per // value.denominator) // of for value in values]
+    return whole_numbers([value.numerator * (per // value.denominator) // of for value in values])
+
+
+def whole_numbers(counts: list[int]) -> np.ndarray:
+    """Return integers as an array: int64 where all fit, else Python's integers."""
     fits = max(map(abs, counts), default=0) < INT64_LIMIT
     return np.array(counts, dtype=np.int64 if fits else object)
 

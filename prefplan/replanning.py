@@ -15,7 +15,7 @@ from typing import overload
 
 import numpy as np
 
-from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number
+from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number, whole_numbers
 from prefplan.front import NoPlanError, Plan
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
@@ -169,7 +169,7 @@ def _joined(past: Past, system: TransitionSystem, present: str, known: frozenset
     spent = [exact(cost) for cost in past.costs]
     unit = common_unit([system.unit, *spent])
     ahead_costs = system.costs.astype(object) * int(system.unit / unit)
-    costs = multiples(map(Fraction, [*multiples(spent, unit).tolist(), *ahead_costs.tolist()]), Fraction(1))
+    costs = whole_numbers([*multiples(spent, unit).tolist(), *ahead_costs.tolist()])
     names = tuple(dict.fromkeys((*system.action_names, *past.actions)))
     ahead = np.arange(1, length + 1, dtype=np.int32)
     ahead[-1] += system.start

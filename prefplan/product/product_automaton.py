@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import INT64_LIMIT, multiples
+from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
 from prefplan.problem import Problem
 
@@ -146,7 +145,7 @@ class Product:
                     self.extra_first[i, q, c + 1] = len(states)
             base += dfa.size
         self.extra_state = np.array(states, dtype=np.int32)
-        self.extra_price = multiples(map(Fraction, prices), Fraction(1))
+        self.extra_price = whole_numbers(prices)
 
     @property
     def ends(self) -> np.ndarray:
