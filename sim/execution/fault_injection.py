@@ -10,7 +10,6 @@ import numpy as np
 from sim.execution.faults import Fault
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
-from sim.robots.panda import FINGER_JOINTS
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
 from sim.world.clearance import reach_at
 from sim.world.furniture import yaw_quat
@@ -203,7 +202,8 @@ class _Slip:
         if now - self._hanging_since < delay:
             return False
         self._until, self._before = now + SLIP_TIME, cell.gripping
-        self._width = sum(float(cell.data.joint(finger).qpos[0]) for finger in FINGER_JOINTS) + SLIP_GAP
+        fingers = cell.scene.robot.gripper.joints
+        self._width = sum(float(cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP
         self.hold_open()
         return True
 

@@ -9,7 +9,7 @@ import numpy as np
 from prefplan.models.manipulation.action_costs import ACTION_KINDS
 from sim.errors import BlockedError, SimulationError
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.motion.kinematics import CONTROL_PERIOD, wrap
+from sim.motion.trajectory import CONTROL_PERIOD, wrap
 from sim.perception.grounding import AT_RADIUS, hand_over
 from sim.simulation.workcell import Workcell
 from sim.skills.transfer import travel

@@ -11,7 +11,6 @@ import numpy as np
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
-from sim.robots.panda import MAX_WIDTH
 
 SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"), "cylinder": ("diameter", "height")}
 """Kinds of objects, and what their `size` says."""
@@ -67,7 +66,7 @@ class Grip:
     @property
     def opening(self) -> float:
         """Width of the hand that opens for it, m."""
-        return min(MAX_WIDTH, self.width + 2 * PAD_CLEARANCE_M) if self.narrow else opening(self.width)
+        return self.width + 2 * PAD_CLEARANCE_M if self.narrow else opening(self.width)
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ class Extent:
 
 def opening(width: float) -> float:
     """Return how wide the hand opens round what has a width, m."""
-    return min(MAX_WIDTH, max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M))
+    return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
 
 
 def shapes_of(model: ManipulationModel) -> dict[str, ObjectShape]:

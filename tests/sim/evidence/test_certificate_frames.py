@@ -11,7 +11,7 @@ from forged_logs import cut, moved, refutations, telling
 from experiments import scenarios
 from experiments.runs.carry_out import scene_of
 from sim.evidence.log import ARRAYS, Log
-from sim.robots.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
+from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event
 
 
@@ -86,13 +86,13 @@ def test_what_no_location_worked_on_is_not_marked(arch_log: Log) -> None:
 @pytest.mark.parametrize("joint", range(7))
 def test_a_limit_that_was_passed_is_told(arch_log: Log, joint: int) -> None:
     for name, array, limits in (
-        ("speeds", arch_log.speeds, VELOCITY_LIMITS),
-        ("torques", arch_log.torques, TORQUE_LIMITS),
+        ("speeds", arch_log.speeds, PANDA.velocity_limits),
+        ("torques", arch_log.torques, PANDA.torque_limits),
     ):
         beyond = array.copy()
         beyond[100, joint] = 1.01 * limits[joint]
         words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name}"]
-        assert words == f"exceeded: 101.0% of the limit, {ARM_JOINTS[joint]} at {arch_log.times[100]:.2f} s"
+        assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
 
 
 def test_a_joint_past_its_stop_is_told(arch_log: Log) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError, SimulationError
-from sim.robots.panda import ARM_JOINTS, VELOCITY_LIMITS
+from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
 from sim.skills.skills import perform
 from sim.skills.transfer import PATH_CLEARANCE_M, travel
@@ -48,8 +48,8 @@ def assert_clean(cell: Workcell) -> None:
     """Fail if anything was touched that should not be, or a limit of position, speed or torque was passed."""
     assert [event for event in cell.events if event.kind == "contact"] == []
     model, recorded = cell.scene.mujoco, cell.recorder.arrays
-    assert (recorded["speeds"] < VELOCITY_LIMITS).all()
-    assert (recorded["torques"] < [model.actuator(name).forcerange[1] for name in ARM_JOINTS]).all()
+    assert (recorded["speeds"] < PANDA.velocity_limits).all()
+    assert (recorded["torques"] < [model.actuator(name).forcerange[1] for name in PANDA.joints]).all()
     assert recorded["margins"].min() > 0.05
 
 

@@ -11,7 +11,7 @@ from sim.errors import SimulationError
 from sim.execution.executor import execute
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import object_pose, true_poses
-from sim.robots.panda import MAX_WIDTH
+from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE, HEAVIEST, LIGHTEST, extent, shape_of
@@ -93,7 +93,7 @@ def test_the_hand_closes_along_y_unless_only_x_fits(thing: Object, half: list[fl
     shape = shape_of(thing)
     assert shape.half == pytest.approx(half)
     assert [grip.width for grip in shape.grips] == pytest.approx(widths)
-    assert all(grip.width + 0.01 <= grip.opening <= MAX_WIDTH for grip in shape.grips)
+    assert all(grip.width + 0.01 <= grip.opening <= PANDA.gripper.opening_m for grip in shape.grips)
 
 
 def test_masses_follow_the_volume_within_limits() -> None:
