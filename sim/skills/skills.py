@@ -13,7 +13,7 @@ from sim.motion.trajectory import CONTROL_PERIOD, wrap
 from sim.perception.grounding import AT_RADIUS, hand_over
 from sim.simulation.workcell import Workcell
 from sim.skills.transfer import travel
-from sim.world.places import FINGER_TIPS, Slot
+from sim.world.places import Slot
 from sim.world.shapes import Grip, extent
 
 HOVER_HEIGHT_M = 0.12
@@ -220,7 +220,7 @@ def _passage(cell: Workcell, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear all objects at rest, m."""
     shapes = cell.shapes
     tops = [cell.see(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
-    below = shapes[held].half[2] if held else FINGER_TIPS
+    below = shapes[held].half[2] if held else cell.scene.robot.gripper.fingertip_m
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 
 

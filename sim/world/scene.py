@@ -104,7 +104,7 @@ def build_scene(
     """
     if isinstance(robot, str):
         robot = robot_named(robot)
-    shapes, layout = shapes_of(model), arrange(model)
+    shapes, layout = shapes_of(model), arrange(model, robot)
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)

@@ -54,7 +54,7 @@ def model_of(thing: Object) -> ManipulationModel:
 
 
 def laid_out(*things: Object, locations: tuple[Location, ...] = (Location("spot", at=(0.5, 0.0)),)) -> None:
-    arrange(ManipulationModel("home", COSTS, locations, things))
+    arrange(ManipulationModel("home", COSTS, locations, things), PANDA)
 
 
 def assert_carried_round(thing: Object, seed: int) -> None:
@@ -153,7 +153,7 @@ def test_slots_grow_with_the_largest_object() -> None:
     distances = []
     for things in ((), (THINGS["box"],), (THINGS["largest box"],)):
         model = ManipulationModel("home", COSTS, row, tuple(replace(thing, start="row") for thing in things))
-        first, second = arrange(model).slots["row"]
+        first, second = arrange(model, PANDA).slots["row"]
         distances.append(float(np.hypot(*(second.position - first.position)[:2])))
     assert distances == pytest.approx([0.064, 0.075 + 0.019, 0.12 + 0.019])
 
