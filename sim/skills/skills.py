@@ -22,12 +22,6 @@ HOVER_HEIGHT_M = 0.12
 PASSAGE_CLEARANCE_M = 0.03
 """Least clearance at which the tool or its load passes over objects at rest."""
 
-SQUEEZE_M = 0.015
-"""How much narrower than the object the commanded width of the hand is: about 15 N on each pad."""
-
-FIRM_FORCE_N = 5.0
-"""Least contact force on each pad in a firm grip: a third of what is commanded."""
-
 CLOSING_CHECKS = 4
 """Collision checks at this many widths as the hand closes: a finger, 11 mm thick, cannot pass a wall between two."""
 
@@ -103,7 +97,7 @@ def grasp(cell: Workcell, obj: str) -> None:
     if np.linalg.norm(cell.see(obj).position - pose.position) > MOTION_THRESHOLD_M:
         raise SkillError(f"{obj} does not lie still")
     _move(cell, target, [yaw])
-    cell.grip(grip.width - SQUEEZE_M, CLOSE_TIME)
+    cell.grip(grip.width - cell.scene.robot.gripper.squeeze_m, CLOSE_TIME)
     forces = _await_grip(cell)
     if forces is None:
         cell.grip(grip.opening, OPEN_TIME)
@@ -273,7 +267,7 @@ def _await_grip(cell: Workcell) -> np.ndarray | None:
     steady = 0
     for _ in range(round(GRIP_TIMEOUT_S / CONTROL_PERIOD)):
         cell.wait(CONTROL_PERIOD)
-        steady = steady + 1 if cell.watch.pad_forces.min() > FIRM_FORCE_N else 0
+        steady = steady + 1 if cell.watch.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
         if steady >= FIRM_GRIP_S / CONTROL_PERIOD:
             return cell.watch.pad_forces
     return None

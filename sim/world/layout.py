@@ -25,7 +25,7 @@ from sim.world.places import (
     Station,
     TableLayout,
 )
-from sim.world.shapes import Extent, extent, shapes_of
+from sim.world.shapes import Extent, ObjectShape, extent, shapes_of
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""
@@ -41,7 +41,8 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
         SimulationError: a location out of reach, of an unknown kind, without a definite place, or in the way of
             another, or an object that the hand cannot take. The message starts with the location's or the object's key.
     """
-    size = extent(shapes_of(model).values())
+    shapes = shapes_of(model, robot.gripper)
+    size = extent(shapes.values())
     grounded = [place for place in model.locations if place.at is not None]
     arm = Arm(robot)
     stations = {place.name: _station(place, _yaws(place, grounded)[0], robot.gripper, size) for place in grounded}
@@ -52,7 +53,7 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
         stations[place.name] = next((option for option in free if _within_reach(arm, option, size)), options[0])
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
-        _stack(place, model, slots, size)
+        _stack(place, model, slots, shapes)
     check_apart(list(stations.values()), size)
     at_slots = RobotAtSlots(arm, model, list(stations.values()), slots, size)
     at_slots.check()
@@ -110,7 +111,9 @@ def _pitch(gripper: Gripper, size: Extent) -> float:
     return pitch
 
 
-def _stack(place: Location, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], size: Extent) -> None:
+def _stack(
+    place: Location, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
+) -> None:
     """Add the slot of a location on others, theirs first: midway between them and one object higher."""
     if place.name in slots:
         return
@@ -121,34 +124,32 @@ def _stack(place: Location, model: ManipulationModel, slots: dict[str, tuple[Slo
         key = "kind" if place.kind else "marks"
         raise SimulationError(f"{where}.{key}: only a location on the table can have one")
     for support in place.on:
-        _stack(model.location(support), model, slots, size)
+        _stack(model.location(support), model, slots, shapes)
         if len(slots[support]) > 1:
             raise SimulationError(
                 f"{where}.on: {support!r} has room for {len(slots[support])}, so nothing has a fixed place on it"
             )
-    below = [slots[support][0] for support in place.on]
+    below, size = [slots[support][0] for support in place.on], extent(shapes.values())
     position = np.mean([slot.position for slot in below], axis=0)
     for slot in below:
         if abs(slot.position[2] - position[2]) > 1e-6:
             raise SimulationError(f"{where}.on: {below[0].location!r} and {slot.location!r} differ in height")
         apart = position[:2] - slot.position[:2]
-        if (
-            np.abs(Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes @ apart).max()
-            > 2 * size.slim - SUPPORT_OVERLAP
-        ):
+        axes = Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes
+        if np.abs(axes @ apart).max() > 2 * size.slim - SUPPORT_OVERLAP:
             raise SimulationError(
                 f"{where}.on: its middle is {np.hypot(*apart):.3f} m from {slot.location!r}, "
                 f"so an object of {2 * size.slim:.3f} m would not rest on it"
             )
     if len(below) > 1:
-        _check_level(place, model)
+        _check_level(place, model, shapes)
     yaw = below[0].yaw
     slots[place.name] = (Slot(place.name, 0, position + [0.0, 0.0, size.high], yaw),)
 
 
-def _check_level(place: Location, model: ManipulationModel) -> None:
+def _check_level(place: Location, model: ManipulationModel, shapes: dict[str, ObjectShape]) -> None:
     """Raise `SimulationError` if objects of different heights may lie under a location that rests on several."""
-    heights = {name: shape.height for name, shape in shapes_of(model).items()}
+    heights = {name: shape.height for name, shape in shapes.items()}
     under = [obj.name for obj in model.objects if not obj.fixed or obj.start in place.on]
     low, high = (choose(under, key=heights.__getitem__, default=None) for choose in (min, max))
     if low and high and heights[high] - heights[low] > MAX_HEIGHT_DIFFERENCE_M:

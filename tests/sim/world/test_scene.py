@@ -61,7 +61,8 @@ def test_fingers_close_past_a_near_neighbour_rather_than_into_the_gap(scene: Sce
 
 def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
     data = initial_state(scene)
-    occupant = {slot.position.tobytes(): name for name, slot in start_slots(scene.model, scene.slots).items()}
+    starts = start_slots(scene.model, scene.slots, scene.shapes)
+    occupant = {slot.position.tobytes(): name for name, slot in starts.items()}
     for slot in (slot for row in scene.slots.values() for slot in row):
         name = occupant.get(slot.position.tobytes())
         inside = -1 if name is None else data.body(name).id
@@ -157,15 +158,15 @@ def test_a_lamp_gives_way_to_other_locations(layout_of: Callable[..., TableLayou
 def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
     data = initial_state(scene)
     settle(scene, data, 1.0)
-    for thing, slot in start_slots(scene.model, scene.slots).items():
+    for thing, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
         assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_perturbed_start_stays_within_bounds_and_stands(scene: Scene, seed: int) -> None:
     data = initial_state(scene, seed=seed)
-    places = {name: data.body(name).xpos.copy() for name in start_slots(scene.model, scene.slots)}
-    for name, slot in start_slots(scene.model, scene.slots).items():
+    places = {name: data.body(name).xpos.copy() for name in start_slots(scene.model, scene.slots, scene.shapes)}
+    for name, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
         off = places[name] - slot.position - HALF
         assert np.abs(off[:2]).max() <= 0.005 and off[2] == pytest.approx(0)
         turn = 2 * np.arctan2(data.body(name).xquat[3], data.body(name).xquat[0]) - slot.yaw
@@ -228,7 +229,7 @@ def test_any_number_of_locations_and_objects(layout_of: Callable[..., TableLayou
     scene = build_scene(model, meshes=False)
     data = initial_state(scene, seed=1)
     settle(scene, data, 0.5)
-    for thing, slot in start_slots(model, scene.slots).items():
+    for thing, slot in start_slots(model, scene.slots, scene.shapes).items():
         assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
     assert {"wash_glow", "dry_glow"} <= {scene.mujoco.mat(i).name for i in range(scene.mujoco.nmat)}
 
@@ -250,7 +251,7 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
     scene = build_scene(model, meshes=False)
     data = initial_state(scene, seed=1)
     settle(scene, data, 1.0)
-    for thing, slot in start_slots(model, scene.slots).items():
+    for thing, slot in start_slots(model, scene.slots, scene.shapes).items():
         assert data.body(thing).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[thing].half[2], abs=1e-3)
         assert data.body(thing).xmat[8] == pytest.approx(1.0, abs=1e-3)
 
