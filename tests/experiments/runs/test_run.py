@@ -17,7 +17,7 @@ import imageio_ffmpeg
 import mujoco
 import pytest
 from command_line import Run, call
-from small_scenes import PLACES, cup_scenario
+from scenario_texts import PLACES, cup_scenario
 
 from experiments import case_study_3
 from experiments.cli import arguments

@@ -3,7 +3,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from small_tables import TOWER
+from small_models import TOWER
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.perception.grounding import slot_of
