@@ -76,7 +76,7 @@ def record(
     # What is half done must not look whole: the record goes first and comes last.
     path.with_suffix(".json").unlink(missing_ok=True)
     video = path.with_suffix(".mp4") if film else None
-    outcome = carry_out(scenario, scene, plan, seed=seed, film=video, size=size, tell=tell)
+    outcome = carry_out(scenario, scene, plan, seed=seed, video=video, size=size, tell=tell)
     return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, size=size)
 
 

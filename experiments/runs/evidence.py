@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -52,19 +51,15 @@ def evidence(scenario: Scenario, scene: Scene, outcome: Outcome, *, setting: dic
 
 
 def claims_of(outcome: Outcome) -> Claims:
-    """Return what an outcome says of its run; of one that was not completed, what was spent and bought so far."""
-    bought = tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps))
-    paid = dict.fromkeys(outcome.plan.violation_costs, Fraction(0))
-    for purchase in bought:
-        paid[purchase.task] += exact(purchase.cost)
-    completed = outcome.rollout.completed
+    """Return what an outcome claims of its run; of a run that was not completed, the costs and relaxations so far."""
+    end, completed = outcome.ledger.final, outcome.rollout.completed
     return Claims(
         completed=completed,
-        cost=_plain(outcome.books.cost),
-        task_costs={name: _plain(cost) for name, cost in outcome.task_costs.items()},
-        violation_costs={name: to_number(cost) for name, cost in paid.items()},
+        cost=_plain(end.cost),
+        task_costs={name: _plain(cost) for name, cost in end.task_costs.items()},
+        violation_costs={name: _plain(cost) for name, cost in end.violation_costs.items()},
         preference=_plain(outcome.plan.preference) if completed else None,
-        relaxations=bought,
+        relaxations=tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps)),
     )
 
 

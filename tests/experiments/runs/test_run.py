@@ -293,7 +293,7 @@ def test_a_run_is_filmed(cup: Path, gl: None) -> None:
         scenario,
         scene,
         replace(plan, actions=plan.actions[:1]),
-        film=film,
+        video=film,
         size=(160, 90),
         tell=lambda *what: told.append(what),
     )

@@ -93,7 +93,7 @@ def test_a_spectator_steps_through_a_plan_sees_it_end_and_presses_ctrl_c(
     browser.get(address_of(server))
 
     def text(part: str) -> str:
-        return browser.execute_script(f"return document.querySelector('.standing {part}')?.textContent ?? ''")
+        return browser.execute_script(f"return document.querySelector('.status {part}')?.textContent ?? ''")
 
     def until(happens: Callable[[], bool]) -> None:
         WebDriverWait(browser, PATIENCE, 0.1).until(lambda _: happens())
