@@ -9,10 +9,11 @@ from typing import Any
 from experiments.cli.files import write_bytes, write_json
 from experiments.runs.certificates import certificate_json
 from experiments.runs.outcome import Outcome
+from prefplan.claims import Claims
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import certify
-from sim.evidence.log import Claims, Log, encode, log_of, read_log
+from sim.evidence.log import Log, encode, log_of, read_log
 from sim.world.scene import Scene
 
 

@@ -15,7 +15,7 @@ import pytest
 from command_line import Run, call
 from small_scenes import PLACES, cup_scenario
 
-from experiments.report import performance, recordings
+from experiments.report import recordings
 from experiments.runs import carry_out
 from prefplan.planner import Planner
 from sim.errors import RenderingError
@@ -71,7 +71,7 @@ def filmed(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
         return path
 
     monkeypatch.setattr(carry_out, "render_video", grey)
-    monkeypatch.setattr(performance, "check_rendering", lambda: None)
+    monkeypatch.setattr(recordings, "check_rendering", lambda: None)
     return films
 
 
@@ -118,14 +118,14 @@ def test_the_page_holds_what_is_known_of_every_plan(report: Run) -> None:
     assert [(plan["cost"], plan["preference"]) for plan in found["plans"]] == [(7, 5), (8, 0)]
     cheap, dear = found["plans"]
     assert dear["explanations"][0]["headline"] == (
-        "1 more than the cheapest: it goes first to bank, not to post, so that pay is done first."
+        "1 more than the cheapest: it goes first to bank instead of post, so that pay is done before send."
     )
-    assert dear["timeline"]["tracks"]["pay"] == {"states": [0, 0, 0, 1, 1, 1, 1, 1, 1]} | {
+    assert dear["ledger"]["tasks"]["pay"] == {"states": [0, 0, 0, 1, 1, 1, 1, 1, 1]} | {
         "satisfied": 3,
         "advances": [3],
         "bought": [],
     }
-    assert cheap["map_words"] == ("Map of 4 by 3 cells with the robot's path of 7 moves, by way of post, bank.")
+    assert cheap["map_words"] == ("Map of 4 by 3 cells with the robot's path of 7 moves through post, bank.")
     assert all(check["holds"] for check in dear["checks"])
     assert "Two errands, and only one of them on the way." in page("here")
     assert page("here").count('id="map-') == 2
@@ -155,8 +155,8 @@ def test_a_cost_bound_is_passed_on(report: Run) -> None:
 def test_an_unfinished_front_is_called_so(report: Run) -> None:
     result = report("case_study_1", "--max-seconds", "0")
     assert "stopped by the time limit" in result.err
-    assert "The search did not come to its end (stopped by the time limit" in page("out/case_study_1")
-    assert "nothing costs less" not in page("out/case_study_1")
+    assert "The search was not completed (stopped by the time limit" in page("out/case_study_1")
+    assert "no plan costs less" not in page("out/case_study_1")
 
 
 def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) -> None:
@@ -170,7 +170,7 @@ def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) ->
     assert run["certificate"]["confirmed"] is True and run["certificate"]["setting"]["seed"] == 4
     assert len(plan["times"]) == len(plan["plan"]) == 4
     assert all(start < end for start, end in plan["times"])
-    assert plan["timeline"]["tracks"]["tidy"]["satisfied"] == 4
+    assert plan["ledger"]["tasks"]["tidy"]["satisfied"] == 4
 
 
 def test_what_is_there_is_not_done_again(report: Run, filmed: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,14 +219,14 @@ def test_ctrl_c_while_planning_leaves_a_page(report: Run, monkeypatch: pytest.Mo
     monkeypatch.setattr(Planner, "_search", interrupted)
     result = report("errands.toml")
     assert result.status == 130
-    assert "The search did not come to its end (interrupted" in page("out/errands")
+    assert "The search was not completed (interrupted" in page("out/errands")
 
 
 def test_without_opengl_all_but_the_films_is_there(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def none() -> None:
         raise RenderingError("no OpenGL here")
 
-    monkeypatch.setattr(performance, "check_rendering", none)
+    monkeypatch.setattr(recordings, "check_rendering", none)
     result = report("shelf.toml")
     assert (result.status, result.err) == (0, "prefplan: no videos: no OpenGL here\n")
     (plan,) = data("out/shelf")["plans"]
