@@ -33,10 +33,10 @@ def refutations(log: Log) -> dict[str, str]:
     return {check.name: check.words for check in certify(log).refuted}
 
 
-def moved(log: Log, thing: str, position: tuple[float, ...], *, since: float, until: float = np.inf) -> Log:
+def moved(log: Log, obj: str, position: tuple[float, ...], *, since: float, until: float = np.inf) -> Log:
     """Return a log in which an object lies elsewhere for a while."""
     qpos = log.qpos.copy()
-    first = log.about.joints[thing]
+    first = log.about.joints[obj]
     frames = (log.times >= since) & (log.times < until)
     qpos[frames, first : first + 7] = [*position, 1, 0, 0, 0]
     return replace(log, qpos=qpos)

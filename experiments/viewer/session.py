@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import io
-import socket
 import time
 from collections.abc import Callable
 
@@ -48,14 +46,15 @@ def watch(
         ready: called with the address as soon as browsers find it.
 
     Raises:
-        PrefplanError: the port is taken, or may not be used.
+        PrefplanError: the port is not free.
     """
-    if port:
-        _check_port(port)
     with _quiet():
         server = viser.ViserServer(HOST, DEFAULT_PORT if port is None else port, verbose=False)
     run = LiveRun(problem, begin)
     try:
+        # Where a port is taken, viser uses the next one.
+        if port and server.get_port() != port:
+            raise PrefplanError(f"--port {port}: it is not free; --port 0 takes any free port")
         playback = Playback(run)
         stage, panel = Stage(server, scene), Panel(server, title, playback)
         run.start()
@@ -82,21 +81,3 @@ def watch(
 def _quiet() -> contextlib.redirect_stdout[io.StringIO]:
     """Return a context in which nothing is printed: viser prints at its start and end even if `verbose` is false."""
     return contextlib.redirect_stdout(io.StringIO())
-
-
-def _check_port(port: int) -> None:
-    """Check that a port is free: viser would take another without a word.
-
-    Raises:
-        PrefplanError: it is taken, or may not be used.
-    """
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((HOST, port))
-        except OSError as error:
-            if error.errno == errno.EADDRINUSE:
-                why = "it is taken by another program"
-            else:
-                why = (error.strerror or "it may not be used").lower()
-            raise PrefplanError(f"--port {port}: {why}; --port 0 takes any that is free") from None

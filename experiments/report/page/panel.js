@@ -25,7 +25,7 @@ class Panel {
       make("div", { class: this.video || this.map ? "stage" : "stage bare" },
         make("div", { class: "watch" }, this.video || (this.map && this.map.element) || null, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.videoNote(plan)),
         make("div", { class: "why" }, ...this.why(plan, other), this.costs(data.tasks, plan))),
-      make("h4", { class: "part-title" }, "What it does, and what it has spent by then"),
+      make("h4", { class: "part-title" }, "Actions, and the cost spent"),
       timeline.element,
       make("h4", { class: "part-title" }, "The tasks and their automata"),
       make("div", { class: "tasks" }, make("p", { class: "small key" }, AUTOMATA), ...cards.map((card) => card.element)),

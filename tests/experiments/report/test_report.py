@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import imageio_ffmpeg
 import mujoco
 import pytest
 from command_line import Run, call
+from report_pages import ERRANDS, data, page, pictures_for_tests
 from small_scenes import PLACES, cup_scenario
 
 from experiments.report import recordings
@@ -23,29 +23,6 @@ from sim.execution import executor
 from sim.world.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"tray": '{ at = [0.45, -0.20], kind = "bin" }'})
-
-ERRANDS = """# Two errands, and only one of them on the way.
-[model]
-kind = "grid"
-size = [4, 3]
-start = [0, 0]
-[model.regions]
-bank = [3, 0, 3, 0]
-post = [0, 2, 0, 2]
-[model.obstacles]
-wall = [1, 1, 1, 1]
-
-[[tasks]]
-name = "pay"
-formula = "F bank"
-[[tasks]]
-name = "send"
-formula = "F post"
-
-[preference]
-kind = "order"
-order = ["pay", "send"]
-"""
 
 
 @pytest.fixture
@@ -59,29 +36,10 @@ def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
 
 @pytest.fixture
-def filmed(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """Film a grey wall instead of the robot, so that no OpenGL is needed; return what was filmed."""
-    films: list[Path] = []
-
-    def grey(scene: Any, rollout: Any, captions: Any, path: Path, *, size: tuple[int, int], **options: Any) -> Path:
-        source = f"color=c=gray:s={size[0]}x{size[1]}:r=10:d={rollout.sim_seconds}"
-        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "lavfi", "-i", source]
-        subprocess.run([*command, "-pix_fmt", "yuv420p", str(path)], check=True)
-        films.append(path)
-        return path
-
-    monkeypatch.setattr(carry_out, "render_video", grey)
-    monkeypatch.setattr(recordings, "check_rendering", lambda: None)
-    return films
-
-
-def page(folder: str | Path) -> str:
-    return Path(folder, "index.html").read_text(encoding="utf-8")
-
-
-def data(folder: str | Path) -> Any:
-    (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page(folder), re.DOTALL)
-    return json.loads(found)
+def rendered() -> Iterator[list[Path]]:
+    """The paths of the videos that are rendered, of a test picture."""
+    with pictures_for_tests() as videos:
+        yield videos
 
 
 @pytest.mark.parametrize(
@@ -127,7 +85,7 @@ def test_the_page_holds_what_is_known_of_every_plan(report: Run) -> None:
     }
     assert cheap["map_words"] == ("Map of 4 by 3 cells with the robot's path of 7 moves through post, bank.")
     assert all(check["holds"] for check in dear["checks"])
-    assert "Two errands, and only one of them on the way." in page("here")
+    assert "Two errands, and the nearer one is not the one that is preferred first." in page("here")
     assert page("here").count('id="map-') == 2
 
 
@@ -159,9 +117,10 @@ def test_an_unfinished_front_is_called_so(report: Run) -> None:
     assert "no plan costs less" not in page("out/case_study_1")
 
 
-def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) -> None:
+def test_plans_are_carried_out_and_certified(report: Run, rendered: list[Path]) -> None:
     result = report("shelf.toml", "--size", "64x36", "--seed", "4")
     assert (result.status, result.err) == (0, "")
+    assert rendered == [Path("out/shelf/plan_0.mp4")]
     written = {path.name for path in Path("out", "shelf").iterdir()}
     assert written == {"index.html", "page"} | {f"plan_0.{end}" for end in ("json", "npz", "mp4", "certificate.json")}
     (plan,) = data("out/shelf")["plans"]
@@ -173,7 +132,7 @@ def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) ->
     assert plan["ledger"]["tasks"]["tidy"]["satisfied"] == 4
 
 
-def test_what_is_there_is_not_done_again(report: Run, filmed: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_there_is_not_done_again(report: Run, rendered: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     report("shelf.toml", "--size", "64x36")
     before = data("out/shelf")
     with monkeypatch.context() as patch:
@@ -192,12 +151,6 @@ def test_what_is_there_is_not_done_again(report: Run, filmed: list[Path], monkey
 
 def data_of_run(folder: str) -> Any:
     return json.loads(Path(folder, "plan_0.json").read_text())
-
-
-def test_only_the_plans_asked_for_are_carried_out(report: Run) -> None:
-    assert report("shelf.toml", "--plans", "0", "--no-video").status == 0
-    assert data("out/shelf")["plans"][0]["run"]["video"] is None
-    assert not Path("out/shelf/plan_0.mp4").exists()
 
 
 def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -222,7 +175,7 @@ def test_ctrl_c_while_planning_leaves_a_page(report: Run, monkeypatch: pytest.Mo
     assert "The search was not completed (interrupted" in page("out/errands")
 
 
-def test_without_opengl_all_but_the_films_is_there(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_opengl_all_but_the_videos_is_there(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def none() -> None:
         raise RenderingError("no OpenGL here")
 

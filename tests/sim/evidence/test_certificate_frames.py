@@ -32,14 +32,14 @@ def test_frames_cut_out_are_missed(arch_log: Log) -> None:
     assert "out of order" in refutations(replace(arch_log, times=arch_log.times[::-1].copy()))["recording"]
 
 
-@pytest.mark.parametrize("thing", ["blue", "pink", "green"])
+@pytest.mark.parametrize("obj", ["blue", "pink", "green"])
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
-def test_a_block_that_is_teleported_is_missed_where_it_was(arch_log: Log, thing: str, share: float) -> None:
+def test_a_block_that_is_teleported_is_missed_where_it_was(arch_log: Log, obj: str, share: float) -> None:
     since = share * arch_log.times[-1]
-    found = refutations(moved(arch_log, thing, (0.30, 0.45, 0.0225), since=since))
-    assert found["objects"].startswith(f"{thing} jumps")
+    found = refutations(moved(arch_log, obj, (0.30, 0.45, 0.0225), since=since))
+    assert found["objects"].startswith(f"{obj} jumps")
     assert any(name.startswith("action ") for name in found)
-    if (thing, share) in {("blue", 0.1), ("blue", 0.5), ("pink", 0.1)}:
+    if (obj, share) in {("blue", 0.1), ("blue", 0.5), ("pink", 0.1)}:
         assert "completed" in found
 
 
