@@ -71,7 +71,7 @@ def main() -> int:
 
 def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Tell) -> tuple[Outcome, Recording | None]:
     """Carry a plan out; leave a video and records of what came of it in `OUT`, unless it was interrupted."""
-    outcome = carry_out(scenario, scene, plan, film=OUT / f"{name}.mp4", tell=tell)
+    outcome = carry_out(scenario, scene, plan, video=OUT / f"{name}.mp4", tell=tell)
     return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, OUT / name)
 
 

@@ -133,7 +133,7 @@ def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
         "class": None if rollout.reason is None else failure_class(rollout.reason, model),
         "reason": rollout.reason,
         "actions": len(rollout.steps),
-        "cost": outcome.books.cost,
+        "cost": outcome.ledger.final.cost,
         "replans": outcome.pursuit.replans,
         "retries": outcome.pursuit.retries,
         "violated": list(outcome.pursuit.violated),

@@ -69,7 +69,7 @@ def report(options: argparse.Namespace) -> int:
     if isinstance(scenario.model, ManipulationModel):
         # MuJoCo takes a second to load, or is not installed, and other models need none.
         with loading():
-            from experiments.report.performance import perform
+            from experiments.report.recordings import record_all
     folder = options.out or Path("out", scenario.name)
     tell_if_compiling()
     with Bars() as bars:
@@ -84,16 +84,15 @@ def report(options: argparse.Namespace) -> int:
         wanted = _wanted(options.plans, front)
         make_folder(folder)
         if isinstance(scenario.model, ManipulationModel) and front and front.ended != "interrupt":
-            performed = perform(
+            recordings, notices, interrupted = record_all(
                 scenario,
                 {i: front[i] for i in wanted},
                 folder,
                 seed=options.seed,
                 size=options.size,
-                film=not options.no_video,
+                video=not options.no_video,
                 tell=bars,
             )
-            recordings, notices, interrupted = performed.recordings, performed.notices, performed.interrupted
         else:
             recordings, notices, interrupted = {}, (), front.ended == "interrupt"
         page = write_page(scenario, front, recordings, folder, notices=notices)

@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
             planner = Planner(scenario.problem())
             chosen = choose(planner, options.plan, max_cost=options.max_cost)
             bars("planning", 1, 1, "")
-            film = None if options.no_video else folder / f"{name}.mp4"
+            video = None if options.no_video else folder / f"{name}.mp4"
             outcome = carry_out(
                 scenario,
                 scene,
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
                 faults=faults,
                 sensor=sensor_of(options.noise, seed=options.seed),
                 choice=options.plan,
-                film=film,
+                video=video,
                 quality=QUALITIES[options.quality],
                 camera=options.camera,
                 tell=bars,
