@@ -7,8 +7,8 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from experiments.benchmark.facts import KNOWN, PUBLISHED
-from experiments.benchmark.instances import RANDOM
+from experiments.benchmark.instances import RANDOM, known
+from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, FRONT, MAX_MIN, OURS, SINGLE, wrong_fronts
 from experiments.paper.study import Study
 
@@ -32,7 +32,7 @@ def compare_times(study: Study, out: Path, results: Path = RESULTS) -> None:
     )
     wrong = wrong_fronts()
     study.compare(
-        f"fronts of {len(KNOWN)} instances like its own",
+        f"fronts of {len(list(known()))} instances like its own",
         "-",
         f"{len(wrong)} are wrong" if wrong else "as an independent exact solver has them",
         agrees=not wrong,

@@ -26,6 +26,7 @@ from experiments.cli.arguments import (
 )
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
+from experiments.cli.journal import Journal
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, INTERRUPTED, no_plan
@@ -36,7 +37,6 @@ from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
     from experiments.sweep.job import Sweep
-    from experiments.sweep.records import Records
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -81,7 +81,6 @@ def sweep(options: argparse.Namespace) -> int:
         from experiments.cli.perturb import perturbation_of
         from experiments.runs.carry_out import scene_of
         from experiments.sweep.job import Sweep, pack
-        from experiments.sweep.records import Records
         from experiments.sweep.summary import show_summary, summarise
 
     scenario = scenarios.find(options.scenario)
@@ -113,13 +112,13 @@ def sweep(options: argparse.Namespace) -> int:
             max_cost=options.max_cost,
         )
         header = define(scenario, job)
-        with Records(folder / "rollouts.jsonl", header) as records:
+        with Journal(folder / "rollouts.jsonl", header, key="rollout") as records:
             try:
                 work(job, records, options, bars)
             except KeyboardInterrupt:
                 interrupted = True
         # Ctrl-C may have come between writing a record and counting it: what the file holds is what there is.
-        with Records(records.path, header) as records:
+        with Journal(records.path, header, key="rollout") as records:
             finished = [records.done[i] for i in sorted(records.done) if i < options.rollouts]
     result = summarise(header, finished, rollouts=options.rollouts)
     write_json(folder / "summary.json", result)
@@ -152,7 +151,7 @@ def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
     }
 
 
-def work(job: Sweep, records: Records, options: argparse.Namespace, bars: Bars) -> None:
+def work(job: Sweep, records: Journal, options: argparse.Namespace, bars: Bars) -> None:
     """Carry out every rollout that has no record yet."""
     from joblib import cpu_count
 
