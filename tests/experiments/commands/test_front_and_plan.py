@@ -10,7 +10,7 @@ import pytest
 from command_line import DETOUR, Run, assert_is_error
 
 from experiments import scenarios
-from experiments.commands.execution.run import choose
+from experiments.cli.choice import choose
 from prefplan.planner import Planner
 
 
