@@ -20,12 +20,10 @@ from command_line import Run, call
 from scenario_texts import PLACES, cup_scenario
 
 from experiments import case_study_3
-from experiments.cli import arguments
 from experiments.runs import carry_out
 from experiments.runs.outcome import outcome_json
 from prefplan import load, pareto_front
 from sim.execution import executor
-from sim.robots import catalogue
 from sim.world.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
@@ -87,10 +85,6 @@ def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
     assert "cannot be fetched" in result.err and "the robot `default`" in result.err
     assert result.err.count("\n") == 1
     assert not (cup / "out").exists()
-
-
-def test_the_names_of_the_robots_are_those_of_the_simulation() -> None:
-    assert arguments.ROBOTS == tuple(catalogue.ROBOTS)
 
 
 def test_a_location_out_of_reach_is_named(run: Run, cup: Path) -> None:
