@@ -11,7 +11,7 @@ import fast_simplification
 import numpy as np
 import trimesh
 
-from sim.geometry.solids import Solid, smoothed
+from sim.geometry.solids import smoothed
 
 LINKS = (*(f"link{i}" for i in range(8)), "hand", "finger")
 """The files' names, without ending."""
@@ -57,7 +57,7 @@ class Surface:
 
     link: str
     finish: str
-    solid: Solid
+    solid: trimesh.Trimesh
 
 
 def mesh_folder() -> Path | None:
