@@ -7,6 +7,7 @@ from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
 from typing import NoReturn
 
+from assets import VIDEO
 from experiments.cli.completion import complete, scenario_files
 from experiments.cli.status import BAD_INPUT
 
@@ -15,12 +16,6 @@ Command = Callable[[argparse.Namespace], int]
 
 ROBOTS = ("default", "menagerie")
 """Those of `sim.robots.catalogue`, which takes a second to load."""
-
-QUALITIES = ("draft", "final")
-"""Those of `sim.rendering.quality`, likewise."""
-
-CAMERAS = ("fixed", "orbit", "wrist")
-"""Those of `sim.rendering.cameras`, likewise."""
 
 Commands = argparse._SubParsersAction
 """Where a command adds itself: what `ArgumentParser.add_subparsers` returns."""
@@ -142,13 +137,13 @@ def add_film(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-video", action="store_true", help="render nothing")
     parser.add_argument(
         "--quality",
-        choices=QUALITIES,
+        choices=tuple(VIDEO["qualities"]),
         default="draft",
         help="of the video: 1280 x 720, or 1920 x 1080 with soft shadows at ten times the time (default: draft)",
     )
     parser.add_argument(
         "--camera",
-        choices=CAMERAS,
+        choices=VIDEO["cameras"],
         default="fixed",
         help="before the table, going round its front, or on the hand (default: fixed)",
     )

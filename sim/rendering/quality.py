@@ -1,8 +1,10 @@
-"""How much work a film's pictures are worth."""
+"""How much work a video's pictures are worth."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from assets import VIDEO
 
 
 @dataclass(frozen=True)
@@ -26,10 +28,5 @@ class Quality:
     preset: str
 
 
-DRAFT = Quality((1280, 720), 1, 1024, 20, "veryfast")
-"""50 ms of one core a picture: both films of Case Study 3 take a minute and a half on two cores."""
-
-FINAL = Quality((1920, 1080), 5, 2048, 17, "medium")
-"""Nearly ten times the work."""
-
-QUALITIES = {"draft": DRAFT, "final": FINAL}
+QUALITIES = {name: Quality(**{**values, "size": tuple(values["size"])}) for name, values in VIDEO["qualities"].items()}
+DRAFT, FINAL = QUALITIES["draft"], QUALITIES["final"]
