@@ -40,7 +40,7 @@ def smooth_edges(frame: np.ndarray) -> np.ndarray:
     )
     bright = upper_left + upper_right + lower_left + lower_right
     along = np.clip(along / (abs(along).min(axis=0) + np.maximum(bright / 32, 2)), -REACH_PX, REACH_PX)
-    shares = np.array([-1 / 2, -1 / 6, 1 / 6, 1 / 2])[:, None]
+    shares = np.array([-0.4, 0.0, 0.4])[:, None]
     places = [at // width + shares * along[0], at % width + shares * along[1]]
     picture = pixels.reshape(frame.shape)
     colours = [map_coordinates(picture[..., i], places, np.float32, order=1, mode="nearest") for i in range(3)]

@@ -14,37 +14,37 @@ from sim.geometry.solids import dish, rounded, tray
 from sim.world.materials import Rgba, glow_of
 from sim.world.places import FLOOR, LAMP_HALF, Station
 from sim.world.shapes import ObjectShape
-from sim.world.tabletop import Marking, Table, picture, text_size
+from sim.world.tabletop import Marking, picture, text_size
 
-TABLE_THICKNESS = 0.045
-"""Thickness of the table's board, m."""
+TABLE_THICKNESS_M = 0.045
+"""Thickness of the table's board."""
 
-PLINTH_HEIGHT, PLINTH_INSET = 1.0, 0.05
-"""What carries the board, m: it leaves the picture below, which spares drawing a floor (a quarter of the time)."""
+PLINTH_HEIGHT_M, PLINTH_INSET_M = 1.0, 0.05
+"""Of what carries the board: it leaves the picture below, which spares drawing a floor (a quarter of the time)."""
 
-TABLE_MARGIN = 0.10
-"""From what stands on the table to its edge, m."""
+TABLE_MARGIN_M = 0.10
+"""Distance from what stands on the table to its edge."""
 
-TABLE_LEAST = 0.35
-"""Half the table's width at least, m."""
+MIN_TABLE_SIDE_M = 0.35
+"""Half the table's width at least."""
 
-FOOT = 0.22
-"""Half the square that the robot's foot needs on the table, m."""
+FOOT_M = 0.22
+"""Half the square that the robot's foot needs on the table."""
 
-BIN_WALL = 0.004
-"""Thickness of a bin's walls, m."""
+BIN_WALL_M = 0.004
+"""Thickness of a bin's walls."""
 
-BIN_HEIGHT = 0.036
-"""Height of a bin's walls, m: under the palm, which is 6 cm above the table when a block is held by its middle."""
+BIN_HEIGHT_M = 0.036
+"""Height of a bin's walls: under the palm, which is 6 cm above the table when a block is held by its middle."""
 
 LAMP = Path(__file__).parents[2] / "assets" / "lamp.xml"
 """A lamp, its head 0.20 m above the table: the arm passes over it."""
 
-NAME_GAP = 0.012
-"""Between a location and its name on the table, m: a bin's wall stands within it."""
+NAME_GAP_M = 0.012
+"""Distance from a location to its name on the table: a bin's wall stands within it."""
 
-EDGE = 0.003
-"""Rounding of edges, m."""
+EDGE_M = 0.003
+"""Radius of edges."""
 
 BOX = mujoco.mjtGeom.mjGEOM_BOX
 CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
@@ -55,17 +55,17 @@ def yaw_quat(yaw: float) -> np.ndarray:
     return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
 
 
-def table_for(stations: Sequence[Station]) -> Table:
+def table_for(stations: Sequence[Station]) -> Rectangle:
     """Return a table that holds the robot's foot and every station, the same to the left as to the right."""
     lamps = [s.lamp + d * LAMP_HALF for s in stations if s.lamp is not None for d in (-1, 1)]
     points = [*(corner for s in stations for corner in s.outline.corners), *lamps]
-    side = max([TABLE_LEAST, *(abs(float(y)) + TABLE_MARGIN for _, y in points)])
-    back = min([-FOOT, *(float(x) - TABLE_MARGIN for x, _ in points)])
-    front = max([FOOT, *(float(x) + TABLE_MARGIN for x, _ in points)])
-    return Table((back, front), (-side, side))
+    side = max([MIN_TABLE_SIDE_M, *(abs(float(y)) + TABLE_MARGIN_M for _, y in points)])
+    back = min([-FOOT_M, *(float(x) - TABLE_MARGIN_M for x, _ in points)])
+    front = max([FOOT_M, *(float(x) + TABLE_MARGIN_M for x, _ in points)])
+    return Rectangle(np.array([(back + front) / 2, 0.0]), np.array([front - back, 2 * side]) / 2, 0.0)
 
 
-def add_table(spec: mujoco.MjSpec, table: Table, stations: Sequence[Station]) -> None:
+def add_table(spec: mujoco.MjSpec, table: Rectangle, stations: Sequence[Station]) -> None:
     """Add the table with its printed top."""
     markings = [_marking(station, [other for other in stations if other is not station]) for station in stations]
     image = picture(table, markings).transpose(1, 0, 2)
@@ -75,16 +75,16 @@ def add_table(spec: mujoco.MjSpec, table: Table, stations: Sequence[Station]) ->
     material = spec.add_material(name="tabletop", specular=0.25, shininess=0.35)
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tabletop"
     body = spec.worldbody.add_body(name="table", pos=[*table.centre, 0.0])
-    size = np.array([*table.half, TABLE_THICKNESS / 2])
+    size = np.array([*table.half, TABLE_THICKNESS_M / 2])
     body.add_geom(name="table", type=BOX, size=size, pos=[0, 0, -size[2]], group=HIDDEN)
-    board = rounded(size, corner=0.006, edge=EDGE)
+    board = rounded(size, corner=0.006, edge=EDGE_M)
     draw_solid(spec, body, "table_board", board, "tabletop", z=-size[2])
     # Columns of the image run along x, rows along y; a side takes the colour of the rim above it.
     mesh = spec.mesh("table_board")
     mesh.usertexcoord = (0.5 + 0.5 * board.vertices[:, :2] / table.half).ravel()
     mesh.userfacetexcoord = board.faces.ravel()
-    base = np.array([*table.half - PLINTH_INSET, PLINTH_HEIGHT / 2])
-    body.add_geom(type=BOX, size=base, pos=[0, 0, -TABLE_THICKNESS - base[2]], material="studio_plinth")
+    base = np.array([*table.half - PLINTH_INSET_M, PLINTH_HEIGHT_M / 2])
+    body.add_geom(type=BOX, size=base, pos=[0, 0, -TABLE_THICKNESS_M - base[2]], material="studio_plinth")
 
 
 def add_station(spec: mujoco.MjSpec, station: Station) -> None:
@@ -107,13 +107,13 @@ def add_object(
     geom = body.add_geom(name=name, mass=shape.mass, group=HIDDEN)
     geom.friction, geom.condim = [0.8, 0.01, 0.0005], 4
     spec.add_material(name=name, rgba=rgba, specular=0.35, shininess=0.45)
-    corner = EDGE
+    corner = EDGE_M
     geom.type, geom.size = BOX, shape.half
     if shape.kind == "cylinder":
         # Rolling friction stops a cylinder that has fallen over.
         geom.type, geom.size, geom.condim = CYLINDER, [shape.half[0], shape.half[2], 0.0], 6
         corner = float(shape.half[0])
-    draw_solid(spec, body, f"{name}_body", rounded(shape.half, corner=corner, edge=EDGE), name)
+    draw_solid(spec, body, f"{name}_body", rounded(shape.half, corner=corner, edge=EDGE_M), name)
 
 
 def _marking(station: Station, others: Sequence[Station]) -> Marking:
@@ -121,7 +121,7 @@ def _marking(station: Station, others: Sequence[Station]) -> Marking:
     corners = station.outline.corners
     low, high, middle = corners.min(axis=0), corners.max(axis=0), station.outline.centre
     width, height = text_size(station.name)
-    away = np.array([height, width]) / 2 + NAME_GAP
+    away = np.array([height, width]) / 2 + NAME_GAP_M
     sides = [
         np.array([high[0] + away[0], middle[1]]),
         np.array([middle[0], low[1] - away[1]]),
@@ -129,23 +129,23 @@ def _marking(station: Station, others: Sequence[Station]) -> Marking:
         np.array([low[0] - away[0], middle[1]]),
     ]
     # Deeper than the text: what stands right behind it would be hidden, what stands beside it is not.
-    half = np.array([height / 2 + NAME_GAP, width / 2])
+    half = np.array([height / 2 + NAME_GAP_M, width / 2])
     free = (side for side in sides if not any(overlap(Rectangle(side, half, 0.0), o.outline) for o in others))
-    outlines = (station.outline.grown(0.004).corners,) if station.kind == "spot" else ()
-    return Marking(station.name, next(free, sides[0]), outlines)
+    outline = station.outline.grown(0.004).corners if station.kind == "spot" else None
+    return Marking(station.name, next(free, sides[0]), outline)
 
 
 def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
     half = station.outline.half
-    floor = np.array([*half + BIN_WALL / 2, FLOOR["bin"] / 2])
+    floor = np.array([*half + BIN_WALL_M / 2, FLOOR["bin"] / 2])
     body.add_geom(type=BOX, size=floor, pos=[0, 0, floor[2]], material="studio_bin_floor")
     for axis in (0, 1):
         for side in (-1, 1):
-            size = np.array([*half + BIN_WALL, BIN_HEIGHT / 2])
-            position = np.array([0.0, 0.0, BIN_HEIGHT / 2])
-            size[axis], position[axis] = BIN_WALL / 2, side * (half[axis] + BIN_WALL / 2)
+            size = np.array([*half + BIN_WALL_M, BIN_HEIGHT_M / 2])
+            position = np.array([0.0, 0.0, BIN_HEIGHT_M / 2])
+            size[axis], position[axis] = BIN_WALL_M / 2, side * (half[axis] + BIN_WALL_M / 2)
             body.add_geom(type=BOX, size=size, pos=position, group=HIDDEN)
-    walls = tray(np.array([*half, BIN_HEIGHT]), wall=BIN_WALL, corner=0.008)
+    walls = tray(np.array([*half, BIN_HEIGHT_M]), wall=BIN_WALL_M, corner=0.008)
     draw_solid(spec, body, f"{station.name}_walls", walls, "studio_bin")
 
 
