@@ -11,9 +11,8 @@ from sim.execution.faults import Fault
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
-from sim.world.clearance import reach_at
 from sim.world.furniture import yaw_quat
-from sim.world.places import NEAREST, Slot
+from sim.world.places import Slot
 
 STREAM = 2
 """Number of the random stream for faults: the same seed gives the same start poses with and without."""
@@ -121,9 +120,9 @@ class FaultInjector:
                 self._put_into(rng, obj, slots[rng.integers(len(slots))])
                 return True
         height = float(self._cell.scene.shapes[obj].half[2])
-        farthest = min(OUTERMOST, reach_at(2 * height))
+        nearest = self._cell.scene.robot.nearest_m
         for _ in range(MAX_DRAWS):
-            far, bearing, yaw = rng.uniform([NEAREST, -BEARING, -np.pi], [farthest, BEARING, np.pi])
+            far, bearing, yaw = rng.uniform([nearest, -BEARING, -np.pi], [OUTERMOST, BEARING, np.pi])
             position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
             if self._fits(obj, position, yaw):
                 self._put(obj, position, yaw)

@@ -44,7 +44,8 @@ class Gripper:
 class Robot:
     """A robot arm with a gripper, its base at the origin and the table top at z = 0.
 
-    Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other.
+    Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. Its MJCF has its
+    defaults in a class of its own, since the main class applies to the whole scene.
 
     Attributes:
         name: as in logs.
@@ -94,6 +95,10 @@ class Robot:
             spec.delete(spec.joint(name).parent)
         for element in (*spec.geoms, *spec.meshes):
             spec.delete(element)
+        # MuJoCo takes inertias from the geoms where there are no others, and refuses moving bodies without.
+        for body in spec.bodies[1:]:
+            if not body.explicitinertial:
+                body.mass, body.inertia, body.explicitinertial = 1.0, np.ones(3), True
         return spec.compile()
 
     def bodies(self, model: mujoco.MjModel) -> np.ndarray:

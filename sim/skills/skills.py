@@ -13,7 +13,7 @@ from sim.motion.trajectory import CONTROL_PERIOD, wrap
 from sim.perception.grounding import AT_RADIUS, hand_over
 from sim.simulation.workcell import Workcell
 from sim.skills.transfer import travel
-from sim.world.places import FINGER_TIPS, Slot
+from sim.world.places import Slot
 from sim.world.shapes import Grip, extent
 
 HOVER_HEIGHT_M = 0.12
@@ -21,12 +21,6 @@ HOVER_HEIGHT_M = 0.12
 
 PASSAGE_CLEARANCE_M = 0.03
 """Least clearance at which the tool or its load passes over objects at rest."""
-
-SQUEEZE_M = 0.015
-"""How much narrower than the object the commanded width of the hand is: about 15 N on each pad."""
-
-FIRM_FORCE_N = 5.0
-"""Least contact force on each pad in a firm grip: a third of what is commanded."""
 
 CLOSING_CHECKS = 4
 """Collision checks at this many widths as the hand closes: a finger, 11 mm thick, cannot pass a wall between two."""
@@ -103,7 +97,7 @@ def grasp(cell: Workcell, obj: str) -> None:
     if np.linalg.norm(cell.see(obj).position - pose.position) > MOTION_THRESHOLD_M:
         raise SkillError(f"{obj} does not lie still")
     _move(cell, target, [yaw])
-    cell.grip(grip.width - SQUEEZE_M, CLOSE_TIME)
+    cell.grip(grip.width - cell.scene.robot.gripper.squeeze_m, CLOSE_TIME)
     forces = _await_grip(cell)
     if forces is None:
         cell.grip(grip.opening, OPEN_TIME)
@@ -220,7 +214,7 @@ def _passage(cell: Workcell, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear all objects at rest, m."""
     shapes = cell.shapes
     tops = [cell.see(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
-    below = shapes[held].half[2] if held else FINGER_TIPS
+    below = shapes[held].half[2] if held else cell.scene.robot.gripper.fingertip_m
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 
 
@@ -273,7 +267,7 @@ def _await_grip(cell: Workcell) -> np.ndarray | None:
     steady = 0
     for _ in range(round(GRIP_TIMEOUT_S / CONTROL_PERIOD)):
         cell.wait(CONTROL_PERIOD)
-        steady = steady + 1 if cell.watch.pad_forces.min() > FIRM_FORCE_N else 0
+        steady = steady + 1 if cell.watch.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
         if steady >= FIRM_GRIP_S / CONTROL_PERIOD:
             return cell.watch.pad_forces
     return None

@@ -104,7 +104,7 @@ def build_scene(
     """
     if isinstance(robot, str):
         robot = robot_named(robot)
-    shapes, layout = shapes_of(model), arrange(model)
+    shapes, layout = shapes_of(model, robot.gripper), arrange(model, robot)
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)
@@ -115,7 +115,7 @@ def build_scene(
     add_table(spec, table, layout.stations)
     for station in layout.stations:
         add_station(spec, station)
-    for i, (obj, slot) in enumerate(start_slots(model, layout.slots).items()):
+    for i, (obj, slot) in enumerate(start_slots(model, layout.slots, shapes).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
         add_object(spec, obj, shapes[obj], slot.position + [0.0, 0.0, shapes[obj].half[2]], slot.yaw, rgba)
     names = _spare_names(model, spares)
@@ -123,7 +123,7 @@ def build_scene(
         shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
         shelf.pos = STORE - [0.0, 0.0, 0.01]
     for i, name in enumerate(names):
-        shapes[name] = shape_of(Object(name, ""))
+        shapes[name] = shape_of(Object(name, ""), robot.gripper)
         add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
     return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot, names)
 
@@ -143,7 +143,9 @@ def _stored(shape: ObjectShape, index: int) -> np.ndarray:
     return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
 
 
-def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:
+def start_slots(
+    model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
+) -> dict[str, Slot]:
     """Return the slot in which each object starts, as high as what starts below it says.
 
     Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
@@ -152,7 +154,6 @@ def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) ->
     capacities = {name: len(row) for name, row in slots.items()}
     indices = slots_at_start(places, dict(model.initial_state.slots), capacities)
     found = {obj: slots[place][indices[obj]] for obj, place in places}
-    shapes = shapes_of(model)
     first = {obj.start: obj.name for obj in reversed(model.objects)}
 
     def floor(location: str) -> float:
@@ -185,7 +186,7 @@ def initial_state(
     scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
     rng = None if seed is None else np.random.default_rng(seed)
     for _ in range(MAX_DRAWS):
-        for obj, slot in start_slots(scene.model, scene.slots).items():
+        for obj, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
             off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
             pose = data.joint(obj).qpos
             pose[:2] = slot.position[:2] + off[:2]

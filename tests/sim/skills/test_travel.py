@@ -92,7 +92,7 @@ def test_a_tower_is_passed_over(height: int, at: tuple[float, float], b: tuple[f
 
 def test_a_place_right_behind_a_tower_is_refused() -> None:
     places, blocks = tower(5, (0.45, 0.0))
-    with pytest.raises(SimulationError, match="locations.b: no room for the arm over an object at 't4'"):
+    with pytest.raises(SimulationError, match="locations.b: the robot's link. would touch an object at 't4'"):
         table(
             Location("a", at=(0.4, 0.3)), Location("b", at=(0.6, 0.0)), *places, objects=(Object("cup", "a"), *blocks)
         )
