@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from decimal import Decimal
-from typing import cast, get_args
 
 from prefplan.errors import PrefplanError, choices
 from prefplan.models.manipulation.model import ManipulationModel
@@ -12,7 +11,7 @@ from prefplan.scenario.decode import Scenario
 from sim.errors import SimulationError
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
-from sim.rendering.cameras import Camera
+from sim.rendering.cameras import CAMERAS
 from sim.rendering.quality import QUALITIES, Quality
 from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import Perturbation, read_perturbation
@@ -58,9 +57,9 @@ def robot_of(name: str) -> str:
     return _checked("--robot", name, ROBOTS)
 
 
-def camera_of(name: str) -> Camera:
+def camera_of(name: str) -> str:
     """Return the value of `--camera`."""
-    return cast(Camera, _checked("--camera", name, get_args(Camera)))
+    return _checked("--camera", name, CAMERAS)
 
 
 def quality_of(name: str) -> Quality:
