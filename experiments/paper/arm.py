@@ -72,7 +72,8 @@ def planned(scenario: Scenario, front: Front) -> list[Finding]:
     """Return what the paper says of the model and of both plans beside what a front has."""
     states = scenario.problem().system.size
     cheapest, preferred = front[0], front[-1]
-    first = next(action for action in preferred.actions if action.startswith("grasp"))
+    assert isinstance(scenario.model, ManipulationModel)
+    first = next(str(done) for done in map(scenario.model.action, preferred.actions) if done.kind == "grasp")
     return [
         fact(
             "cost-optimal plan",
@@ -121,7 +122,10 @@ def draw_moments(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> None
     """
     from sim.rendering.video import render_frame
 
-    shown = {name: [s for s in o.rollout.steps if s.action.startswith("release")] for name, o in outcomes.items()}
+    shown = {
+        name: [step for step in outcome.rollout.steps if scene.model.action(step.action).kind == "release"]
+        for name, outcome in outcomes.items()
+    }
     most = max(len(steps) for steps in shown.values())
     with drawing(path, size=(3.2 * most, 2.2 * len(outcomes))) as figure:
         panels = figure.subplots(len(outcomes), most, squeeze=False)

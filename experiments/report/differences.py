@@ -9,6 +9,7 @@ from itertools import groupby
 
 from experiments.report.timeline import Timeline
 from prefplan.logic.formula import parse, propositions_of
+from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Model
@@ -78,16 +79,16 @@ def parkings(model: Model, problem: Problem, plan: Timeline) -> tuple[Parking, .
     if not isinstance(model, ManipulationModel):
         return ()
     mentioned = frozenset[str]().union(*(propositions_of(parse(task.formula)) for task in problem.tasks))
-    rests = {f"{thing.name}_{place.name}" for thing in model.objects for place in model.locations}
+    rests = {at(thing.name, place.name) for thing in model.objects for place in model.locations}
     found = []
     for k, action in enumerate(plan.actions, 1):
-        kind, thing, *place = action.split()
-        again = f"grasp {thing}" in plan.actions[k:]
-        if kind != "release" or not again:
+        done = model.action(action)
+        again = str(Action("grasp", done.obj)) in plan.actions[k:]
+        if done.kind != "release" or not again:
             continue
         gained = (plan.labels[k] - plan.labels[k - 1]) & mentioned - rests
         if not gained and not any(k in track.advances for track in plan.tracks.values()):
-            found.append(Parking(thing, place[0]))
+            found.append(Parking(done.obj, done.location))
     return tuple(found)
 
 

@@ -118,10 +118,11 @@ def _means(model: Model, plan: Told, other: Told, apart: Differences) -> str:
             return f"{away} to {apart.here}" + (f", not to {apart.there}," if apart.there else "")
         moves = len(plan.timeline.actions) - len(other.timeline.actions)
         return f"it goes a longer way, by {moves} {'move' if moves == 1 else 'moves'}," if moves > 0 else ""
-    kinds = Counter(action.split()[0] for action in plan.timeline.actions)
-    kinds -= Counter(action.split()[0] for action in other.timeline.actions)
-    if isinstance(model, ManipulationModel) and kinds:
-        return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
+    if isinstance(model, ManipulationModel):
+        kinds = Counter(model.action(action).kind for action in plan.timeline.actions)
+        kinds -= Counter(model.action(action).kind for action in other.timeline.actions)
+        if kinds:
+            return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
     if plan.timeline.actions[apart.part :]:
         ahead = plan.timeline.actions[apart.part]
         rather = other.timeline.actions[apart.part :]
@@ -302,13 +303,8 @@ def _subject(task: Task, model: Model) -> str | None:
     """Return the one object whose state a task is after, or None."""
     if not isinstance(model, ManipulationModel):
         return None
-    ends = [place.name for place in model.locations] + list(model.marks)
     goals = _goals(parse(task.formula))
-    found = {
-        thing.name
-        for thing in model.objects
-        if goals & ({f"{thing.name}_{end}" for end in ends} | {f"holding_{thing.name}"})
-    }
+    found = {thing.name for thing in model.objects if goals & {name for name, _ in model.propositions_of(thing.name)}}
     return found.pop() if len(found) == 1 else None
 
 

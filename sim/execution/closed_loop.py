@@ -8,6 +8,7 @@ from typing import cast
 
 from prefplan.errors import PrefplanError
 from prefplan.front import NoPlanError, Plan
+from prefplan.models.manipulation.action import at, holding
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.problem import Problem
@@ -164,11 +165,10 @@ class ClosedLoop:
         of reach, is barred while the action's object is where it is. A transit has no object, and its path depends on
         how high the objects are piled up, so that it is barred while all of them are where they are.
         """
-        kind, target, *_ = action.split()
-        blocked = self.run.blocked
-        if kind == "transit" or blocked is None or any(name in self.run.scene.shapes for name in blocked):
+        obj, blocked = self.run.scene.model.action(action).obj, self.run.blocked
+        if not obj or blocked is None or any(name in self.run.scene.shapes for name in blocked):
             return state.label
-        return state.label & {f"holding_{target}", f"{target}_{state.place.get(target)}"} or state.label
+        return state.label & {holding(obj), at(obj, state.place.get(obj, ""))} or state.label
 
     def _past(self) -> Past:
         """Return the executed actions, and the observed state before each of them."""

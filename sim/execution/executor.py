@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
 import mujoco
 import numpy as np
 
+from prefplan.errors import choices
+from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from sim.errors import BlockedError, SimulationError
@@ -21,7 +23,9 @@ from sim.perception.sensors import ObjectPose, ObservationTimeoutError, Poses, S
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import HOVER_HEIGHT_M, SkillError, perform, transit
+from sim.skills.catalogue import SKILLS
+from sim.skills.hand import HOVER_HEIGHT_M
+from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
 SETTLE_AFTER_FAILURE_S = 1.0
@@ -55,6 +59,7 @@ class Execution:
         *,
         system: TransitionSystem | None = None,
         sensor: Sensor | None = None,
+        skills: Mapping[str, Skill] = SKILLS,
         faults: Sequence[Fault] = (),
         seed: int | None = None,
     ) -> None:
@@ -65,12 +70,20 @@ class Execution:
             data: from `initial_state`; it is simulated on from there.
             system: the model's transition system, if it was built already.
             sensor: observes the objects; None for an exact one.
+            skills: how each kind of action is carried out.
             faults: faults to inject.
             seed: of their random numbers.
+
+        Raises:
+            SimulationError: a kind of action of the model has no skill.
         """
+        for kind in scene.model.kinds:
+            if kind not in skills:
+                raise SimulationError(f"skills: none for {kind!r} {choices(kind, skills)}")
         self.scene = self._built = scene
         self.system = system or scene.model.transition_system()
         self.cell = Workcell(scene, data, sensor=sensor)
+        self._skills = dict(skills)
         self.state = self.system.start
         self.steps: list[Step] = []
         self.reason: str | None = None
@@ -79,9 +92,9 @@ class Execution:
         self.lost: tuple[str, ...] = ()
         self.injector = FaultInjector(self.cell, faults, seed=seed)
         self._began = time.perf_counter()
-        self._released: set[str] = set()
+        self._placed: set[str] = set()
         if scene.model.start in scene.slots:
-            transit(self.cell, scene.model.start)
+            self._skills["transit"].perform(self.cell, Action("transit", location=scene.model.start))
 
     def look(self) -> bool:
         """Return whether an observation agrees with the present state; if not, `reason` says why."""
@@ -105,6 +118,7 @@ class Execution:
         """
         target, cost = self.system.step(self.state, action)
         before, predicted = self._states(self.state), self._states(target)
+        symbolic = self.scene.model.action(action)
         # Whoever disturbed the scene since the last action may have moved positions alone.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start, spent = float(self.cell.data.time), self.cell.meter.total
@@ -113,7 +127,7 @@ class Execution:
         observed = before
         try:
             try:
-                perform(self.cell, action)
+                self._skills[symbolic.kind].perform(self.cell, symbolic)
                 self._check_grip(predicted.held)
             except ObservationTimeoutError:
                 raise
@@ -131,8 +145,8 @@ class Execution:
             failure, self.lost_sensor = str(error), True
         effort = self.cell.meter.total - spent
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
-        if action.startswith("release"):
-            self._released.add(action.split()[1])
+        if at(symbolic.obj, symbolic.location) in self.scene.model.effect(symbolic):
+            self._placed.add(symbolic.obj)
         if difference or failure:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
@@ -238,10 +252,10 @@ class Execution:
         return replace(seen, marks=before.marks | earned if done else before.marks)
 
     def _placement_error(self) -> float:
-        """Return the largest horizontal distance of a released object from its slot's centre, m."""
+        """Return the largest horizontal distance of a placed object from its slot's centre, m."""
         errors = [0.0]
         poses = true_poses(self.scene, self.cell.data)
-        for obj in self._released:
+        for obj in self._placed:
             slot = slot_of(self.scene, poses, obj)
             if slot is not None:
                 errors.append(float(np.hypot(*(poses[obj].position - slot.position)[:2])))
@@ -254,6 +268,7 @@ def execute(
     *,
     seed: int | None = None,
     system: TransitionSystem | None = None,
+    skills: Mapping[str, Skill] = SKILLS,
     on_progress: Callable[[int, int, str], None] | None = None,
 ) -> Rollout:
     """Carry out a plan from the model's start; stop at the first action whose outcome is not the predicted one.
@@ -263,12 +278,13 @@ def execute(
         actions: symbolic actions, e.g. `transit top`, `grasp pink`.
         seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
         system: the model's transition system, if it was built already: that takes a tenth of a rollout.
+        skills: how each kind of action is carried out.
         on_progress: called before each action with how many are done, how many there are, and its name.
 
     Raises:
         ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
     """
-    run = Execution(scene, initial_state(scene, seed=seed), system=system)
+    run = Execution(scene, initial_state(scene, seed=seed), system=system, skills=skills)
     state = run.state
     for action in actions:
         state, _ = run.system.step(state, action)

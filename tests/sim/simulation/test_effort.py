@@ -6,7 +6,7 @@ import pytest
 from sim.execution.executor import Execution
 from sim.robots.panda import ARM_JOINTS
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import transit
+from sim.skills.catalogue import perform
 from sim.world.scene import Scene, initial_state
 
 
@@ -22,7 +22,7 @@ def test_an_arm_at_rest_takes_time_alone(cell: Workcell) -> None:
 
 
 def test_travel_is_the_angle_covered(cell: Workcell) -> None:
-    transit(cell, "table")
+    perform(cell, "transit table")
     joints = [cell.scene.mujoco.joint(name).qposadr[0] for name in ARM_JOINTS]
     angles = cell.recorder.arrays["qpos"][:, joints]
     assert cell.meter.total.travel == pytest.approx(np.abs(np.diff(angles, axis=0)).sum(), rel=0.03)

@@ -10,7 +10,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from sim.errors import BlockedError, SimulationError
 from sim.robots.panda import ARM_JOINTS, VELOCITY_LIMITS
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import perform
+from sim.skills.catalogue import perform
 from sim.skills.transfer import PATH_CLEARANCE_M, travel
 from sim.world.scene import Scene, build_scene, initial_state
 
