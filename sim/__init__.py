@@ -33,6 +33,9 @@ _HOMES = {
     "sim.rendering.quality": ("DRAFT", "FINAL", "Quality"),
     "sim.rendering.video": ("render_frame", "render_video"),
     "sim.simulation.rollout": ("Event", "Rollout", "Step"),
+    "sim.simulation.workcell": ("Workcell",),
+    "sim.skills.catalogue": ("SKILLS",),
+    "sim.skills.skill": ("Skill", "SkillError"),
     "sim.world.randomization": ("Perturbation", "perturbed"),
     "sim.world.scene": ("Scene", "build_scene", "initial_state"),
 }

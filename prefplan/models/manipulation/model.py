@@ -8,7 +8,7 @@ from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action, parse_action
 from prefplan.models.manipulation.action_costs import check_costs
 from prefplan.models.manipulation.description import Description, Location, ManipulationState, Object
-from prefplan.models.manipulation.operators import STANDARD, Operator
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.state_space import reachable
 from prefplan.models.transition_system import TransitionSystem
 
@@ -22,14 +22,15 @@ class ManipulationModel(Description):
     Attributes are those of `Description`, and:
 
     Attributes:
-        operators: the kinds of actions, in the order in which plans of equal worth prefer them.
+        operators: the kinds of actions, in the order in which plans of equal worth prefer them; after the standard
+            ones there may be others.
 
     Raises:
         ModelError: (on construction) as `Description`; for two operators of one kind, and for missing, unknown or
             negative costs.
     """
 
-    operators: tuple[Operator, ...] = STANDARD
+    operators: tuple[Operator, ...] = STANDARD_OPERATORS
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
@@ -63,7 +64,7 @@ class ManipulationModel(Description):
     def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
         """Return every state reachable from the first as a weighted transition system.
 
-        States are `ManipulationState`s; actions are in the order of the operators, then in file order.
+        Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
 
         Args:
             start: the state to begin in; None for `initial_state`. A hand at no location leaves its pose for good.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable
 from typing import ClassVar
 
@@ -11,6 +12,9 @@ from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action, at, holding
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
 from prefplan.models.manipulation.description import Description, ManipulationState
+
+Outcomes = Iterable[tuple[Action, ManipulationState]]
+"""Actions that exist in a state, each with the state it leads to."""
 
 Successors = Iterable[tuple[Action, np.ndarray, np.ndarray]]
 """Actions; for each, which of a layer's states have it (mask or indices), and the codes of the states it leads to."""
@@ -35,7 +39,7 @@ class Operator:
         """Return the propositions that an action makes true whenever it succeeds."""
         return frozenset()
 
-    def outcomes(self, model: Description, state: ManipulationState) -> Iterable[tuple[Action, ManipulationState]]:
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
         """Return the actions that exist in a state, each with the state it leads to."""
         space = StateCodes(model, state)
         layer = StateLayer(space, np.array([space.encode(state, where="state")]))
@@ -44,20 +48,23 @@ class Operator:
                 yield action, space.decode(int(targets[0]))
 
     def successors(self, layer: StateLayer) -> Successors:
-        """Return the actions of this kind with the codes of their outcomes.
+        """Return the actions of this kind, in the order of the model's objects and locations, with their outcomes.
 
         Raises:
             ModelError: an outcome is not a state of the model, or an action is of another kind.
         """
-        found: dict[Action, list[tuple[int, int]]] = {}
+        space, found = layer.space, defaultdict[Action, list[tuple[int, int]]](list)
         for i, state in enumerate(layer.states):
-            for action, after in self.outcomes(layer.space.model, state):
+            for action, after in self.outcomes(space.model, state):
                 if action.kind != self.kind:
                     raise ModelError(f"operator {self.kind!r} yields `{action}`, an action of another kind")
-                target = layer.space.encode(after, where=f"after `{action}`")
-                found.setdefault(action, []).append((i, target))
-        for action, pairs in found.items():
-            index, targets = np.array(pairs, dtype=np.int64).T
+                found[action].append((i, space.encode(after, where=f"after `{action}`")))
+        objects = {obj: k for k, obj in enumerate(space.objects)}
+        locations = {location: k for k, location in enumerate(space.locations)}
+        for action in sorted(
+            found, key=lambda action: (objects.get(action.obj, -1), locations.get(action.location, -1))
+        ):
+            index, targets = np.array(found[action], dtype=np.int64).T
             yield action, index, targets
 
 
@@ -141,5 +148,5 @@ class Release(Operator):
                 yield Action(self.kind, obj, location.name), mask, target
 
 
-STANDARD: tuple[Operator, ...] = (Transit(), Grasp(), Transport(), Release())
+STANDARD_OPERATORS: tuple[Operator, ...] = (Transit(), Grasp(), Transport(), Release())
 """The operators of every manipulation model, in the order of their actions."""
