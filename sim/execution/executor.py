@@ -90,7 +90,7 @@ class Execution:
         self.lost_sensor = False
         self.blocked: tuple[str, ...] | None = None
         self.lost: tuple[str, ...] = ()
-        self.injector = FaultInjector(self.cell, faults, seed=seed)
+        self.injector = FaultInjector(self.cell, self._skills, faults, seed=seed)
         self._began = time.perf_counter()
         self._placed: set[str] = set()
         if scene.model.start in scene.slots:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
 
 import mujoco
 import numpy as np
 
 from sim.execution.faults import Fault
+from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, SlippingGripper
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
 from sim.robots.panda import FINGER_JOINTS
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
+from sim.skills.skill import Skill
 from sim.world.clearance import reach_at
 from sim.world.furniture import yaw_quat
 from sim.world.places import NEAREST, Slot
@@ -25,8 +27,8 @@ LIFTED_HEIGHT_M = 0.01
 SLIP_DELAY_S = 1.0
 """A slip happens within this time of the first moment at which it can."""
 
-SLIP_TIME, SLIP_GAP = 0.25, 0.02
-"""For how long the hand opens when something slips from it, s, and by how much, m."""
+SLIP_DURATION_S, SLIP_GAP_M = 0.25, 0.02
+"""For how long the hand opens when something slips from it, and by how much."""
 
 RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
@@ -51,12 +53,15 @@ class FaultInjector:
         happened: time of each fault that has happened, s, by its number.
     """
 
-    def __init__(self, cell: Workcell, faults: Sequence[Fault], *, seed: int | None) -> None:
-        """Inject faults into a simulation; the seed is 0 if there is none."""
-        self._cell, self._action = cell, 0
+    def __init__(
+        self, cell: Workcell, skills: MutableMapping[str, Skill], faults: Sequence[Fault], *, seed: int | None
+    ) -> None:
+        """Inject faults into a simulation and its skills, some of which it wraps; the seed is 0 if there is none."""
+        self._cell, self._skills, self._action = cell, skills, 0
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
-        self._slips = {i: _Slip(cell) for i, fault in self._faults if fault.kind == "slip"}
+        self._hanging = {i: _HangingTime(cell) for i, fault in self._faults if fault.kind == "slip"}
+        self._slipping: list[SlippingGripper] = []
         self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
         self._delays = [float(rng.uniform(0, SLIP_DELAY_S)) for rng in self._rng]
         self.happened: dict[int, float] = {}
@@ -77,8 +82,8 @@ class FaultInjector:
         self._tick()
 
     def _tick(self) -> None:
-        for slip in self._slips.values():
-            slip.hold_open()
+        for gripper in self._slipping:
+            gripper.update()
         for i, fault in self._faults:
             if i in self.happened or fault.action > self._action:
                 continue
@@ -89,14 +94,24 @@ class FaultInjector:
                 mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
 
     def _slip(self, i: int, fault: Fault) -> bool:
-        return self._slips[i].happens(self._delays[i])
+        hanging, now = self._hanging[i].seconds(), float(self._cell.data.time)
+        if hanging is None or hanging < self._delays[i]:
+            return False
+        open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in FINGER_JOINTS) + SLIP_GAP_M
+        gripper = SlippingGripper(
+            self._cell.gripper, self._cell.data, least_width=open_width, until=now + SLIP_DURATION_S
+        )
+        self._cell.gripper = gripper
+        self._slipping.append(gripper)
+        return True
 
     def _miss(self, i: int, fault: Fault) -> bool:
-        self._cell.misses += int(fault.amount)
+        self._skills["grasp"] = MissingGrasp(self._skills["grasp"], misses=int(fault.amount))
         return True
 
     def _blind(self, i: int, fault: Fault) -> bool:
-        self._cell.sensor_off_until = self._cell.data.time + fault.amount
+        cell = self._cell
+        cell.sensor = DropoutSensor(cell.sensor, until=float(cell.data.time) + fault.amount)
         return True
 
     def _knock(self, i: int, fault: Fault) -> bool:
@@ -177,43 +192,26 @@ class FaultInjector:
         return self._cell.scene.mujoco.geom(obj).id not in scratch.contact.geom[: scratch.ncon]
 
 
-class _Slip:
-    """The hand opens a little for a moment while it holds something."""
+class _HangingTime:
+    """How long an object has hung in the hand; to be asked in every control period."""
 
     def __init__(self, cell: Workcell) -> None:
         self._cell = cell
         self._gripped: tuple[str, float] | None = None
-        self._hanging_since: float | None = None
-        self._until, self._before, self._width = -np.inf, 0.0, 0.0
+        self._since: float | None = None
 
-    def happens(self, delay: float) -> bool:
-        """Begin once an object has hung in the hand for a while; return whether it began."""
+    def seconds(self) -> float | None:
+        """Return for how long something has hung in the hand, s; None if nothing does."""
         cell, now = self._cell, float(self._cell.data.time)
         obj = cell.watch.handled
         if obj is None or now - cell.watch.pressed > CONTACT_FLICKER_S:
-            self._gripped = self._hanging_since = None
-            return False
+            self._gripped = self._since = None
+            return None
         height = float(cell.data.body(obj).xpos[2])
         if self._gripped is None or self._gripped[0] != obj:
             self._gripped = (obj, height)
         if not cell.watch.aloft and height - self._gripped[1] < LIFTED_HEIGHT_M:
-            return False
-        if self._hanging_since is None:
-            self._hanging_since = now
-        if now - self._hanging_since < delay:
-            return False
-        self._until, self._before = now + SLIP_TIME, cell.gripping
-        self._width = sum(float(cell.data.joint(finger).qpos[0]) for finger in FINGER_JOINTS) + SLIP_GAP
-        self.hold_open()
-        return True
-
-    def hold_open(self) -> None:
-        """Keep the hand open while the moment lasts, and close it again at its end unless it was opened meanwhile."""
-        if self._until == -np.inf:
-            return
-        if self._cell.data.time < self._until:
-            self._cell.gripping = max(self._cell.gripping, self._width)
-            return
-        self._until = -np.inf
-        if self._cell.gripping <= self._width:
-            self._cell.gripping = self._before
+            return None
+        if self._since is None:
+            self._since = now
+        return now - self._since

@@ -23,6 +23,7 @@ from sim.perception.sensors import (
 from sim.perception.touch import Watch
 from sim.robots.panda import ARM_JOINTS, GRIPPER, TCP
 from sim.simulation.effort import EffortMeter
+from sim.simulation.gripper import Gripper, GripperActuator
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Event
 from sim.world.scene import Scene
@@ -58,8 +59,7 @@ class Workcell:
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
         sensor: observes the objects.
-        sensor_off_until: before this time nothing is observed, s.
-        misses: number of coming grasps that close on nothing.
+        gripper: drives the fingers.
         disturb: called before every control period is simulated.
     """
 
@@ -68,7 +68,7 @@ class Workcell:
         model = scene.mujoco
         self._qpos = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
         self._motors = [model.actuator(name).id for name in ARM_JOINTS]
-        self._gripper = model.actuator(GRIPPER).id
+        self.gripper: Gripper = GripperActuator(data, model.actuator(GRIPPER).id)
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)
@@ -79,7 +79,6 @@ class Workcell:
         self.recorder = Recorder(scene)
         self.glowing = -1
         self.sensor: Sensor = sensor or ExactSensor()
-        self.sensor_off_until, self.misses = -np.inf, 0
         self.disturb: Callable[[], None] = lambda: None
         self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
         self.recorder.record(data, glow=self.glowing)
@@ -87,15 +86,6 @@ class Workcell:
     def tell(self, kind: str, **detail: Any) -> None:
         """Add an event at the present time."""
         self.events.append(Event(float(self.data.time), kind, detail))
-
-    @property
-    def gripping(self) -> float:
-        """The commanded width between the pads, m; narrower than a held object, so that they press it."""
-        return float(self.data.ctrl[self._gripper])
-
-    @gripping.setter
-    def gripping(self, width: float) -> None:
-        self.data.ctrl[self._gripper] = width
 
     @property
     def shapes(self) -> dict[str, ObjectShape]:
@@ -106,8 +96,6 @@ class Workcell:
 
     def latest_pose(self, obj: str) -> ObjectPose | None:
         """Return the pose of an object as observed now, or None if it is not."""
-        if self.data.time < self.sensor_off_until:
-            return None
         pose = self.sensor.look(self.scene, self.data, obj)
         if pose is not None:
             self._seen[obj] = pose
@@ -187,8 +175,8 @@ class Workcell:
     def grip(self, width: float, seconds: float) -> None:
         """Bring the commanded width between the pads evenly to `width`, m, while the arm rests."""
         ticks = max(1, round(seconds / CONTROL_PERIOD))
-        for command in np.linspace(self.gripping, width, ticks + 1)[1:]:
-            self.gripping = float(command)
+        for command in np.linspace(self.gripper.width, width, ticks + 1)[1:]:
+            self.gripper.width = float(command)
             self._tick()
 
     def wait(self, seconds: float) -> None:

@@ -16,7 +16,7 @@ from prefplan.scenario.decode import loads
 from sim.evidence.log import Claims, Log, log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import Execution
-from sim.execution.fault_injection import SLIP_GAP, SLIP_TIME
+from sim.execution.fault_injection import SLIP_DURATION_S, SLIP_GAP_M
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
 from sim.world.scene import Scene, initial_state
@@ -71,8 +71,8 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
     run = Execution(scene, initial_state(scene))
 
     def slip() -> None:
-        if begin <= run.cell.data.time < begin + SLIP_TIME:
-            run.cell.gripping = CUBE_EDGE + SLIP_GAP
+        if begin <= run.cell.data.time < begin + SLIP_DURATION_S:
+            run.cell.gripper.width = CUBE_EDGE + SLIP_GAP_M
 
     run.cell.disturb = slip
     assert run.carry_out("transit desk")

@@ -9,7 +9,7 @@ import pytest
 
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
-from sim.execution.fault_injection import SLIP_TIME
+from sim.execution.fault_injection import SLIP_DURATION_S
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import true_poses
 from sim.simulation.workcell import CONTACT_FLICKER_S
@@ -81,7 +81,7 @@ def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     events = {event.kind: event for event in run.cell.events}
     assert events["fault"].detail == {"fault": "slip@3"}
     begun = events["fault"].time
-    assert begun < events["lost"].time < begun + SLIP_TIME + 0.2
+    assert begun < events["lost"].time < begun + SLIP_DURATION_S + 0.2
     frames = run.cell.recorder.arrays
     gone = [
         t for t, forces in zip(frames["times"], frames["pad_forces"], strict=True) if t > begun and not forces.any()

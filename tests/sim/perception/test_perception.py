@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sim.execution.faulty_devices import DropoutSensor
 from sim.perception.sensors import ExactSensor, NoisySensor, ObservationTimeoutError, mean_pose, object_pose
 from sim.simulation.workcell import Workcell
 from sim.world.scene import Scene, initial_state
@@ -47,11 +48,10 @@ def test_looks_of_a_noisy_sensor_take_time_and_those_of_an_exact_one_none(scene:
 
 
 def test_what_is_not_seen_is_waited_for_but_not_for_ever(scene: Scene) -> None:
-    cell = Workcell(scene, initial_state(scene))
-    cell.sensor_off_until = 1.0
+    cell = Workcell(scene, initial_state(scene), sensor=DropoutSensor(ExactSensor(), until=1.0))
     assert cell.latest_pose("pink") is None
     cell.see("pink")
     assert cell.data.time == pytest.approx(1.0, abs=0.011)
-    cell.sensor_off_until = np.inf
+    cell.sensor = DropoutSensor(cell.sensor, until=np.inf)
     with pytest.raises(ObservationTimeoutError, match="nothing has been seen of pink for 5 s"):
         cell.see("pink")
