@@ -28,12 +28,10 @@ from sim.skills.skill import SkillError
 from sim.world.scene import Scene, initial_state
 
 SAMPLES = 4
-"""Simulations of an action, spread over the states it may be taken in; more where there are more objects than this."""
-
+"""Simulations of an action, spread over the states in which it exists; one an object where those are more."""
 
 BATCH = 8
-"""Actions that a process measures before it reports them: a few seconds' work."""
-
+"""Actions that a process measures before it reports them: a few seconds of work."""
 
 MOTION = ("geometry", "robots", "world", "perception", "motion", "simulation", "skills")
 """Folders of `sim` that decide what an action takes."""
@@ -46,7 +44,7 @@ class Trial:
     Attributes:
         state: where the hand and the objects are before it.
         action: as in plans, e.g. `transport blue san`.
-        put: the object that the hand has just put down, which is where it rises from; None if it came from elsewhere.
+        put: the object that the hand has just put down, so that it starts above it; None if it came from elsewhere.
     """
 
     state: ManipulationState
@@ -68,7 +66,7 @@ class Failure:
 
 
 def sources() -> str:
-    """Return a digest of the program's parts that decide what an action takes: what was measured with others is old."""
+    """Return a digest of the sources that decide what an action takes; measurements with another one are outdated."""
     digest = hashlib.sha256()
     folders = (Path(__file__).parents[1] / name for name in MOTION)
     for path in (*(source for folder in folders for source in sorted(folder.glob("*.py"))), MJCF):
@@ -89,7 +87,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
         for operator, before, after in product(model.operators, hands, hands)
         if (location_of(before) != location_of(after)) == operator.travels
     ]
-    # With its number as every action's cost, the transition system tells which of its edges are which.
+    # Each pair's number is its cost, so that the cost of an edge says which pair it belongs to.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     system = replace(model, costs=numbered).transition_system()
     order = np.argsort(system.costs, kind="stable")
@@ -110,7 +108,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
 
     chosen = {}
     for pair, all_edges in edges.items():
-        # Plans hardly ever bring the empty hand somewhere only to bring it elsewhere.
+        # In plans a transit nearly always follows a release.
         likely = all_edges[placed[sources[all_edges]]] if pair[0] == "transit" else all_edges
         sampled = _sample(likely if len(likely) else all_edges, system.actions)
         chosen[pair] = tuple(trial(edge) for edge in sampled)

@@ -31,8 +31,14 @@ from sim.world.scene import Scene, initial_state
 SETTLE_AFTER_FAILURE_S = 1.0
 """Wait after a failed skill: an object that was dropped comes to rest before it is observed."""
 
-REST_DISTANCE_M, REST_PERIOD_S, REST_TIMEOUT_S = 0.004, 0.2, 3.0
-"""An object is at rest when it moves by less than this distance in this period; the timeout bounds the wait for it."""
+REST_DISTANCE_M = 0.004
+"""An object at rest moves by less than this within `REST_PERIOD_S`."""
+
+REST_PERIOD_S = 0.2
+"""Time between two observations of objects that may be moving."""
+
+REST_TIMEOUT_S = 3.0
+"""How long to wait for objects to come to rest."""
 
 
 class Execution:
@@ -46,8 +52,8 @@ class Execution:
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
-        blocked: names of the bodies in the way of the last action, which would fail again with all objects where they
-            are; empty if its goal was out of reach; None if it may succeed when it is tried again.
+        blocked: names of the bodies that blocked the last action, which fails again unless an object moves; empty if
+            its goal was out of reach; None if it may succeed when it is tried again.
         lost: objects out of the arm's reach.
         injector: injects the faults.
     """
@@ -96,7 +102,7 @@ class Execution:
         if scene.model.start in scene.slots:
             self._skills["transit"].perform(self.cell, Action("transit", location=scene.model.start))
 
-    def look(self) -> bool:
+    def check_state(self) -> bool:
         """Return whether an observation agrees with the present state; if not, `reason` says why."""
         state = self._states(self.state)
         try:
@@ -107,7 +113,7 @@ class Execution:
             self.reason, self.lost_sensor = str(error), True
         return self.reason is None
 
-    def carry_out(self, action: str) -> bool:
+    def step(self, action: str) -> bool:
         """Carry out one action and compare what is observed with what the model predicts.
 
         Returns:
@@ -119,25 +125,14 @@ class Execution:
         target, cost = self.system.step(self.state, action)
         before, predicted = self._states(self.state), self._states(target)
         symbolic = self.scene.model.action(action)
-        # Whoever disturbed the scene since the last action may have moved positions alone.
+        # The poses of objects that were moved since the last action may not be up to date yet.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start, spent = float(self.cell.data.time), self.cell.meter.total
         self.injector.begin(len(self.steps) + 1)
-        failure = difference = self.blocked = None
+        failure = difference = None
         observed = before
         try:
-            try:
-                self._skills[symbolic.kind].perform(self.cell, symbolic)
-                self._check_grip(predicted.held)
-            except ObservationTimeoutError:
-                raise
-            except SimulationError as error:
-                failure = str(error)
-                if isinstance(error, BlockedError):
-                    self.blocked = error.by
-                elif not isinstance(error, SkillError):
-                    self.blocked = ()
-                self.cell.wait(SETTLE_AFTER_FAILURE_S)
+            failure = self._attempt(symbolic, predicted.held)
             poses = self._poses()
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
@@ -150,7 +145,7 @@ class Execution:
         if difference or failure:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
-            self.cell.tell("mismatch", action=action, reason=self.reason)
+            self.cell.log_event("mismatch", action=action, reason=self.reason)
             return False
         self.state = target
         return True
@@ -196,6 +191,27 @@ class Execution:
 
     def _states(self, index: int) -> ManipulationState:
         return cast(ManipulationState, self.system.states[index])
+
+    def _attempt(self, action: Action, held: str | None) -> str | None:
+        """Perform an action that should end with an object in the hand, or with none; return why it failed, or None.
+
+        Raises:
+            ObservationTimeoutError: an object is not observed for too long.
+        """
+        self.blocked = None
+        try:
+            self._skills[action.kind].perform(self.cell, action)
+            self._check_grip(held)
+        except ObservationTimeoutError:
+            raise
+        except SimulationError as error:
+            if isinstance(error, BlockedError):
+                self.blocked = error.by
+            elif not isinstance(error, SkillError):
+                self.blocked = ()
+            self.cell.wait(SETTLE_AFTER_FAILURE_S)
+            return str(error)
+        return None
 
     def _check_grip(self, obj: str | None) -> None:
         """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
@@ -291,6 +307,6 @@ def execute(
     for done, action in enumerate(actions):
         if on_progress is not None:
             on_progress(done, len(actions), action)
-        if not run.carry_out(action):
+        if not run.step(action):
             break
     return run.rollout()

@@ -25,25 +25,34 @@ LIFTED_HEIGHT_M = 0.01
 """An object hangs in the hand when it is this much higher than where it was gripped."""
 
 SLIP_DELAY_S = 1.0
-"""A slip happens within this time of the first moment at which it can."""
+"""Greatest delay of a slip after the first moment at which it can happen."""
 
-SLIP_DURATION_S, SLIP_GAP_M = 0.25, 0.02
-"""For how long the hand opens when something slips from it, and by how much."""
+SLIP_DURATION_S = 0.25
+"""How long the hand opens when an object slips from it."""
+
+SLIP_GAP_M = 0.02
+"""By how much it opens."""
 
 RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
 
-BEARING, OUTERMOST = np.radians(65), 0.64
-"""Objects are moved to within this angle of straight ahead, rad, and this distance from the base, m."""
+MAX_BEARING_RAD = np.radians(65)
+"""Greatest angle from straight ahead at which a moved object is put down."""
 
-ASKEW_BY = np.array([0.005, 0.005, np.radians(5)])
+MAX_DISTANCE_M = 0.64
+"""Greatest distance from the base at which a moved object is put down."""
+
+SLOT_ERROR = np.array([0.005, 0.005, np.radians(5)])
 """Greatest offset and turn from a slot of an object that is moved into it: m, m and rad."""
 
-PUSH, TOSS, TUMBLE = (0.25, 0.6), 0.6, (8.0, 14.0)
-"""Speeds of an object that is knocked over: to the side and upwards, m/s, and of its tumbling, rad/s."""
+PUSH_SPEEDS_M_S, TOSS_SPEED_M_S = (0.25, 0.6), 0.6
+"""Range of an object's horizontal speed when it is knocked over, and its upward speed."""
+
+TUMBLE_SPEEDS_RAD_S = (8.0, 14.0)
+"""Range of its rotational speed."""
 
 MAX_DRAWS = 500
-"""Poses that are drawn for an object that is moved, until one is free."""
+"""Poses drawn for a moved object until one is free."""
 
 
 class FaultInjector:
@@ -90,7 +99,7 @@ class FaultInjector:
             if self._faults_by_kind[fault.kind](i, fault):
                 self.happened[i] = float(self._cell.data.time)
                 moved = self._moved.get(i)
-                self._cell.tell("fault", fault=str(fault), **({"object": moved} if moved else {}))
+                self._cell.log_event("fault", fault=str(fault), **({"object": moved} if moved else {}))
                 mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
 
     def _slip(self, i: int, fault: Fault) -> bool:
@@ -121,9 +130,9 @@ class FaultInjector:
         rng, velocity = self._rng[i], self._cell.data.joint(fault.target).qvel
         heading = rng.uniform(-np.pi, np.pi)
         direction = np.array([np.cos(heading), np.sin(heading), 0.0])
-        velocity[:3] = direction * rng.uniform(*PUSH) + [0.0, 0.0, TOSS]
+        velocity[:3] = direction * rng.uniform(*PUSH_SPEEDS_M_S) + [0.0, 0.0, TOSS_SPEED_M_S]
         axes = self._cell.data.body(fault.target).xmat.reshape(3, 3)
-        velocity[3:] = axes.T @ np.cross([0.0, 0.0, 1.0], direction) * rng.uniform(*TUMBLE)
+        velocity[3:] = axes.T @ np.cross([0.0, 0.0, 1.0], direction) * rng.uniform(*TUMBLE_SPEEDS_RAD_S)
         return True
 
     def _move(self, i: int, fault: Fault) -> bool:
@@ -137,9 +146,9 @@ class FaultInjector:
                 self._put_into(rng, obj, slots[rng.integers(len(slots))])
                 return True
         height = float(self._cell.scene.shapes[obj].half[2])
-        farthest = min(OUTERMOST, reach_at(2 * height))
+        farthest = min(MAX_DISTANCE_M, reach_at(2 * height))
         for _ in range(MAX_DRAWS):
-            far, bearing, yaw = rng.uniform([NEAREST, -BEARING, -np.pi], [farthest, BEARING, np.pi])
+            far, bearing, yaw = rng.uniform([NEAREST, -MAX_BEARING_RAD, -np.pi], [farthest, MAX_BEARING_RAD, np.pi])
             position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
             if self._fits(obj, position, yaw):
                 self._put(obj, position, yaw)
@@ -165,7 +174,7 @@ class FaultInjector:
             return False
         objects = [obj for obj in scene.shapes if not stored(scene, data, obj)]
         half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
-        place = Rectangle(slot.position[:2], np.full(2, half + ASKEW_BY[0]), slot.yaw)
+        place = Rectangle(slot.position[:2], np.full(2, half + SLOT_ERROR[0]), slot.yaw)
         poses = {obj: object_pose(scene, data, obj) for obj in objects}
         return not any(
             overlap(place, Rectangle(pose.position[:2], scene.shapes[obj].half[:2], pose.yaw))
@@ -173,7 +182,7 @@ class FaultInjector:
         )
 
     def _put_into(self, rng: np.random.Generator, obj: str, slot: Slot) -> None:
-        off = rng.uniform(-1, 1, 3) * ASKEW_BY
+        off = rng.uniform(-1, 1, 3) * SLOT_ERROR
         height = float(self._cell.scene.shapes[obj].half[2]) + 0.001
         self._put(obj, slot.position + [off[0], off[1], height], slot.yaw + off[2])
 

@@ -22,17 +22,17 @@ class DropoutSensor:
     """A sensor that observes nothing for a while.
 
     Attributes:
-        looks: as of the sensor it wraps.
+        samples: as of the sensor it wraps.
     """
 
     def __init__(self, sensor: Sensor, *, until: float) -> None:
         """Wrap a sensor; it observes again from a simulated time on, s."""
-        self.looks = sensor.looks
+        self.samples = sensor.samples
         self._sensor, self._until = sensor, until
 
-    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the observed pose of an object, or None if it is not observed."""
-        return None if data.time < self._until else self._sensor.look(scene, data, obj)
+        return None if data.time < self._until else self._sensor.observe(scene, data, obj)
 
 
 class SlippingGripper:

@@ -83,7 +83,7 @@ class Workcell:
         self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
         self.recorder.record(data, glow=self.glowing)
 
-    def tell(self, kind: str, **detail: Any) -> None:
+    def log_event(self, kind: str, **detail: Any) -> None:
         """Add an event at the present time."""
         self.events.append(Event(float(self.data.time), kind, detail))
 
@@ -96,12 +96,12 @@ class Workcell:
 
     def latest_pose(self, obj: str) -> ObjectPose | None:
         """Return the pose of an object as observed now, or None if it is not."""
-        pose = self.sensor.look(self.scene, self.data, obj)
+        pose = self.sensor.observe(self.scene, self.data, obj)
         if pose is not None:
             self._seen[obj] = pose
         return pose
 
-    def see(self, obj: str) -> ObjectPose:
+    def observe(self, obj: str) -> ObjectPose:
         """Return the observed pose of an object; wait for an observation if there is none now.
 
         Raises:
@@ -119,7 +119,7 @@ class Workcell:
         """Return the pose of an object at rest, averaged over the observations that its sensor needs.
 
         Raises:
-            ObservationTimeoutError: as in `see`.
+            ObservationTimeoutError: as in `observe`.
         """
         return self.survey([obj])[obj]
 
@@ -127,14 +127,14 @@ class Workcell:
         """Return the poses of objects at rest, each averaged over the observations that the sensor needs.
 
         Raises:
-            ObservationTimeoutError: as in `see`.
+            ObservationTimeoutError: as in `observe`.
         """
-        looks: dict[str, list[ObjectPose]] = {obj: [self.see(obj)] for obj in objects}
-        for _ in range(self.sensor.looks - 1):
+        samples: dict[str, list[ObjectPose]] = {obj: [self.observe(obj)] for obj in objects}
+        for _ in range(self.sensor.samples - 1):
             self._tick()
-            for obj, poses in looks.items():
-                poses.append(self.see(obj))
-        return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in looks.items()}
+            for obj, poses in samples.items():
+                poses.append(self.observe(obj))
+        return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in samples.items()}
 
     def held(self) -> str | None:
         """Return the object between the pads that both press, short losses of contact aside, or None."""
@@ -163,7 +163,7 @@ class Workcell:
         for done, tick in enumerate(_commands(points, self._substeps).reshape(len(references), self._substeps, 7), 1):
             self._tick(tick)
             if carried and self.held() is None and done < len(references):
-                self.tell("lost", object=carried)
+                self.log_event("lost", object=carried)
                 self.watch.handle(carried)
                 points = _braking(points, done)
                 for last in _commands(points, self._substeps, moving=True).reshape(len(points) - 1, self._substeps, 7):
@@ -184,7 +184,7 @@ class Workcell:
         for _ in range(round(seconds / CONTROL_PERIOD)):
             self._tick()
 
-    def foresee(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
+    def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """Return the bodies in collision with the robot or its load at (7,) joint angles, rad (`CollisionChecker`)."""
         for obj in self.scene.shapes:
             self.latest_pose(obj)
@@ -208,7 +208,7 @@ class Workcell:
         self.meter.look(data)
         for pair in self.watch.look(data):
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
-                self.tell("contact", moving=pair[0], other=pair[1])
+                self.log_event("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time
 
 

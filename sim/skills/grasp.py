@@ -8,7 +8,7 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
 from sim.errors import BlockedError
 from sim.motion.kinematics import CONTROL_PERIOD
-from sim.perception.grounding import AT_RADIUS, hand_over
+from sim.perception.grounding import AT_RADIUS_M, hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, free_closing_line, move_tool
@@ -54,7 +54,7 @@ class GraspSkill(Grasp, Skill):
         target, above = self.closing_position(cell, obj, pose, grip), pose.position + [0.0, 0.0, HOVER_HEIGHT_M]
         cell.grip(grip.opening, CONTROL_PERIOD)
         yaw = move_tool(cell, above, [line, line + np.pi])
-        if np.linalg.norm(cell.see(obj).position - pose.position) > MOTION_THRESHOLD_M:
+        if np.linalg.norm(cell.observe(obj).position - pose.position) > MOTION_THRESHOLD_M:
             raise SkillError(f"{obj} does not lie still")
         move_tool(cell, target, [yaw])
         cell.grip(grip.width - SQUEEZE_M, CLOSE_DURATION_S)
@@ -65,7 +65,7 @@ class GraspSkill(Grasp, Skill):
         if forces is None:
             raise SkillError(f"the fingers closed without a firm grip on {obj}")
         check_held(cell, obj)
-        cell.tell("grasped", object=obj, force=[round(float(force), 2) for force in forces])
+        cell.log_event("grasped", object=obj, force=[round(float(force), 2) for force in forces])
 
     def closing_position(self, cell: Workcell, obj: str, pose: ObjectPose, grip: Grip) -> np.ndarray:
         """Return the (3,) position of the tool, m, at which the fingers close on an object."""
@@ -74,10 +74,10 @@ class GraspSkill(Grasp, Skill):
 
 def _slot_below(cell: Workcell, obj: str) -> Slot:
     """Return the slot at the hand's location where an object rests."""
-    position = cell.see(obj).position - [0.0, 0.0, cell.scene.shapes[obj].half[2]]
+    position = cell.observe(obj).position - [0.0, 0.0, cell.scene.shapes[obj].half[2]]
     slots = [slot for row in cell.scene.slots.values() for slot in row]
     slot = min(slots, key=lambda slot: float(np.linalg.norm(position - slot.position)))
-    if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS or not hand_over(cell.scene, cell.data, slot.location):
+    if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS_M or not hand_over(cell.scene, cell.data, slot.location):
         raise SkillError(f"{obj} is not below the hand")
     return slot
 

@@ -57,7 +57,7 @@ def free_closing_line(
         q, _ = cell.arm.reach(position + [0.0, 0.0, grip.lift], [line, line + np.pi])
         widths = np.linspace(grip.opening, grip.width, CLOSING_CHECKS)
         obstacles = {
-            obj for width in widths for obj in cell.foresee(q, width=float(width), clearance=FINGER_CLEARANCE_M)
+            obj for width in widths for obj in cell.collisions(q, width=float(width), clearance=FINGER_CLEARANCE_M)
         }
         if not obstacles:
             return line, grip
@@ -68,14 +68,14 @@ def free_closing_line(
 def passage_height(cell: Workcell, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear all objects at rest, m."""
     shapes = cell.shapes
-    tops = [cell.see(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
+    tops = [cell.observe(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
     below = shapes[held].half[2] if held else FINGER_TIPS
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 
 
 def held_grip(cell: Workcell, obj: str) -> Grip:
     """Return the grip in which the hand holds an object."""
-    turn = cell.arm.tool(cell.reference).yaw - cell.see(obj).yaw
+    turn = cell.arm.tool(cell.reference).yaw - cell.observe(obj).yaw
     return min(cell.scene.shapes[obj].grips, key=lambda grip: abs(wrap(turn - grip.turn, np.pi)))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import wrap
-from sim.perception.grounding import AT_RADIUS
+from sim.perception.grounding import AT_RADIUS_M
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import held_grip
 from sim.skills.skill import SkillError
@@ -54,9 +54,9 @@ def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
     scene, floor = cell.scene, float(slot.position[2])
     below = [other.position[:2] for name in scene.model.location(slot.location).on for other in scene.slots[name]]
     tops = [
-        cell.see(other).position[2] + shape.half[2]
+        cell.observe(other).position[2] + shape.half[2]
         for other, shape in cell.shapes.items()
-        if other != obj and any(np.hypot(*(cell.see(other).position[:2] - xy)) < AT_RADIUS for xy in below)
+        if other != obj and any(np.hypot(*(cell.observe(other).position[:2] - xy)) < AT_RADIUS_M for xy in below)
     ]
     return np.array([*slot.position[:2], max(tops, default=floor) + scene.shapes[obj].half[2]])
 
@@ -80,7 +80,7 @@ def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
     """Return whether an object fits into a slot, and the distance to the nearest other object on its level, m."""
     shapes = cell.shapes
     own, centre = shapes[obj].half, resting_centre(cell, obj, slot)
-    others = [(shape, cell.see(other)) for other, shape in shapes.items() if other != obj]
+    others = [(shape, cell.observe(other)) for other, shape in shapes.items() if other != obj]
     level = [
         (shape, pose)
         for shape, pose in others

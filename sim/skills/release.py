@@ -42,7 +42,7 @@ class ReleaseSkill(Release, Skill):
         move_tool(cell, above, [yaw])
         cell.watch.handle(None)
         error = float(np.hypot(*(cell.measure(obj).position - slot.position)[:2]))
-        cell.tell("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
+        cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
         if cell.scene.model.location(location).marks:
             cell.glowing = list(cell.scene.slots).index(location)
             cell.wait(GLOW_DURATION_S)

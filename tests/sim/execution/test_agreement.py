@@ -66,7 +66,7 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
     scenario = loads(CUP, name="cup")
     scene = scene_of(scenario)
     plain = Execution(scene, initial_state(scene))
-    assert plain.carry_out("transit desk") and plain.carry_out("grasp cup")
+    assert plain.step("transit desk") and plain.step("grasp cup")
     begin = plain.steps[-1].end - before
     run = Execution(scene, initial_state(scene))
 
@@ -75,8 +75,8 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
             run.cell.gripper.width = CUBE_EDGE + SLIP_GAP_M
 
     run.cell.disturb = slip
-    assert run.carry_out("transit desk")
-    assert run.carry_out("grasp cup") == (before < 0)
+    assert run.step("transit desk")
+    assert run.step("grasp cup") == (before < 0)
     if before > 0:
         assert "expected cup in the hand" in str(run.reason)
     claims = Claims(completed=False, cost=4, task_costs={"tidy": 4}, violation_costs={}, preference=None)

@@ -71,7 +71,7 @@ def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) 
     read = [read_fault(text, scene.model) for text in faults]
     run = Execution(scene, initial_state(scene), faults=read, seed=seed)
     for action in actions:
-        if not run.carry_out(action):
+        if not run.step(action):
             break
     return run
 
@@ -97,7 +97,7 @@ def test_missed_grasps_close_on_nothing_and_disturb_nothing(scene: Scene) -> Non
     run = run_with(scene, LIFT, "miss:1@2")
     assert "the fingers closed without a firm grip on pink" in str(run.reason)
     assert run.steps[-1].observed.place == {"blue": "left", "pink": "top", "green": "right"}
-    assert run.carry_out("grasp pink") is True
+    assert run.step("grasp pink") is True
 
 
 @pytest.mark.parametrize("seed", range(6))

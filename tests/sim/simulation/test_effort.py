@@ -45,8 +45,8 @@ def test_energy_is_at_least_the_work_done_against_gravity(cell: Workcell) -> Non
 
 def test_a_step_tells_its_own_effort(scene: Scene) -> None:
     run = Execution(scene, initial_state(scene))
-    run.carry_out("transit top")
-    run.carry_out("grasp pink")
+    run.step("transit top")
+    run.step("grasp pink")
     first, second = (step.effort for step in run.steps)
     assert (first + second).energy == pytest.approx(run.cell.meter.total.energy)
     assert second.time == pytest.approx(run.steps[1].end - run.steps[1].start)
