@@ -35,8 +35,8 @@ class DropoutSensor:
         return None if data.time < self._until else self._sensor.observe(scene, data, obj)
 
 
-class SlippingGripper:
-    """A gripper that opens a little for a while; what it is told meanwhile takes effect as far as it is wider."""
+class SlippingGripper(Gripper):
+    """A gripper that opens a little for a while; meanwhile only wider commands take effect."""
 
     def __init__(self, gripper: Gripper, data: mujoco.MjData, *, least_width: float, until: float) -> None:
         """Wrap a gripper.
@@ -53,7 +53,7 @@ class SlippingGripper:
 
     @property
     def width(self) -> float:
-        """See `Gripper.width`."""
+        """As of the gripper it wraps, as it is commanded."""
         return self._commanded
 
     @width.setter

@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import mujoco
 
 
-class Gripper(Protocol):
-    """Drives the fingers; a faulty one can stand in for it."""
-
-    @property
-    def width(self) -> float:
-        """The commanded width between the pads, m; narrower than a held object, so that they press it."""
-
-    @width.setter
-    def width(self, width: float) -> None: ...
-
-
-class GripperActuator:
-    """The actuator of a MuJoCo model, whose command is the width."""
+class Gripper:
+    """Drives the fingers."""
 
     def __init__(self, data: mujoco.MjData, actuator: int) -> None:
-        """Drive the actuator of that index in a state."""
+        """Drive the actuator of that index in a running state."""
         self._data, self._actuator = data, actuator
 
     @property
     def width(self) -> float:
-        """See `Gripper.width`."""
+        """The commanded width between the pads, m; narrower than a held object, so that they press it."""
         return float(self._data.ctrl[self._actuator])
 
     @width.setter

@@ -23,7 +23,7 @@ from sim.perception.sensors import (
 from sim.perception.touch import Watch
 from sim.robots.panda import ARM_JOINTS, GRIPPER, TCP
 from sim.simulation.effort import EffortMeter
-from sim.simulation.gripper import Gripper, GripperActuator
+from sim.simulation.gripper import Gripper
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Event
 from sim.world.scene import Scene
@@ -68,7 +68,7 @@ class Workcell:
         model = scene.mujoco
         self._qpos = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
         self._motors = [model.actuator(name).id for name in ARM_JOINTS]
-        self.gripper: Gripper = GripperActuator(data, model.actuator(GRIPPER).id)
+        self.gripper = Gripper(data, model.actuator(GRIPPER).id)
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)

@@ -153,8 +153,8 @@ class StateLayer:
         places: for each object, (N,) index of its location, one beyond them for the hand.
         free: for each location, (N,) the slot into which an object would be put.
         accepts: for each location, (N,) bool, whether an object can be put there.
-        clear: for each location, (N,) bool, whether an object there can be taken.
         empty: (N,) bool, whether the hand is.
+        clear: (N,) bool, whether an object below the hand can be taken.
     """
 
     def __init__(self, space: StateCodes, codes: np.ndarray) -> None:
@@ -171,27 +171,22 @@ class StateLayer:
         self._judge_locations()
 
     def _judge_locations(self) -> None:
-        """Set `accepts` and `clear` from the number of objects at each location."""
+        """Set `accepts` and `clear` by the number of objects at each location."""
         locations, names = self.space.model.locations, self.space.locations
         zero = np.zeros(len(self.codes), dtype=np.int8)
         count = [sum((place == x for place in self.places), start=zero) for x in range(len(names))]
         self.accepts = [(count[x] < where.capacity) & (not where.closed) for x, where in enumerate(locations)]
-        self.clear = [np.ones(len(self.codes), dtype=bool) for _ in names]
+        self.clear = np.ones(len(self.codes), dtype=bool)
         for x, where in enumerate(locations):
             for support in where.on:
                 self.accepts[x] &= count[names.index(support)] > 0
-                self.clear[names.index(support)] &= count[x] == 0
+                self.clear &= (self.over != names.index(support)) | (count[x] == 0)
             for other in where.clear_of:
                 self.accepts[x] &= count[names.index(other)] == 0
                 if where.closed:
-                    self.clear[x] &= count[names.index(other)] == 0
+                    self.clear &= (self.over != x) | (count[names.index(other)] == 0)
 
     @cached_property
     def states(self) -> list[ManipulationState]:
         """The states themselves."""
         return [self.space.decode(int(code)) for code in self.codes]
-
-    def picked(self, rows: list[np.ndarray]) -> np.ndarray:
-        """Return, of one row a location, each state's entry for the location below the hand, if there is one."""
-        index = np.minimum(self.over, len(rows) - 1)
-        return np.array(rows)[index, np.arange(len(index))]

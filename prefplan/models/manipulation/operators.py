@@ -95,7 +95,7 @@ class Grasp(Operator):
     def successors(self, layer: StateLayer) -> Successors:
         """See `Operator.successors`."""
         space = layer.space
-        ready = layer.empty & (layer.over < len(space.locations)) & layer.picked(layer.clear)
+        ready = layer.empty & layer.clear & (layer.over < len(space.locations))
         for o, obj in enumerate(space.model.objects):
             mask = ready & (layer.places[o] == layer.over) & (not obj.fixed)
             slot = layer.slots[o][mask]
