@@ -32,6 +32,7 @@ _HOMES = {
     "sim.rendering.overlay": ("Caption", "TaskStatus"),
     "sim.rendering.quality": ("DRAFT", "FINAL", "Quality"),
     "sim.rendering.video": ("render_frame", "render_video"),
+    "sim.robots.robot": ("Gripper", "Robot"),
     "sim.simulation.rollout": ("Event", "Rollout", "Step"),
     "sim.simulation.workcell": ("Workcell",),
     "sim.skills.catalogue": ("SKILLS",),

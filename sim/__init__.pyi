@@ -26,6 +26,8 @@ from sim.rendering.quality import FINAL as FINAL
 from sim.rendering.quality import Quality as Quality
 from sim.rendering.video import render_frame as render_frame
 from sim.rendering.video import render_video as render_video
+from sim.robots.robot import Gripper as Gripper
+from sim.robots.robot import Robot as Robot
 from sim.simulation.rollout import Event as Event
 from sim.simulation.rollout import Rollout as Rollout
 from sim.simulation.rollout import Step as Step

@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 from selenium import webdriver
 
-from experiments.cli import main as prefplan
+from experiments.commands.command_line import main as prefplan
 
 OUT = Path(__file__).parents[1]
 
@@ -29,7 +29,7 @@ QUALITY = 82
 PICTURES = (
     # name, scenario, what is chosen, first element shown, page pixels below its top, simulated seconds
     ("report_grid", "case_study_1", "#plan=4", "main", 1420, 14.0),
-    ("report_films", "case_study_3", "#plan=1&with=0", "#plan", 1270, 10.0),
+    ("report_videos", "case_study_3", "#plan=1&with=0", "#plan", 1270, 10.0),
 )
 
 

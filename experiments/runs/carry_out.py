@@ -38,7 +38,7 @@ def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fau
 
     Args:
         scenario: what is to be carried out.
-        robot: one of `sim.robots.catalogue.ROBOTS`.
+        robot: name of one of `sim.robots.catalogue.ROBOTS`.
         faults: what shall go wrong in it.
 
     Raises:

@@ -13,7 +13,7 @@ import numpy as np
 from prefplan.product.contraction import by_way_of
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product.successors import INFINITE, NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
 
 
 class ReverseView(NamedTuple):
@@ -175,13 +175,11 @@ def _finished(reverse: ReverseView, tasks: np.ndarray, combination: Integer) -> 
 
 
 @kernel
-def dijkstra(
-    reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer
-) -> bool:
-    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether they fit its type.
+def dijkstra(reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray) -> None:
+    """Fill a table with least costs, those of edges weighted by what is satisfied.
 
-    In a table of int64 all of them do: a larger one is entered as the largest finite number, still a lower bound.
-    Cells whose node no edge leads to are at the end of every backward way, and need not wait their turn.
+    Costs from INFINITE on are entered as the largest finite number, still a lower bound. Cells whose node no edge leads
+    to have no predecessors, and need not enter the open list.
     """
     offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
     nodes = reverse.classes.shape[0]
@@ -206,18 +204,13 @@ def dijkstra(
             before, factor = buffer.before[reading], factors[buffer.satisfied[reading]]
             for edge in range(offsets[node], offsets[node + 1]):
                 source = sources[edge]
-                new = cost + factor * costs[edge]
-                if new >= infinite and table.itemsize == 8:
-                    new = infinite - 1
+                new = min(cost + factor * costs[edge], INFINITE - 1)
                 if new < table[source + before]:
                     table[source + before] = new
                     if offsets[source] < offsets[source + 1]:
                         if count == keys.shape[0]:
                             keys, items = _twice(keys), _twice(items)
                         count = heap_push(keys, items, count, new, source + before)
-                elif new >= infinite and table[source + before] == infinite:
-                    return False
-    return True
 
 
 @kernel
@@ -227,11 +220,10 @@ def dijkstra_within_budgets(
     rates: np.ndarray,
     budgets: np.ndarray,
     table: np.ndarray,
-    infinite: Integer,
-) -> bool:
+) -> None:
     """Fill a table by labels (cost, growth), in order of cost; each settles the budgets that nothing met before.
 
-    Costs that do not fit are treated as in `dijkstra`.
+    Costs from INFINITE on are treated as in `dijkstra`.
 
     A label that grows no less than an earlier one of its cell is dominated; of those over the largest finite budget
     only the first matters. Cells whose node no edge leads to need no labels.
@@ -272,12 +264,8 @@ def dijkstra_within_budgets(
             for edge in range(offsets[node], offsets[node + 1]):
                 source = sources[edge]
                 new_cell = source + before
-                new = cost + costs[edge]
+                new = min(cost + costs[edge], INFINITE - 1)
                 more = min(growth + rate * (costs[edge] >> reverse.shift), NO_EDGE - 1)
-                if new >= infinite:
-                    if table.itemsize == 4:
-                        return False
-                    new = infinite - 1
                 if offsets[source] == offsets[source + 1]:
                     _settle(table, budgets, new_cell, new, more)
                     continue
@@ -290,7 +278,6 @@ def dijkstra_within_budgets(
                     cells[made], growths[made] = new_cell, more
                     count = heap_push(keys, items, count, new, made)
                     made += 1
-    return True
 
 
 @bare_kernel

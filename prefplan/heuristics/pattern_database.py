@@ -11,13 +11,11 @@ at most its rate, so ways to satisfy K that exceed the budget can be left out of
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
 from math import comb
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,24 +28,9 @@ from prefplan.product.successors import UNBOUNDED, Integer, bare_kernel
 COST_BOUND, LOOKED, LIKELY, TIGHT = range(4)
 BOUND_COLUMNS = 4
 
-T = TypeVar("T")
-R = TypeVar("R")
-
 ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
 """Entries of all tables together that building may cost, unless one task at a time needs more; those filled stage by
 stage cost a tenth each."""
-
-THREADS_FROM, STAGED_THREADS_FROM = 100_000, 800_000
-"""Entries from which threads pay; the kernels run without the interpreter's lock."""
-
-
-def in_parallel(function: Callable[[T], R], items: Sequence[T], *, entries: float, staged: bool) -> list[R]:
-    """Return what tabulates some items, in their order; in threads, where as many entries make that pay."""
-    threads = os.cpu_count() or 1
-    if threads == 1 or entries < (STAGED_THREADS_FROM if staged else THREADS_FROM):
-        return [function(item) for item in items]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(function, items))
 
 
 class Patterns(NamedTuple):
@@ -55,7 +38,7 @@ class Patterns(NamedTuple):
 
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64. base: (P,) int64: entry = base + node + sum_j strides[j] q_j.
-        table: (B, entries) int32 or int64.
+        table: (B, entries) int64.
         budgets: (B,) int64, falling, units of mu; the first is no bound.
     """
 
@@ -66,10 +49,10 @@ class Patterns(NamedTuple):
     budgets: np.ndarray
 
 
-def no_patterns(dtype: type) -> Patterns:
+def no_patterns() -> Patterns:
     """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
     empty = np.zeros((0, 1), dtype=np.int64)
-    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([UNBOUNDED]))
+    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=np.int64), np.array([UNBOUNDED]))
 
 
 def count_entries(backward: Backward, k: int) -> float:
@@ -89,7 +72,7 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
     """
     tasks = len(backward.sizes)
     if backward.stages:
-        wanted, most = (3 if single else 4), STAGED_ENTRIES
+        wanted, most = (3 if single and tasks < 10 else 4), STAGED_ENTRIES
     else:
         wanted, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
     for k in range(min(wanted, tasks), 1, -1):
@@ -101,7 +84,6 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
 def patterns(
     backward: Backward,
     k: int,
-    dtype: type,
     *,
     measure: Measure | None = None,
     factor: Fraction = Fraction(1),
@@ -112,34 +94,24 @@ def patterns(
     Args:
         backward: the product.
         k: how many tasks a set has.
-        dtype: np.int32 or np.int64.
         measure: whose growth is bounded.
         factor: what a unit of cost is in units of mu.
         budgets: how much mu may grow, falling.
-
-    Raises:
-        OverflowError: if a finite cost does not fit the type.
     """
     sets = [np.array(databases, dtype=np.int64) for databases in combinations(range(len(backward.sizes)), k)]
     levels = np.array([UNBOUNDED, *budgets], dtype=np.int64)
-
-    def tabulate(tasks: np.ndarray) -> np.ndarray:
-        rates = None
-        if measure and budgets:
-            members = tasks.tolist()
-            rates = np.array([_rate(measure, members, s, factor) for s in range(2**k)], dtype=np.int64)
-        return cost_to_go(backward, tasks, dtype, rates=rates, budgets=None if rates is None else levels)
-
     cells = backward.sizes[np.stack(sets)]
     strides = np.cumprod(np.insert(cells, 0, backward.nodes, axis=1), axis=1)
     ends = np.cumsum(strides[:, -1])
     base = ends - strides[:, -1]
-    table: np.ndarray = np.empty((len(levels), ends[-1]), dtype=dtype)
-
-    def fill(p: int) -> None:
-        table[:, base[p] : ends[p]] = tabulate(sets[p])
-
-    in_parallel(fill, range(len(sets)), entries=table.size, staged=backward.stages is not None and not budgets)
+    table = np.empty((len(levels), ends[-1]), dtype=np.int64)
+    for p, tasks in enumerate(sets):
+        rates = None
+        if measure and budgets:
+            members = tasks.tolist()
+            rates = np.array([_rate(measure, members, s, factor) for s in range(2**k)], dtype=np.int64)
+        bounds = cost_to_go(backward, tasks, rates=rates, budgets=None if rates is None else levels)
+        table[:, base[p] : ends[p]] = bounds
     return Patterns(np.stack(sets), strides[:, :-1].copy(), base, table, levels)
 
 

@@ -30,7 +30,16 @@ from prefplan.heuristics.pattern_database import (
     look_under_budget,
 )
 from prefplan.heuristics.preference_bound import Blocks, preference_bound
-from prefplan.product.successors import Integer, ProductView, Successors, bare_kernel, decode, masks, successors
+from prefplan.product.successors import (
+    INFINITE,
+    Integer,
+    ProductView,
+    Successors,
+    bare_kernel,
+    decode,
+    masks,
+    successors,
+)
 from prefplan.search.labels import (
     COUNT,
     EXPANDED,
@@ -47,7 +56,6 @@ from prefplan.search.labels import (
     PARENT,
     ROWS,
     SATISFIED,
-    TAKEN,
     Queue,
     States,
     first_slot,
@@ -56,7 +64,10 @@ from prefplan.search.labels import (
 )
 
 # Why a run of the kernel ended.
-EXHAUSTED, GOAL, PAUSED, MORE_ROWS, MORE_LABELS, MORE_BUCKETS, TOO_WIDE = range(7)
+EXHAUSTED, GOAL, PAUSED, MORE_ROWS, MORE_LABELS, TOO_LARGE = range(6)
+
+DOMINATED = INFINITE
+"""In place of a label's mu: another label of its product state is no worse."""
 
 
 class Growth(NamedTuple):
@@ -84,7 +95,7 @@ class Labels(NamedTuple):
     """Paths.
 
     Attributes:
-        row: (L,) int32, where each leads. cost: (L,), mu: (L,). parent: (L,) int32, the path before, or -1.
+        row: (L,) int32, where each leads. cost: (L,) int64, mu: (L,) int64. parent: (L,) int32, the path before, or -1.
         sibling: (L,) int32, the next of the labels of the same product state, none of which dominates another, or -1.
     """
 
@@ -108,7 +119,6 @@ def run(
     counters: np.ndarray,
     bounds: np.ndarray,
     buffer: Successors,
-    infinite: Integer,
     cost_only: bool,
     budget: Integer,
 ) -> Integer:
@@ -129,7 +139,6 @@ def run(
         counters: see `labels`.
         bounds: (2,) int64, mu must stay below the first, and cost must not exceed the second.
         buffer: successors, and scratch.
-        infinite: a cost or mu that does not fit the labels' type.
         cost_only: whether labels are compared by cost alone (A*).
         budget: labels to take from the open list.
     """
@@ -156,7 +165,7 @@ def run(
                 k += 1
                 continue
             if spent >= growth.cost_limit:
-                return _stop(counters, parent, k, count, TOO_WIDE)
+                return _stop(counters, parent, k, count, TOO_LARGE)
             value = mu + growth.rate[satisfied] * (spent - (cost >> view.shift))
             value = _convex(growth, value, satisfied, cost >> view.shift, spent)
             if view.relaxed or parent == NONE:
@@ -174,7 +183,7 @@ def run(
             if row < 0:
                 node = decode(view, code, buffer.choice)
                 now, done = masks(view, buffer.choice)
-                growing = preference_bound(blocks, node, buffer.choice, now, infinite)
+                growing = preference_bound(blocks, node, buffer.choice, now)
                 if value + growing >= bounds[0]:
                     k += 1
                     continue
@@ -187,7 +196,7 @@ def run(
                 known[row, COST_BOUND] = known[row, LOOKED] = 0
                 known[row, LIKELY] = likely
                 known[row, TIGHT] = tight
-                far = min(bounds[1] - after, infinite - 1)
+                far = min(bounds[1] - after, INFINITE - 1)
                 if look_further(patterns, node, buffer.choice, known[row], min(far, counters[LOWEST] - after)) > far:
                     k += 1
                     continue
@@ -196,22 +205,21 @@ def run(
                 codes[row] = code
             if (
                 value + known[row, GROWTH_BOUND] >= bounds[0]
-                or known[row, COST_BOUND] >= infinite
+                or known[row, COST_BOUND] >= INFINITE
                 or after + known[row, COST_BOUND] > bounds[1]
                 or _dominated(labels, known[row, HEAD], after, value, cost_only)
             ):
                 k += 1
                 continue
             estimate = max(after + known[row, COST_BOUND], counters[LOWEST])
-            if estimate >= infinite or value >= infinite:
-                return _stop(counters, parent, k, count, TOO_WIDE)
+            if estimate >= INFINITE or value >= INFINITE:
+                return _stop(counters, parent, k, count, TOO_LARGE)
             label = counters[FREE]
             if label == NONE:
                 if counters[LABELS] == label_row.shape[0]:
                     return _stop(counters, parent, k, count, MORE_LABELS)
                 label = counters[LABELS]
-            if not push(queue, counters, label, estimate):
-                return _stop(counters, parent, k, count, MORE_BUCKETS)
+            push(queue, counters, label, estimate)
             if counters[FREE] == NONE:
                 counters[LABELS] += 1
             else:
@@ -220,7 +228,7 @@ def run(
             label_cost[label] = after
             label_mu[label] = value
             label_parent[label] = parent
-            labels.sibling[label] = _keep_undominated(labels, queue.links, known[row, HEAD], after, value, infinite)
+            labels.sibling[label] = _keep_undominated(labels, known[row, HEAD], after, value)
             known[row, HEAD] = label
             counters[GENERATED] += 1
             k += 1
@@ -234,7 +242,7 @@ def run(
         mu = np.int64(label_mu[label])
         k = count = 0
         parent = NONE
-        if mu >= infinite:
+        if mu == DOMINATED:
             label_parent[label] = counters[FREE]
             counters[FREE] = label
             continue
@@ -253,11 +261,10 @@ def run(
             elif estimate <= counters[LOWEST]:
                 estimate = label_cost[label] + look_under_budget(budgeted, node, buffer.choice, known[row], level, rest)
         if estimate > counters[LOWEST]:
-            if estimate >= infinite or estimate > bounds[1]:
+            if estimate >= INFINITE or estimate > bounds[1]:
                 _discard(labels, known, counters, label)
-            elif not push(queue, counters, label, estimate):
-                push(queue, counters, label, counters[LOWEST])
-                return _stop(counters, NONE, 0, 0, MORE_BUCKETS)
+            else:
+                push(queue, counters, label, estimate)
             continue
         if known[row, SATISFIED] < 0:
             bounds[0] = mu
@@ -283,16 +290,13 @@ def _dominated(labels: Labels, label: Integer, cost: Integer, mu: Integer, cost_
 
 
 @bare_kernel
-def _keep_undominated(
-    labels: Labels, links: np.ndarray, label: Integer, cost: Integer, mu: Integer, infinite: Integer
-) -> Integer:
-    """Return the labels of a state without those that a new one dominates; mark those for the open list to drop."""
+def _keep_undominated(labels: Labels, label: Integer, cost: Integer, mu: Integer) -> Integer:
+    """Return the labels of a state without those that a new one dominates, which the search then drops."""
     first = last = np.int64(NONE)
     while label != NONE:
         following = labels.sibling[label]
         if labels.cost[label] >= cost and labels.mu[label] >= mu:
-            if links[label] != TAKEN:
-                labels.mu[label] = infinite
+            labels.mu[label] = DOMINATED
         else:
             if last == NONE:
                 first = np.int64(label)

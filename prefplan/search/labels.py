@@ -24,16 +24,13 @@ COUNTERS = 11
 SATISFIED, GROWTH_BOUND, HEAD = range(BOUND_COLUMNS, BOUND_COLUMNS + 3)
 COLUMNS = BOUND_COLUMNS + 3
 
-TAKEN = -2
-"""In place of a link: the label is not in the open list."""
-
 
 class States(NamedTuple):
     """Product states met so far, one row each.
 
     Attributes:
         code: (R,) int64.
-        known: (R, F) of the labels' type, what is known of each, side by side.
+        known: (R, F) int64, what is known of each, side by side.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 
@@ -43,16 +40,12 @@ class States(NamedTuple):
 
 
 class Queue(NamedTuple):
-    """The open list: labels by cost + bound, the last one in first out.
+    """The open list: a binary heap of labels by cost + bound, of equal ones the last made first.
 
     Attributes:
-        heads: (B,) int32, first label of each bucket; bucket b holds the estimate b.
-        links: (L,) int32, the label after this one in its bucket.
-        keys: (L',) int64 and items: (L',) int64: a binary heap instead, when estimates spread too far for buckets.
+        keys: (L,) int64 and items: (L,) int64.
     """
 
-    heads: np.ndarray
-    links: np.ndarray
     keys: np.ndarray
     items: np.ndarray
 
@@ -75,35 +68,15 @@ def rehash(states: States, rows: Integer) -> None:
 
 
 @bare_kernel
-def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> bool:
-    """Insert a label; return False if its estimate is out of the buckets' range."""
-    if queue.heads.shape[0] == 0:
-        counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
-        queue.links[label] = NONE
-        return True
-    if estimate >= queue.heads.shape[0]:
-        return False
-    queue.links[label] = queue.heads[estimate]
-    queue.heads[estimate] = label
-    counters[OPEN] += 1
-    return True
+def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> None:
+    """Insert a label."""
+    counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
 
 
 @bare_kernel
 def pop(queue: Queue, counters: np.ndarray) -> Integer:
     """Remove a label of the smallest estimate, write that to the counters, and return the label."""
-    if queue.heads.shape[0] == 0:
-        counters[LOWEST] = queue.keys[0]
-        label = queue.items[0]
-        queue.links[label] = TAKEN
-        counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
-        return label
-    estimate = counters[LOWEST]
-    while queue.heads[estimate] < 0:
-        estimate += 1
-    counters[LOWEST] = estimate
-    label = np.int64(queue.heads[estimate])
-    queue.heads[estimate] = queue.links[label]
-    queue.links[label] = TAKEN
-    counters[OPEN] -= 1
+    counters[LOWEST] = queue.keys[0]
+    label = queue.items[0]
+    counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
     return label

@@ -12,8 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prefplan.heuristics.pattern_database import COST_BOUND, Patterns, cost_bound
-from prefplan.product.successors import Integer, ProductView, Successors, bare_kernel, decode, masks, successors
-from prefplan.search.boa_star import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE, Growth
+from prefplan.product.successors import (
+    INFINITE,
+    Integer,
+    ProductView,
+    Successors,
+    bare_kernel,
+    decode,
+    masks,
+    successors,
+)
+from prefplan.search.boa_star import EXHAUSTED, GOAL, MORE_LABELS, MORE_ROWS, PAUSED, TOO_LARGE, Growth
 from prefplan.search.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.search.labels import (
     COUNT,
@@ -38,7 +47,7 @@ from prefplan.search.labels import (
 HUGE = 1e200
 """A formula's value beyond this, or below 0, ends the search."""
 
-FALLS = 7
+FALLS = 6
 """Why a run of the kernel ended, beside those of `boa_star`: mu is less than on the path before."""
 
 CARRIED, ORDERED, EQUAL = 0, 1, 2
@@ -67,7 +76,7 @@ class VectorLabels(NamedTuple):
     """Paths.
 
     Attributes:
-        row: (L,) int32, cost: (L,), parent: (L,) int32, sibling: (L,) int32: as in `boa_star.Labels`.
+        row: (L,) int32, cost: (L,) int64, parent: (L,) int32, sibling: (L,) int32: as in `boa_star.Labels`.
         key: (L, D) float64, whole units; costs of unsatisfied tasks are entered as 0.
         mu: (L,) float64 units, never more than the exact value, and equal to it where no formula rounds.
     """
@@ -104,7 +113,6 @@ def run_vector(
     bounds: np.ndarray,
     buffer: Successors,
     scratch: Scratch,
-    infinite: Integer,
     budget: Integer,
 ) -> Integer:
     """Expand labels until a goal is found, memory is short or the budget is spent; return which.
@@ -152,20 +160,20 @@ def run_vector(
                 known[row, SATISFIED] = now | (-(2**31) if done == everything else 0)
                 known[row, COST_BOUND] = cost_bound(patterns, node, buffer.choice)
                 known[row, HEAD] = NONE
-            if known[row, COST_BOUND] >= infinite or after + known[row, COST_BOUND] > bounds[1]:
+            if known[row, COST_BOUND] >= INFINITE or after + known[row, COST_BOUND] > bounds[1]:
                 k += 1
                 continue
             now = known[row, SATISFIED] & (2**31 - 1)
             before, spent = cost >> view.shift, after >> view.shift
             if spent >= growth.cost_limit:
                 counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                return TOO_WIDE
+                return TOO_LARGE
             mu, error = _follow(
                 view, growth, key, programs, callback, labels, buffer, scratch, parent, j, before, spent, satisfied, now
             )
             if mu != mu:
                 counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                return TOO_WIDE
+                return TOO_LARGE
             if parent != NONE and mu + error < labels.mu[parent]:
                 return FALLS
             mu -= error
@@ -177,15 +185,13 @@ def run_vector(
                 k += 1
                 continue
             estimate = after + known[row, COST_BOUND]
-            if estimate >= infinite:
-                return TOO_WIDE
+            if estimate >= INFINITE:
+                return TOO_LARGE
             label = counters[LABELS]
             if label == labels.row.shape[0]:
                 counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
                 return MORE_LABELS
-            if not push(queue, counters, label, estimate):
-                counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                return MORE_BUCKETS
+            push(queue, counters, label, estimate)
             counters[LABELS] += 1
             labels.row[label] = row
             labels.cost[label] = after

@@ -66,7 +66,7 @@ class VectorSearch(Search):
     def _new_labels(self, count: int) -> multi_objective.VectorLabels:
         return multi_objective.VectorLabels(
             np.empty(count, np.int32),
-            np.empty(count, self.dtype),
+            np.empty(count, np.int64),
             np.empty(count, np.int32),
             np.empty(count, np.int32),
             np.empty((count, len(self._key.compare))),
@@ -89,7 +89,6 @@ class VectorSearch(Search):
             self.bounds,
             self.buffer,
             self._scratch,
-            self.infinite,
             pops,
         )
         if end == multi_objective.FALLS:
@@ -114,14 +113,14 @@ class VectorSearch(Search):
                 return start
         return super()._start_of(label, at)
 
-    def _widen(self) -> None:
+    def _too_large(self) -> None:
+        """Blame the user's function if it is at fault."""
         error = getattr(self._callback, "error", None)
         if isinstance(error, KeyboardInterrupt):
             raise error
         measure, names = self.product.problem.measure, self.product.problem.names
         for formula in measure.formulas:
             value_at(self._vector(), formula, names, "preference")
-        super()._widen()
 
     def _vector(self) -> tuple[list[Fraction], list[Fraction]]:
         """Return task costs and violation costs of the label that was made last, in the user's units."""

@@ -7,7 +7,7 @@ import numpy as np
 from sim.evidence.check import Check
 from sim.evidence.log import Log
 from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld
-from sim.robots.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
+from sim.robots.robot import Robot
 from sim.simulation.rollout import FRAME_RATE
 
 OBJECT_SPEED_LIMIT = 3.0
@@ -48,30 +48,30 @@ def check_recording(log: Log) -> Check:
 
 def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
     """Check the arm's joint positions, speeds and torques against their limits."""
-    angles = world.arm()
-    low, high = np.array([world.mujoco.joint(name).range for name in ARM_JOINTS]).T
+    angles, robot = world.arm(), world.robot
+    low, high = robot.ranges(world.mujoco).T
     middle, half = (low + high) / 2, (high - low) / 2
-    checks = [_within("joint positions", np.abs(angles - middle) / half, log.times)]
+    checks = [_within("joint positions", np.abs(angles - middle) / half, log.times, robot)]
     # What was recorded as a joint's greatest speed cannot be less than its mean speed.
     mean = np.abs(np.diff(angles, axis=0)) / np.diff(log.times)[:, None]
     hidden = np.argwhere(mean > log.speeds[1:] + 1e-3)
     if len(hidden):
         frame, joint = hidden[0]
         words = (
-            f"{ARM_JOINTS[joint]} moves at {mean[frame, joint]:.2f} rad/s at {log.times[frame]:.2f} s, "
+            f"{robot.joints[joint]} moves at {mean[frame, joint]:.2f} rad/s at {log.times[frame]:.2f} s, "
             f"where at most {log.speeds[frame + 1, joint]:.2f} rad/s are recorded"
         )
         checks.append(Check("joint speeds", False, words))
     else:
-        checks.append(_within("joint speeds", log.speeds / VELOCITY_LIMITS, log.times))
-    checks.append(_within("joint torques", log.torques / TORQUE_LIMITS, log.times))
+        checks.append(_within("joint speeds", log.speeds / robot.velocity_limits, log.times, robot))
+    checks.append(_within("joint torques", log.torques / robot.torque_limits, log.times, robot))
     return checks
 
 
-def _within(name: str, shares: np.ndarray, times: np.ndarray) -> Check:
-    """Return whether shares of a limit, (T, 7), stay below 1."""
+def _within(name: str, shares: np.ndarray, times: np.ndarray, robot: Robot) -> Check:
+    """Return whether shares of a limit, (T, n), stay below 1."""
     frame, joint = np.unravel_index(int(shares.argmax()), shares.shape)
-    most = f"{shares[frame, joint]:.1%} of the limit, {ARM_JOINTS[joint]} at {times[frame]:.2f} s"
+    most = f"{shares[frame, joint]:.1%} of the limit, {robot.joints[joint]} at {times[frame]:.2f} s"
     return Check(name, bool(shares.max() <= 1), f"at most {most}" if shares.max() <= 1 else f"exceeded: {most}")
 
 

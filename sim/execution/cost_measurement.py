@@ -20,7 +20,6 @@ from prefplan.models.manipulation.slots import hand_poses, location_of
 from sim.errors import SimulationError
 from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
-from sim.robots.panda import MJCF
 from sim.simulation.effort import Effort
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
@@ -68,8 +67,9 @@ class Failure:
 def sources() -> str:
     """Return a digest of the sources that decide what an action takes; measurements with another one are outdated."""
     digest = hashlib.sha256()
-    folders = (Path(__file__).parents[1] / name for name in MOTION)
-    for path in (*(source for folder in folders for source in sorted(folder.glob("*.py"))), MJCF):
+    sim = Path(__file__).parents[1]
+    programs = (source for name in MOTION for source in sorted((sim / name).glob("*.py")))
+    for path in (*programs, *sorted((sim.parent / "assets").glob("*.xml"))):
         digest.update(path.read_text(encoding="utf-8").encode())
     return digest.hexdigest()
 

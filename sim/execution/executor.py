@@ -17,7 +17,7 @@ from prefplan.models.transition_system import TransitionSystem
 from sim.errors import BlockedError, SimulationError
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
-from sim.motion.kinematics import CONTROL_PERIOD
+from sim.motion.trajectory import CONTROL_PERIOD
 from sim.perception.grounding import mismatch, observe, slot_of
 from sim.perception.sensors import ObjectPose, ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
@@ -187,6 +187,7 @@ class Execution:
             sim_seconds=float(cell.data.time),
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
+            robot=self.scene.robot,
         )
 
     def _states(self, index: int) -> ManipulationState:

@@ -11,12 +11,10 @@ from sim.execution.faults import Fault
 from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, SlippingGripper
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
-from sim.robots.panda import FINGER_JOINTS
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
 from sim.skills.skill import Skill
-from sim.world.clearance import reach_at
 from sim.world.furniture import yaw_quat
-from sim.world.places import NEAREST, Slot
+from sim.world.places import Slot
 
 STREAM = 2
 """Number of the random stream for faults: the same seed gives the same start poses with and without."""
@@ -106,7 +104,8 @@ class FaultInjector:
         hanging, now = self._hanging[i].seconds(), float(self._cell.data.time)
         if hanging is None or hanging < self._delays[i]:
             return False
-        open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in FINGER_JOINTS) + SLIP_GAP_M
+        fingers = self._cell.scene.robot.gripper.joints
+        open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP_M
         gripper = SlippingGripper(
             self._cell.gripper, self._cell.data, least_width=open_width, until=now + SLIP_DURATION_S
         )
@@ -146,9 +145,11 @@ class FaultInjector:
                 self._put_into(rng, obj, slots[rng.integers(len(slots))])
                 return True
         height = float(self._cell.scene.shapes[obj].half[2])
-        farthest = min(MAX_DISTANCE_M, reach_at(2 * height))
+        nearest = self._cell.scene.robot.nearest_m
         for _ in range(MAX_DRAWS):
-            far, bearing, yaw = rng.uniform([NEAREST, -MAX_BEARING_RAD, -np.pi], [farthest, MAX_BEARING_RAD, np.pi])
+            far, bearing, yaw = rng.uniform(
+                [nearest, -MAX_BEARING_RAD, -np.pi], [MAX_DISTANCE_M, MAX_BEARING_RAD, np.pi]
+            )
             position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
             if self._fits(obj, position, yaw):
                 self._put(obj, position, yaw)

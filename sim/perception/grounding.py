@@ -8,7 +8,6 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationState
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import Poses
-from sim.robots.panda import TCP
 from sim.world.places import Slot
 from sim.world.scene import Scene
 from sim.world.shapes import UPRIGHT
@@ -94,7 +93,7 @@ def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
 
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     """Return whether the hand is over a location: over its row of slots or between two of them."""
-    tool, row = data.site(TCP).xpos, scene.slots[location]
+    tool, row = data.site(scene.robot.tool).xpos, scene.slots[location]
     first, last = row[0].position, row[-1].position
     along = (last - first)[:2]
     share = np.clip((tool - first)[:2] @ along / max(along @ along, 1e-12), 0.0, 1.0)

@@ -17,7 +17,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Mani
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import NOWHERE, carriers, footprint, hand_over, resting
 from sim.perception.sensors import Poses, on_table
-from sim.world.places import FINGER_DEPTH, FINGER_HALF, Slot
+from sim.world.places import Slot
 from sim.world.scene import Scene
 from sim.world.shapes import extent
 
@@ -153,6 +153,7 @@ def _is_free_beside(scene: Scene, poses: Poses, slot: Slot, obj: str) -> bool:
     block = Rectangle(slot.position[:2], size.half + OBJECT_GAP_M, slot.yaw)
     if overlap(block, other):
         return False
-    fingers = np.array([size.opening / 2 + FINGER_DEPTH, FINGER_HALF])
+    gripper = scene.robot.gripper
+    fingers = np.array([size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
     lines = (slot.yaw, slot.yaw + np.pi / 2)
     return any(not overlap(Rectangle(slot.position[:2], fingers, line), other) for line in lines)

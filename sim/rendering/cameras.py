@@ -7,8 +7,7 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from sim.robots.panda import WRIST
-from sim.world.scene import AZIMUTH, ELEVATION, Scene
+from sim.world.scene import AZIMUTH, ELEVATION, WRIST, Scene
 
 DISTANCE = 3.5
 """Distance of the camera from its target, in halves of the table's longer side."""

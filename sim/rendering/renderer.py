@@ -16,10 +16,10 @@ import mujoco
 import numpy as np
 
 from sim.errors import RenderingError
+from sim.geometry.mjcf import VISIBLE
 from sim.rendering.antialias import smooth_edges
 from sim.rendering.cameras import Camera, camera
 from sim.rendering.quality import DRAFT, Quality
-from sim.robots.panda import VISIBLE
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import Scene
 

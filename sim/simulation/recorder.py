@@ -5,7 +5,6 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from sim.robots.panda import ARM_JOINTS, PADS
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene
 
@@ -16,11 +15,9 @@ class Recorder:
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
         model = scene.mujoco
-        first = int(model.joint(ARM_JOINTS[0]).dofadr[0])
-        self._arm = slice(first, first + len(ARM_JOINTS))
-        self._angles = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
-        self._low, self._high = np.array([model.joint(name).range for name in ARM_JOINTS]).T
-        self._pads = {model.geom(name).id: i for i, name in enumerate(PADS)}
+        self._dofs, self._angles = scene.robot.dofs(model), scene.robot.qpos(model)
+        self._low, self._high = scene.robot.ranges(model).T
+        self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._begin_frame()
         self._times: list[float] = []
         self._qpos: list[np.ndarray] = []
@@ -36,8 +33,8 @@ class Recorder:
 
     def feel(self, data: mujoco.MjData) -> None:
         """Update the greatest speeds and torques and the least joint margins with a state just simulated."""
-        np.maximum(self._speed, np.abs(data.qvel[self._arm]), out=self._speed)
-        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._arm]), out=self._torque)
+        np.maximum(self._speed, np.abs(data.qvel[self._dofs]), out=self._speed)
+        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._dofs]), out=self._torque)
         np.minimum(self._margin, self._margins_of(data), out=self._margin)
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
@@ -74,10 +71,11 @@ class Recorder:
         }
 
     def _begin_frame(self) -> None:
-        self._speed, self._torque, self._margin = np.zeros(7), np.zeros(7), np.full(7, np.inf)
+        n = len(self._dofs)
+        self._speed, self._torque, self._margin = np.zeros(n), np.zeros(n), np.full(n, np.inf)
 
     def _margins_of(self, data: mujoco.MjData) -> np.ndarray:
-        """Return the (7,) distances of the arm's joints from the nearer ends of their ranges, rad."""
+        """Return the (n,) distances of the arm's joints from the nearer ends of their ranges, rad."""
         q = data.qpos[self._angles]
         return np.minimum(q - self._low, self._high - q)
 

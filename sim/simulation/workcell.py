@@ -8,8 +8,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim.motion.collision import CollisionChecker
-from sim.motion.kinematics import CONTROL_PERIOD, Arm
+from sim.motion.kinematics import Arm
+from sim.motion.trajectory import CONTROL_PERIOD
 from sim.perception.sensors import (
     OBSERVATION_TIMEOUT_S,
     ExactSensor,
@@ -21,16 +21,13 @@ from sim.perception.sensors import (
     on_table,
 )
 from sim.perception.touch import Watch
-from sim.robots.panda import ARM_JOINTS, GRIPPER, TCP
+from sim.simulation.collision import CollisionChecker
 from sim.simulation.effort import EffortMeter
 from sim.simulation.gripper import Gripper
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Event
 from sim.world.scene import Scene
 from sim.world.shapes import ObjectShape
-
-ACTUATOR_LAG_S = 0.1
-"""Lag of the arm behind a moving command: kv / kp of its actuators; commands lead by as much."""
 
 CONTACT_FLICKER_S = 0.18
 """Pads that lose contact for less than this still hold their object: simulated contacts flicker."""
@@ -55,7 +52,7 @@ class Workcell:
         watch: monitors contacts.
         recorder: records every frame.
         meter: sums the arm's effort.
-        reference: (7,) joint reference last sent, rad.
+        reference: (n,) joint reference last sent, rad.
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
         sensor: observes the objects.
@@ -66,15 +63,16 @@ class Workcell:
     def __init__(self, scene: Scene, data: mujoco.MjData, *, sensor: Sensor | None = None) -> None:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given."""
         model = scene.mujoco
-        self._qpos = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
-        self._motors = [model.actuator(name).id for name in ARM_JOINTS]
-        self.gripper = Gripper(data, model.actuator(GRIPPER).id)
+        self._motors = [model.actuator(name).id for name in scene.robot.joints]
+        self.gripper = Gripper(data, model.actuator(scene.robot.gripper.actuator).id)
+        # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
+        self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)
         self._collision_checker = CollisionChecker(scene, self.watch)
-        self.meter = EffortMeter(model, data)
-        self.reference = data.qpos[self._qpos].copy()
+        self.meter = EffortMeter(scene.robot, data)
+        self.reference = data.qpos[scene.robot.qpos(model)].copy()
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
         self.glowing = -1
@@ -144,7 +142,7 @@ class Workcell:
         pose = self.latest_pose(obj)
         if pose is None:
             return obj
-        offset = pose.position - self.data.site(TCP).xpos
+        offset = pose.position - self.data.site(self.scene.robot.tool).xpos
         return obj if np.linalg.norm(offset) < HOLD_OFFSET_M else None
 
     @property
@@ -156,17 +154,17 @@ class Workcell:
         """Drive the arm along joint references; it brakes early if it loses its load.
 
         Args:
-            references: (N, 7) rad, every `CONTROL_PERIOD`.
+            references: (N, n) rad, every `CONTROL_PERIOD`.
         """
         points = np.vstack([self.reference, references])
         carried = self.held() if self.watch.aloft else None
-        for done, tick in enumerate(_commands(points, self._substeps).reshape(len(references), self._substeps, 7), 1):
+        for done, tick in enumerate(_commands(points, self._substeps, self._lag), 1):
             self._tick(tick)
             if carried and self.held() is None and done < len(references):
                 self.log_event("lost", object=carried)
                 self.watch.handle(carried)
                 points = _braking(points, done)
-                for last in _commands(points, self._substeps, moving=True).reshape(len(points) - 1, self._substeps, 7):
+                for last in _commands(points, self._substeps, self._lag, moving=True):
                     self._tick(last)
                 break
         self.reference = points[-1]
@@ -185,7 +183,7 @@ class Workcell:
             self._tick()
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
-        """Return the bodies in collision with the robot or its load at (7,) joint angles, rad (`CollisionChecker`)."""
+        """Return the bodies in collision with the robot or its load at (n,) joint angles, rad (`CollisionChecker`)."""
         for obj in self.scene.shapes:
             self.latest_pose(obj)
         return self._collision_checker.touches(self.data, self._seen, q, width=width, clearance=clearance)
@@ -194,7 +192,7 @@ class Workcell:
         """Simulate one control period; record the frames that fall into it.
 
         Args:
-            commands: (substeps, 7) rad, of the arm's motors; None to leave them as they are.
+            commands: (substeps, n) rad, of the arm's motors; None to leave them as they are.
         """
         data = self.data
         self.disturb()
@@ -225,19 +223,20 @@ def _braking(points: np.ndarray, done: int) -> np.ndarray:
     return np.vstack([points[done], (1 - part) * points[low] + part * points[high]])
 
 
-def _commands(points: np.ndarray, substeps: int, *, moving: bool = False) -> np.ndarray:
+def _commands(points: np.ndarray, substeps: int, lag: np.ndarray, *, moving: bool = False) -> np.ndarray:
     """Return the motor commands at every step of the simulation that track joint references.
 
     A reference held for a whole control period would jerk the wrist with all its torque, kp times the angle
     covered meanwhile; a smooth curve through them does not.
 
     Args:
-        points: (N + 1, 7) rad, the present reference and those to follow.
+        points: (N + 1, n) rad, the present reference and those to follow.
         substeps: steps of the simulation in a control period.
+        lag: (n,) of the motors behind a moving command, s; commands lead by as much.
         moving: whether the arm moves already at the first.
 
     Returns:
-        (N * substeps, 7) rad.
+        (N, substeps, n) rad.
     """
     slopes = np.gradient(points, axis=0)
     slopes[-1] = 0.0
@@ -248,4 +247,4 @@ def _commands(points: np.ndarray, substeps: int, *, moving: bool = False) -> np.
     square, cube = 3 * (p1 - p0) - 2 * m0 - m1, m0 + m1 - 2 * (p1 - p0)
     curve = p0 + u * m0 + u**2 * square + u**3 * cube
     slope = m0 + 2 * u * square + 3 * u**2 * cube
-    return (curve + ACTUATOR_LAG_S / CONTROL_PERIOD * slope).reshape(-1, 7)
+    return curve + lag / CONTROL_PERIOD * slope

@@ -7,7 +7,7 @@ import numpy as np
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
 from sim.errors import BlockedError
-from sim.motion.kinematics import CONTROL_PERIOD
+from sim.motion.trajectory import CONTROL_PERIOD
 from sim.perception.grounding import AT_RADIUS_M, hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
@@ -15,12 +15,6 @@ from sim.skills.hand import HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, free_cl
 from sim.skills.skill import Skill, SkillError
 from sim.world.places import Slot
 from sim.world.shapes import Grip
-
-SQUEEZE_M = 0.015
-"""How much narrower than the object the commanded width of the hand is: about 15 N on each pad."""
-
-FIRM_FORCE_N = 5.0
-"""Least contact force on each pad in a firm grip: a third of what is commanded."""
 
 CLOSE_DURATION_S = 0.35
 """Duration of closing the hand."""
@@ -57,7 +51,7 @@ class GraspSkill(Grasp, Skill):
         if np.linalg.norm(cell.observe(obj).position - pose.position) > MOTION_THRESHOLD_M:
             raise SkillError(f"{obj} does not lie still")
         move_tool(cell, target, [yaw])
-        cell.grip(grip.width - SQUEEZE_M, CLOSE_DURATION_S)
+        cell.grip(grip.width - cell.scene.robot.gripper.squeeze_m, CLOSE_DURATION_S)
         forces = _await_firm_grip(cell)
         if forces is None:
             cell.grip(grip.opening, OPEN_DURATION_S)
@@ -87,7 +81,7 @@ def _await_firm_grip(cell: Workcell) -> np.ndarray | None:
     periods = 0
     for _ in range(round(GRIP_TIMEOUT_S / CONTROL_PERIOD)):
         cell.wait(CONTROL_PERIOD)
-        periods = periods + 1 if cell.watch.pad_forces.min() > FIRM_FORCE_N else 0
+        periods = periods + 1 if cell.watch.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
         if periods >= FIRM_DURATION_S / CONTROL_PERIOD:
             return cell.watch.pad_forces
     return None

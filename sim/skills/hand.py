@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sim.errors import BlockedError
-from sim.motion.kinematics import wrap
+from sim.motion.trajectory import wrap
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import SkillError
-from sim.world.places import FINGER_TIPS
 from sim.world.shapes import Grip
 
 HOVER_HEIGHT_M = 0.12
@@ -69,7 +68,7 @@ def passage_height(cell: Workcell, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear all objects at rest, m."""
     shapes = cell.shapes
     tops = [cell.observe(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
-    below = shapes[held].half[2] if held else FINGER_TIPS
+    below = shapes[held].half[2] if held else cell.scene.robot.gripper.fingertip_m
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.motion.kinematics import wrap
+from sim.motion.trajectory import wrap
 from sim.perception.grounding import AT_RADIUS_M
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import held_grip

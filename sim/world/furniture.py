@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import Solid, dish, plate, rounded_box, rounded_cylinder, tray
-from sim.robots.panda import HIDDEN, VISIBLE, add_solid
 from sim.world.materials import LAMP_GLOW, Rgba, glow_of
 from sim.world.places import FLOOR, LAMP_HALF, Station
 from sim.world.shapes import ObjectShape

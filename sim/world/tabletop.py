@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -86,6 +87,7 @@ def _pixel(table: Table, scale: float, point: np.ndarray) -> tuple[float, float]
     return (point[1] - table.y[0]) * scale, (point[0] - table.x[0]) * scale
 
 
+@lru_cache(maxsize=4)  # half of the time that a scene takes
 def _wood(width: int, height: int, scale: float) -> np.ndarray:
     """Return planks along the rows, each its own tone and stretch of grain."""
     rng = np.random.default_rng(3)

@@ -83,7 +83,7 @@ def measure(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             interrupted = True
         finally:
-            contents = to_json(scene.model, Measurements(tuple(done), scene.robot, digest))
+            contents = to_json(scene.model, Measurements(tuple(done), scene.robot.name, digest))
             write_json(file, contents)
     if options.json:
         output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
@@ -104,7 +104,7 @@ def _measured_before(file: Path, scene: Scene, sources: str) -> tuple[Measuremen
         found = read_measurements(file, scene.model)
     except ModelError:
         return ()
-    return found.actions if (found.robot, found.sources) == (scene.robot, sources) else ()
+    return found.actions if (found.robot, found.sources) == (scene.robot.name, sources) else ()
 
 
 def _json(

@@ -27,8 +27,8 @@ class MeasuredCosts:
         entries: the cost of each (kind, hand before, hand after) that was measured.
     """
 
-    quantity: str
-    entries: Mapping[Pair, Number] = field(default_factory=dict)
+    quantity: str = field(metadata={"key": "measured"})
+    entries: Mapping[Pair, Number] = field(default_factory=dict, metadata={"key": None})
 
 
 ActionCosts = Mapping[str, Number] | MeasuredCosts

@@ -26,14 +26,14 @@ class Location:
             any.
     """
 
-    name: str
+    name: str = field(metadata={"key": None})
     at: tuple[float, float] | None = None
     on: tuple[str, ...] = ()
     capacity: int = 1
     marks: str | None = None
     kind: str | None = None
-    closed: bool = False
-    clear_of: tuple[str, ...] = ()
+    closed: bool = field(default=False, metadata={"key": None})
+    clear_of: tuple[str, ...] = field(default=(), metadata={"key": None})
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Object:
         size: its lengths in metres, which and how many its kind says; None for a cube of usual size.
     """
 
-    name: str
+    name: str = field(metadata={"key": None})
     start: str
     fixed: bool = False
     rgba: tuple[float, float, float, float] | None = None
@@ -121,7 +121,7 @@ class Description:
     locations: tuple[Location, ...]
     objects: tuple[Object, ...]
     propositions: frozenset[str] = field(default_factory=frozenset)
-    begin: ManipulationState | None = None
+    begin: ManipulationState | None = field(default=None, metadata={"key": None})
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""

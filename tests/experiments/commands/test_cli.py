@@ -10,7 +10,8 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
-from command_line import DETOUR, Run, assert_is_error
+from command_line import Run, assert_is_error
+from scenario_texts import DETOUR
 
 import prefplan
 from experiments import commands

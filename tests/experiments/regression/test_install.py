@@ -11,7 +11,7 @@ import venv
 from pathlib import Path
 
 import pytest
-from small_scenes import PLACES_NEARBY, cup_scenario
+from scenario_texts import PLACES_NEARBY, cup_scenario
 
 ROOT = Path(__file__).parents[3]
 

@@ -13,7 +13,7 @@ import imageio_ffmpeg
 import mujoco
 import pytest
 from command_line import Run, call
-from small_scenes import PLACES, cup_scenario
+from scenario_texts import PLACES, cup_scenario
 
 from experiments.report import performance, recordings
 from experiments.runs import carry_out

@@ -17,7 +17,7 @@ import imageio_ffmpeg
 import mujoco
 import pytest
 from command_line import Run, call
-from small_scenes import PLACES, cup_scenario
+from scenario_texts import PLACES, cup_scenario
 
 from experiments import case_study_3
 from experiments.cli import arguments
@@ -90,7 +90,7 @@ def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
 
 
 def test_the_names_of_the_robots_are_those_of_the_simulation() -> None:
-    assert arguments.ROBOTS == catalogue.ROBOTS
+    assert arguments.ROBOTS == tuple(catalogue.ROBOTS)
 
 
 def test_a_location_out_of_reach_is_named(run: Run, cup: Path) -> None:

@@ -9,12 +9,13 @@ from typing import cast
 
 import numpy as np
 import pytest
-from small_scenes import RELAXED_CUP
+from scenario_texts import RELAXED_CUP
 
 from experiments import scenarios
 from experiments.runs.captions import captions
 from experiments.runs.tally import Tally, tally
 from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, load, pareto_front
+from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event, Rollout, Step
 
 
@@ -92,7 +93,7 @@ def test_captions_show_the_books_before_each_action_and_at_the_end(arch: Scenari
     books = books_of(arch, plan)
     steps = steps_of(arch, plan, cast(tuple[ManipulationState, ...], plan.states))
     nothing = np.zeros(0)
-    rollout = Rollout(True, None, steps, (), *[nothing] * 7, 17.0, 1.0, 0.0)
+    rollout = Rollout(True, None, steps, (), *[nothing] * 7, 17.0, 1.0, 0.0, PANDA)
     texts = captions(arch.tasks, rollout, books, plan=plan)
     assert [text.action for text in texts] == [*plan.actions, "done"]
     assert [text.start for text in texts] == list(range(18))

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_scenes import PLACES_NEARBY, cup_scenario
+from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.commands.command_line import main
 from experiments.sweep import workers

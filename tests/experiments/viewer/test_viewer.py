@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import viser
-from small_scenes import cup_scenario
+from scenario_texts import cup_scenario
 
 from experiments.runs.carry_out import begin, scene_of
 from experiments.viewer.control import Control, Stopped

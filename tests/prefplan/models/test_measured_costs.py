@@ -294,7 +294,7 @@ def test_negative_measurements_are_refused(scenario: Path) -> None:
     [
         ('{ measured = "energie" }', "model.costs.measured: unknown quantity 'energie' (did you mean 'energy'?)"),
         ('{ measured = "energy", grasp = 1 }', "model.costs.grasp: unknown key (valid: measured)"),
-        ("{ measured = 3 }", "model.costs.measured: should be a valid string"),
+        ("{ measured = 3 }", "model.costs.measured: must be a string, not 3"),
         ("{ transit = 3, grasp = 1 }", "model.costs: no cost for 'transport'"),
         ('{ transit = "3" }', "model.costs.transit: must be a number, not '3'"),
     ],

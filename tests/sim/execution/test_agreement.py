@@ -9,9 +9,9 @@ from itertools import combinations
 import mujoco
 import numpy as np
 import pytest
-from small_scenes import CUP
+from scenario_texts import CUP
 
-from experiments.runs.carry_out import scene_of
+from prefplan import ManipulationModel
 from prefplan.scenario.decode import loads
 from sim.evidence.log import Claims, Log, log_of
 from sim.evidence.replay import RecordedWorld
@@ -19,7 +19,7 @@ from sim.execution.executor import Execution
 from sim.execution.fault_injection import SLIP_DURATION_S, SLIP_GAP_M
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
-from sim.world.scene import Scene, initial_state
+from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
 
 ARRANGEMENTS = 150
@@ -63,8 +63,9 @@ def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch
 @pytest.mark.parametrize("before", [-0.02, 0.01, 0.03, 0.05, 0.08, 0.12])
 def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) -> None:
     """The hand opens for a moment, so many seconds before the grasp would have ended."""
-    scenario = loads(CUP, name="cup")
-    scene = scene_of(scenario)
+    model = loads(CUP).model
+    assert isinstance(model, ManipulationModel)
+    scene = build_scene(model)
     plain = Execution(scene, initial_state(scene))
     assert plain.step("transit desk") and plain.step("grasp cup")
     begin = plain.steps[-1].end - before

@@ -6,24 +6,21 @@ import pytest
 
 from sim.motion.kinematics import Arm
 from sim.perception.touch import Watch
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER
+from sim.robots.panda import PANDA
 from sim.world.scene import Scene, initial_state
 
 
 @pytest.fixture(scope="module")
 def arm() -> Arm:
-    return Arm()
+    return Arm(PANDA)
 
 
 def posed(scene: Scene, arm: Arm, position: tuple[float, float, float], *, width: float = 0.07) -> mujoco.MjData:
     """Return the start state with the tool at a position, its fingers pressing along x."""
     data = initial_state(scene)
     q, _ = arm.reach(np.array(position), [0.0, np.pi])
-    for name, value in zip(ARM_JOINTS, q, strict=True):
-        data.joint(name).qpos[0] = value
-    for name in FINGER_JOINTS:
-        data.joint(name).qpos[0] = width / 2
-    data.actuator(GRIPPER).ctrl[0] = 0.0
+    PANDA.put(data, q, width=width)
+    data.actuator(PANDA.gripper.actuator).ctrl[0] = 0.0
     mujoco.mj_forward(scene.mujoco, data)
     return data
 

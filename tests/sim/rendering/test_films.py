@@ -20,7 +20,7 @@ from sim.rendering.clips import GAP, compose
 from sim.rendering.overlay import Caption, draw_caption
 from sim.rendering.quality import DRAFT
 from sim.rendering.video import render_frame
-from sim.robots.panda import TCP
+from sim.robots.panda import PANDA
 from sim.world.scene import AZIMUTH, Scene, initial_state
 
 SIZE = (160, 90)
@@ -59,7 +59,7 @@ def test_the_wrist_sees_what_is_between_the_fingers(scene: Scene) -> None:
     data = initial_state(scene)
     eye = data.camera("wrist")
     ahead = -eye.xmat.reshape(3, 3)[:, 2]
-    towards = data.site(TCP).xpos - eye.xpos
+    towards = data.site(PANDA.tool).xpos - eye.xpos
     assert ahead @ towards / np.linalg.norm(towards) > 0.98
 
 

@@ -50,6 +50,7 @@ def rollout(scene: Scene) -> Rollout:
         sim_seconds=float(times[-1]),
         wall_seconds=0.0,
         placement_error=0.0,
+        robot=scene.robot,
     )
 
 

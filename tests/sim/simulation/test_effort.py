@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sim.execution.executor import Execution
-from sim.robots.panda import ARM_JOINTS
+from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.world.scene import Scene, initial_state
@@ -23,8 +23,7 @@ def test_an_arm_at_rest_takes_time_alone(cell: Workcell) -> None:
 
 def test_travel_is_the_angle_covered(cell: Workcell) -> None:
     perform(cell, "transit table")
-    joints = [cell.scene.mujoco.joint(name).qposadr[0] for name in ARM_JOINTS]
-    angles = cell.recorder.arrays["qpos"][:, joints]
+    angles = cell.recorder.arrays["qpos"][:, PANDA.qpos(cell.scene.mujoco)]
     assert cell.meter.total.travel == pytest.approx(np.abs(np.diff(angles, axis=0)).sum(), rel=0.03)
 
 

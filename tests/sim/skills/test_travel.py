@@ -8,7 +8,7 @@ import pytest
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError, SimulationError
-from sim.robots.panda import ARM_JOINTS, VELOCITY_LIMITS
+from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.transfer import PATH_CLEARANCE_M, travel
@@ -48,8 +48,8 @@ def assert_clean(cell: Workcell) -> None:
     """Fail if anything was touched that should not be, or a limit of position, speed or torque was passed."""
     assert [event for event in cell.events if event.kind == "contact"] == []
     model, recorded = cell.scene.mujoco, cell.recorder.arrays
-    assert (recorded["speeds"] < VELOCITY_LIMITS).all()
-    assert (recorded["torques"] < [model.actuator(name).forcerange[1] for name in ARM_JOINTS]).all()
+    assert (recorded["speeds"] < PANDA.velocity_limits).all()
+    assert (recorded["torques"] < [model.actuator(name).forcerange[1] for name in PANDA.joints]).all()
     assert recorded["margins"].min() > 0.05
 
 
@@ -92,7 +92,7 @@ def test_a_tower_is_passed_over(height: int, at: tuple[float, float], b: tuple[f
 
 def test_a_place_right_behind_a_tower_is_refused() -> None:
     places, blocks = tower(5, (0.45, 0.0))
-    with pytest.raises(SimulationError, match="locations.b: no room for the arm over an object at 't4'"):
+    with pytest.raises(SimulationError, match="locations.b: the robot's link. would touch an object at 't4'"):
         table(
             Location("a", at=(0.4, 0.3)), Location("b", at=(0.6, 0.0)), *places, objects=(Object("cup", "a"), *blocks)
         )

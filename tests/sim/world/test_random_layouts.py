@@ -8,6 +8,7 @@ import pytest
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.execution.executor import execute
+from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene
 
@@ -75,7 +76,7 @@ def _random_objects(locations: tuple[Location, ...], rng: np.random.Generator) -
 
 def _fits(model: ManipulationModel) -> bool:
     try:
-        arrange(model)
+        arrange(model, PANDA)
     except SimulationError:
         return False
     return True

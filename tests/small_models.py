@@ -1,13 +1,14 @@
-"""Manipulation models of few locations, and what can be done there."""
+"""Small models and problems, and the maps of the paper."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from prefplan import Location, ManipulationModel, Object, TransitionSystem
+from prefplan import Location, ManipulationModel, Object, Problem, Task, TransitionSystem
+from prefplan.preferences.kinds import Preference
 
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
-
 
 TOWER = ManipulationModel(
     start="home",
@@ -39,9 +40,37 @@ def after(system: TransitionSystem, *actions: str) -> int:
 
 
 def enabled(system: TransitionSystem, *actions: str) -> list[str]:
-    """Return what can be done after a plan, in order."""
+    """Return the actions enabled after a plan, in order."""
     return [system.action_names[system.actions[edge]] for edge in system.edges(after(system, *actions))]
 
 
 def label(system: TransitionSystem, *actions: str) -> frozenset[str]:
     return system.label(after(system, *actions))
+
+
+NAMES = ("phi1", "phi2", "phi3")
+
+
+def build(preference: Preference, names: Sequence[str] = NAMES, **task: Any) -> Problem:
+    """Return a problem of tasks that all ask for q, on s -1.25-> t -2-> u with p in t, q in u, and r nowhere."""
+    edges = [("s", "go", "t", 1.25), ("t", "on", "u", 2)]
+    system = TransitionSystem.from_transitions(
+        edges, start="s", propositions=["p", "q", "r"], labels={"t": ["p"], "u": ["q"]}
+    )
+    return Problem(system, [Task(name, "F q", **task) for name in names], preference)
+
+
+MEADOW = {"dirt": (2, 0, 2, 0), "plant": (1, 1, 1, 1), "rock": (1, 2, 1, 2), "charge": (2, 2, 2, 2)}
+"""Regions of Examples 1 to 3, 3 x 3 cells: boxes x0 y0 x1 y1, corners inclusive."""
+
+TOWN = {
+    "p1": (2, 0, 4, 2),
+    "p2": (7, 2, 9, 4),
+    "tacos": (12, 1, 18, 5),
+    "cheese": (17, 7, 19, 9),
+    "p3": (17, 11, 19, 15),
+    "p4": (16, 17, 18, 19),
+    "grocer": (10, 10, 14, 19),
+    "pizza": (0, 15, 6, 18),
+}
+"""Regions of Case Studies 1 and 2, 20 x 20 cells."""

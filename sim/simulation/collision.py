@@ -9,7 +9,6 @@ import numpy as np
 
 from sim.perception.sensors import ObjectPose, Poses
 from sim.perception.touch import Watch
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, TCP
 from sim.world.scene import Scene
 
 
@@ -21,8 +20,9 @@ class CollisionChecker:
         self._model = model = copy.copy(scene.mujoco)
         self._data = mujoco.MjData(model)
         self._watch = watch
-        self._arm = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
-        self._fingers = [int(model.joint(name).qposadr[0]) for name in FINGER_JOINTS]
+        self._robot = scene.robot
+        self._arm = scene.robot.qpos(model)
+        self._fingers = [int(model.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
 
     def touches(
         self, now: mujoco.MjData, poses: Poses, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
@@ -32,7 +32,7 @@ class CollisionChecker:
         Args:
             now: the present state, of which the robot knows its own part.
             poses: last observed poses of the objects.
-            q: (7,) rad, joint angles to check.
+            q: (n,) joint angles to check, rad.
             width: between the pads, m; None for the present one.
             clearance: bodies nearer than this count as in collision, m.
         """
@@ -44,7 +44,7 @@ class CollisionChecker:
             self._put(obj, pose.position, pose.rotation)
         data.qpos[self._arm] = q
         if width is not None:
-            data.qpos[self._fingers] = width / 2
+            data.qpos[self._fingers] = width / len(self._fingers)
         mujoco.mj_kinematics(model, data)
         if handled and self._watch.aloft:
             self._carry(now, handled, poses[handled])
@@ -53,7 +53,7 @@ class CollisionChecker:
 
     def _carry(self, now: mujoco.MjData, obj: str, seen: ObjectPose) -> None:
         """Move an object as the hand moves it."""
-        here, there = now.site(TCP), self._data.site(TCP)
+        here, there = now.site(self._robot.tool), self._data.site(self._robot.tool)
         turn = there.xmat.reshape(3, 3) @ here.xmat.reshape(3, 3).T
         self._put(obj, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
         mujoco.mj_kinematics(self._model, self._data)
