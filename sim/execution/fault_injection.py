@@ -165,8 +165,8 @@ class FaultInjector:
         return True
 
     def _in_hand(self, obj: str) -> bool:
-        watch = self._cell.watch
-        return watch.handled == obj and self._cell.data.time - watch.pressed < CONTACT_FLICKER_S
+        contacts = self._cell.contacts
+        return contacts.handled == obj and self._cell.data.time - contacts.pressed < CONTACT_FLICKER_S
 
     def _is_free(self, slot: Slot) -> bool:
         """Return whether an object can be placed in a slot on the table without a contact with another."""
@@ -213,14 +213,14 @@ class _HangingTime:
     def seconds(self) -> float | None:
         """Return for how long something has hung in the hand, s; None if nothing does."""
         cell, now = self._cell, float(self._cell.data.time)
-        obj = cell.watch.handled
-        if obj is None or now - cell.watch.pressed > CONTACT_FLICKER_S:
+        obj = cell.contacts.handled
+        if obj is None or now - cell.contacts.pressed > CONTACT_FLICKER_S:
             self._gripped = self._since = None
             return None
         height = float(cell.data.body(obj).xpos[2])
         if self._gripped is None or self._gripped[0] != obj:
             self._gripped = (obj, height)
-        if not cell.watch.aloft and height - self._gripped[1] < LIFTED_HEIGHT_M:
+        if not cell.contacts.aloft and height - self._gripped[1] < LIFTED_HEIGHT_M:
             return None
         if self._since is None:
             self._since = now

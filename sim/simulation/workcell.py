@@ -20,7 +20,7 @@ from sim.perception.sensors import (
     object_pose,
     on_table,
 )
-from sim.perception.touch import Watch
+from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.effort import EffortMeter
 from sim.simulation.gripper import Gripper
@@ -49,7 +49,7 @@ class Workcell:
         scene: what is simulated.
         data: the MuJoCo state.
         arm: kinematics of the arm.
-        watch: monitors contacts.
+        contacts: monitors contacts.
         recorder: records every frame.
         meter: sums the arm's effort.
         reference: (n,) joint reference last sent, rad.
@@ -69,8 +69,8 @@ class Workcell:
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
-        self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)
-        self._collision_checker = CollisionChecker(scene, self.watch)
+        self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
+        self._collision_checker = CollisionChecker(scene, self.contacts)
         self.meter = EffortMeter(scene.robot, data)
         self.reference = data.qpos[scene.robot.qpos(model)].copy()
         self.events: list[Event] = []
@@ -136,8 +136,8 @@ class Workcell:
 
     def held(self) -> str | None:
         """Return the object between the pads that both press, short losses of contact aside, or None."""
-        obj = self.watch.handled
-        if obj is None or self.data.time - self.watch.pressed > CONTACT_FLICKER_S:
+        obj = self.contacts.handled
+        if obj is None or self.data.time - self.contacts.pressed > CONTACT_FLICKER_S:
             return None
         pose = self.latest_pose(obj)
         if pose is None:
@@ -148,7 +148,7 @@ class Workcell:
     @property
     def in_doubt(self) -> bool:
         """Whether the pads have just lost contact with the handled object, and may regain it."""
-        return self.watch.handled is not None and 0 < self.data.time - self.watch.pressed <= CONTACT_FLICKER_S
+        return self.contacts.handled is not None and 0 < self.data.time - self.contacts.pressed <= CONTACT_FLICKER_S
 
     def follow(self, references: np.ndarray) -> None:
         """Drive the arm along joint references; it brakes early if it loses its load.
@@ -157,12 +157,12 @@ class Workcell:
             references: (N, n) rad, every `CONTROL_PERIOD`.
         """
         points = np.vstack([self.reference, references])
-        carried = self.held() if self.watch.aloft else None
+        carried = self.held() if self.contacts.aloft else None
         for done, tick in enumerate(_commands(points, self._substeps, self._lag), 1):
             self._tick(tick)
             if carried and self.held() is None and done < len(references):
                 self.log_event("lost", object=carried)
-                self.watch.handle(carried)
+                self.contacts.handle(carried)
                 points = _braking(points, done)
                 for last in _commands(points, self._substeps, self._lag, moving=True):
                     self._tick(last)
@@ -203,8 +203,8 @@ class Workcell:
             self.recorder.feel(data)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
-        self.meter.look(data)
-        for pair in self.watch.look(data):
+        self.meter.update(data)
+        for pair in self.contacts.update(data):
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.log_event("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time

@@ -42,7 +42,7 @@ class GraspSkill(Grasp, Skill):
         pose = cell.measure(obj)
         if pose.tilt > TOPPLED_TILT_RAD:
             raise BlockedError(f"{obj} fell over", ())
-        cell.watch.handle(obj)
+        cell.contacts.handle(obj)
         yaw = shape.yaw_near(pose.yaw, slot.yaw)
         line, grip = free_closing_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grip_variants])
         target, above = self.closing_position(cell, obj, pose, grip), pose.position + [0.0, 0.0, HOVER_HEIGHT_M]
@@ -81,7 +81,7 @@ def _await_firm_grip(cell: Workcell) -> np.ndarray | None:
     periods = 0
     for _ in range(round(GRIP_TIMEOUT_S / CONTROL_PERIOD)):
         cell.wait(CONTROL_PERIOD)
-        periods = periods + 1 if cell.watch.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
+        periods = periods + 1 if cell.contacts.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
         if periods >= FIRM_DURATION_S / CONTROL_PERIOD:
-            return cell.watch.pad_forces
+            return cell.contacts.pad_forces
     return None

@@ -27,7 +27,7 @@ class ReleaseSkill(Release, Skill):
         obj, location = action.obj, action.location
         check_held(cell, obj)
         slot = free_slot(cell, obj, location)
-        cell.watch.handle(obj, aloft=True)
+        cell.contacts.handle(obj, aloft=True)
         cell.wait(SETTLE_DURATION_S)
         position, yaw = placing_pose(cell, obj, slot)
         above = position + [0.0, 0.0, HOVER_HEIGHT_M]
@@ -35,12 +35,12 @@ class ReleaseSkill(Release, Skill):
         check_free(cell, obj, slot)
         position, yaw = placing_pose(cell, obj, slot)
         check_held(cell, obj)
-        cell.watch.handle(obj)
+        cell.contacts.handle(obj)
         move_tool(cell, position, [yaw])
         cell.wait(SETTLE_DURATION_S)
         cell.grip(held_grip(cell, obj).opening, OPEN_DURATION_S)
         move_tool(cell, above, [yaw])
-        cell.watch.handle(None)
+        cell.contacts.handle(None)
         error = float(np.hypot(*(cell.measure(obj).position - slot.position)[:2]))
         cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
         if cell.scene.model.location(location).marks:

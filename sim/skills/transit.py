@@ -18,7 +18,7 @@ class TransitSkill(Transit, Skill):
 
     def perform(self, cell: Workcell, action: Action) -> None:
         """See `Skill.perform`."""
-        cell.watch.handle(None)
+        cell.contacts.handle(None)
         slots = cell.scene.slots[action.location]
         centre = np.mean([slot.position for slot in slots], axis=0)
         middle = extent(cell.scene.shapes.values()).high / 2

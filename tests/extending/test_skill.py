@@ -37,7 +37,7 @@ class Push(sim.Skill):
         along = np.array([*(goal - centre)[:2], 0.0]) / np.linalg.norm((goal - centre)[:2])
         goal, yaw = np.array([*goal[:2], centre[2]]), float(np.arctan2(along[1], along[0]) + np.pi / 2)
         behind, up = along * (half[0] + FINGER_M), np.array([0.0, 0.0, HOVER_HEIGHT_M])
-        cell.watch.handle(obj)
+        cell.contacts.handle(obj)
         cell.grip(0.0, 0.3)
         yaws = [move_tool(cell, centre - 1.3 * behind + up, [yaw, yaw - np.pi])]
         # Short movements are slow ones: pushed faster, the object would slide on.

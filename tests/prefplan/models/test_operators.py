@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_tables import COSTS, TOWER, model, spot
+from small_models import COSTS, TOWER, model, spot
 
 from prefplan import STANDARD_OPERATORS, Action, ManipulationModel, ManipulationState, ModelError, Object, Operator
 from prefplan.models.manipulation.action_costs import MeasuredCosts

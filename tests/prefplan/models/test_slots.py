@@ -13,7 +13,7 @@ from typing import NamedTuple
 import judge
 import numpy as np
 import pytest
-from small_tables import COSTS
+from small_models import COSTS
 
 from prefplan import ManipulationModel, ManipulationState, ModelError, Problem, Task, pareto_front
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
