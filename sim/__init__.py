@@ -34,6 +34,9 @@ _HOMES = {
     "sim.rendering.video": ("render_frame", "render_video"),
     "sim.robots.robot": ("Gripper", "Robot"),
     "sim.simulation.rollout": ("Event", "Rollout", "Step"),
+    "sim.simulation.workcell": ("Workcell",),
+    "sim.skills.catalogue": ("SKILLS",),
+    "sim.skills.skill": ("Skill", "SkillError"),
     "sim.world.randomization": ("Perturbation", "perturbed"),
     "sim.world.scene": ("Scene", "build_scene", "initial_state"),
 }

@@ -38,7 +38,8 @@ def compare_plans(study: Study, scenario: Scenario, front: Front) -> None:
         agrees=_in_order(cheapest) == "pink, then blue",
         remark="the paper prints no costs of this case study",
     )
-    first = next(action for action in preferred.actions if action.startswith("grasp"))
+    assert isinstance(scenario.model, ManipulationModel)
+    first = next(str(done) for done in map(scenario.model.action, preferred.actions) if done.kind == "grasp")
     study.compare(
         "preference-optimal plan",
         "pink is moved off the top, then blue, then pink is binned",
@@ -79,7 +80,10 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
     """
     from sim.rendering.video import render_frame
 
-    shown = {name: [s for s in o.rollout.steps if s.action.startswith("release")] for name, o in outcomes.items()}
+    shown = {
+        name: [step for step in outcome.rollout.steps if scene.model.action(step.action).kind == "release"]
+        for name, outcome in outcomes.items()
+    }
     most = max(len(steps) for steps in shown.values())
     with drawing(path, size=(3.2 * most, 2.2 * len(outcomes))) as figure:
         panels = figure.subplots(len(outcomes), most, squeeze=False)

@@ -156,7 +156,7 @@ def begin(
         sensor = NoisySensor(perturbation.noise, seed=seed or 0)
     run = Execution(scene, start, system=problem.system, sensor=sensor, faults=conditions.get("faults", ()), seed=seed)
     go_on = _go_on(conditions.get("choice", "cost"), plan, problem.measure.contract)
-    return ClosedLoop(run, problem, plan, go_on=go_on, tell=tell)
+    return ClosedLoop(run, problem, plan, go_on=go_on, on_progress=tell)
 
 
 def _outcome(

@@ -104,16 +104,15 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
     """
     name = "contacts"
     for event in log.about.events:
-        if event.kind == "contact" and _disturbed(log, event.time).isdisjoint(map(str, event.detail.values())):
+        if event.kind == "contact" and _disturbed(log, world, event.time).isdisjoint(map(str, event.detail.values())):
             words = f"{event.detail.get('moving')} touched {event.detail.get('other')} at {event.time:.2f} s"
             return Check(name, False, f"{words}, according to the log")
     for frame, time in enumerate(log.times):
         world.show(frame)
-        kind, obj = _handled(log, float(time))
-        aloft = kind == "transport" and bool(log.pad_forces[frame].min() > HOLD_FORCE_N)
-        found = world.touches(obj, aloft=aloft)
+        obj, carried = _handled(log, world, float(time))
+        found = world.touches(obj, aloft=carried and bool(log.pad_forces[frame].min() > HOLD_FORCE_N))
         if found:
-            disturbed = _disturbed(log, float(time))
+            disturbed = _disturbed(log, world, float(time))
             found = [pair for pair in found if disturbed.isdisjoint(pair)]
         if found:
             moving, other = found[0]
@@ -121,22 +120,22 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
     return Check(name, True, f"only with the grasped object; {len(log.times)} frames checked, with {world.arm_shapes}")
 
 
-def _disturbed(log: Log, time: float) -> set[str]:
+def _disturbed(log: Log, world: RecordedWorld, time: float) -> set[str]:
     """Return the objects that faults have moved, knocked over or let slip within `REST_TIMEOUT_S` before a time."""
     disturbed = set()
     for event in log.about.events:
         if event.kind == "fault" and 0 <= time - event.time <= REST_TIMEOUT_S:
             kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
-            obj = _handled(log, event.time)[1] if kind == "slip" else target
+            obj = _handled(log, world, event.time)[0] if kind == "slip" else target
             if obj and kind in ("move", "knock", "slip"):
                 disturbed.add(obj)
     return disturbed
 
 
-def _handled(log: Log, time: float) -> tuple[str, str | None]:
-    """Return the kind of the action at a time, and the object it is about; between two actions, of the one before."""
+def _handled(log: Log, world: RecordedWorld, time: float) -> tuple[str | None, bool]:
+    """Return the object that the action at a time, or the one before it, is about, and whether that carries it."""
     begun = [action for action in log.about.actions if action.start <= time]
-    if not begun:
-        return "", None
-    kind, obj, *_ = begun[-1].action.split()
-    return kind, None if kind == "transit" else obj
+    action = world.action(begun[-1].action) if begun else None
+    if action is None or not action.obj:
+        return None, False
+    return action.obj, world.model.operator(action.kind).travels

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import ModelError, PrefplanError
+from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
@@ -87,6 +88,13 @@ class RecordedWorld:
         self._roles = _roles(self.robot, self.mujoco)
         self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
+
+    def action(self, text: str) -> Action | None:
+        """Return the action that a text means, or None if it is none of the arm's."""
+        try:
+            return self.model.action(text)
+        except ModelError:
+            return None
 
     def arm(self) -> np.ndarray:
         """Return the (T, n) recorded angles of the arm's joints, rad."""

@@ -19,7 +19,7 @@ from experiments.cli.progress import Bars
 from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, QUANTITIES
+from prefplan.models.manipulation.action_costs import QUANTITIES
 from prefplan.models.manipulation.measured_costs import (
     Measurement,
     Measurements,
@@ -90,7 +90,7 @@ def measure(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
     else:
-        _show(Console(highlight=False), scenario.name, file, done, before=before)
+        _show(Console(highlight=False), scenario.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
         print(f"prefplan: not measured: {failure.reason}", file=sys.stderr)
     if interrupted:
@@ -122,14 +122,16 @@ def _json(
     }
 
 
-def _show(console: Console, name: str, file: Path, done: Sequence[Measurement], *, before: int) -> None:
+def _show(
+    console: Console, name: str, file: Path, done: Sequence[Measurement], *, kinds: Sequence[str], before: int
+) -> None:
     """Print how much was measured, and the range of each quantity."""
     table = Table(title=f"{name}: what an action takes, least and most", title_justify="left")
     table.add_column("action")
     table.add_column("pairs", justify="right")
     for quantity, unit in QUANTITIES.items():
         table.add_column(f"{quantity} ({unit})", justify="right")
-    for kind in ACTION_KINDS:
+    for kind in kinds:
         some = [one.quantities for one in done if one.pair[0] == kind]
         if some:
             columns = [[float(cast(float, quantities[quantity])) for quantities in some] for quantity in QUANTITIES]

@@ -207,19 +207,19 @@ def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.Mon
 
 
 def interrupted_at(action: str) -> Callable[[executor.Execution, str], bool]:
-    """Return a way to carry an action out that is interrupted at one of them."""
-    carry_out = executor.Execution.carry_out
+    """Return an `Execution.step` that is interrupted at one action."""
+    step = executor.Execution.step
 
-    def carry_out_or_stop(self: executor.Execution, what: str) -> bool:
+    def step_or_stop(self: executor.Execution, what: str) -> bool:
         if what == action:
             raise KeyboardInterrupt
-        return carry_out(self, what)
+        return step(self, what)
 
-    return carry_out_or_stop
+    return step_or_stop
 
 
 def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(executor.Execution, "carry_out", interrupted_at("transport cup tray"))
+    monkeypatch.setattr(executor.Execution, "step", interrupted_at("transport cup tray"))
     result = run("cup.toml", "--json")
     assert result.status == 130
     printed = json.loads(result.out)

@@ -230,7 +230,7 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
     def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
         tool = cell.arm.tool(references[-1]).position
         over_desk = np.hypot(*(tool - desk)[:2]) < 0.01
-        jug_on_shelf = np.hypot(*(cell.see("jug").position - shelf)[:2]) < 0.01
+        jug_on_shelf = np.hypot(*(cell.observe("jug").position - shelf)[:2]) < 0.01
         return {blocker} if over_desk and jug_on_shelf else check(cell, references)
 
     monkeypatch.setattr(transfer, "obstacles_on", obstacles_on)
