@@ -14,7 +14,7 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper
 from sim.world.furniture import add_station, yaw_quat
-from sim.world.materials import add_finishes
+from sim.world.materials import add_studio
 from sim.world.places import LAMP_DISTANCES, LAMP_HALF, LAMP_HEAD, LAMP_TOP, OBJECT_GAP, Slot, Station
 from sim.world.shapes import CUBE_EDGE, Extent
 
@@ -93,7 +93,7 @@ class RobotAtSlots:
         self._manipulation, self._robot, self._opening = model, arm.robot, size.opening
         self._configurations = configurations(arm, model, slots, size)
         spec = arm.robot.spec()
-        add_finishes(spec)
+        add_studio(spec, target=np.zeros(3), span=1.0)
         for station in stations:
             add_station(spec, station)
         self._locations = {f"{station.name}_base": (station.name, repr(station.name)) for station in stations}
