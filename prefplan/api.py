@@ -3,6 +3,7 @@
 from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
 from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options
+from prefplan.ledger import Entry, Ledger
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula, parse
 from prefplan.models.grid import GridModel
@@ -20,6 +21,7 @@ __all__ = [
     "Automaton",
     "Deadline",
     "Due",
+    "Entry",
     "Expression",
     "Formula",
     "FormulaError",
@@ -27,6 +29,7 @@ __all__ = [
     "FrontLimits",
     "Function",
     "GridModel",
+    "Ledger",
     "Location",
     "ManipulationModel",
     "ManipulationState",

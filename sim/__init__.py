@@ -21,9 +21,9 @@ except (AttributeError, ImportError, OSError, RuntimeError):
         os.environ["MUJOCO_GL"] = _wanted
 
 _HOMES = {
+    "prefplan.claims": ("Check",),
     "sim.errors": ("LogError", "RenderingError", "RobotError", "SimulationError"),
     "sim.evidence.certificate": ("Certificate", "certify"),
-    "sim.evidence.check": ("Check",),
     "sim.evidence.log": ("Log", "read_log"),
     "sim.execution.closed_loop": ("ClosedLoop", "Pursuit"),
     "sim.execution.executor": ("Execution", "execute"),

@@ -1,12 +1,12 @@
 """What `import sim` offers; loaded on demand, see `__init__.py`."""
 
+from prefplan.claims import Check as Check
 from sim.errors import LogError as LogError
 from sim.errors import RenderingError as RenderingError
 from sim.errors import RobotError as RobotError
 from sim.errors import SimulationError as SimulationError
 from sim.evidence.certificate import Certificate as Certificate
 from sim.evidence.certificate import certify as certify
-from sim.evidence.check import Check as Check
 from sim.evidence.log import Log as Log
 from sim.evidence.log import read_log as read_log
 from sim.execution.closed_loop import ClosedLoop as ClosedLoop

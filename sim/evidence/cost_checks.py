@@ -1,4 +1,4 @@
-"""What a logged run cost, checked against its scenario."""
+"""The costs of a logged run's actions, checked against its scenario."""
 
 from __future__ import annotations
 
@@ -8,27 +8,26 @@ from fractions import Fraction
 
 import numpy as np
 
+from prefplan.claims import Check
 from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import Action, at, holding
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import free_slot, location_of, pose, slots_at_start
-from sim.evidence.check import Check
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 
 SURPRISES = ("retry", "replan")
-"""Events after which a run goes on from what the arm sees."""
+"""Events after which a run goes on from observed positions."""
 
 
 def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
     """Check that each action cost what the scenario says.
 
-    Measured costs depend on where the hand goes from and to. Until a surprise this follows from the actions, to the
-    slot; after one, where the arm saw what lay in which slot, an action may cost what it does between any slots of its
-    locations. From or to a place that the scenario does not have, such as where an object fell, it may cost what any
-    other of its kind does.
+    Measured costs depend on the slots between which the hand moves. Until the first surprise these follow from the
+    actions. After it, an action may cost what it does between any slots of its locations; from or to a place that the
+    scenario does not have, such as where an object fell, what any action of its kind does.
 
     Args:
         log: the log.
@@ -41,7 +40,7 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
     for k, action in enumerate(log.about.actions, 1):
         symbolic = world.action(action.action)
         if symbolic is None:
-            return Check(name, False, f"action {k} `{action.action}` is none that an arm can do")
+            return Check(name, False, f"action {k} `{action.action}` is unknown")
         travels = world.model.operator(symbolic.kind).travels
         goal = symbolic.location if travels else hand
         pair = track.follow(symbolic)
@@ -49,7 +48,7 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
         if pair in table and action.start < surprised:
             right = {table[pair]}
         if exact(action.cost) not in right:
-            said = f"{to_number(right.pop())}" if len(right) == 1 else "what its kind costs"
+            said = f"{to_number(right.pop())}" if len(right) == 1 else "another amount"
             return Check(name, False, f"action {k} `{action.action}` costs {said}, not {action.cost}")
         dropped = travels and symbolic.obj and holding(symbolic.obj) not in trace[k]
         hand = "" if dropped else goal
@@ -57,7 +56,7 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
 
 
 class _Track:
-    """Where the hand and the objects are, to the slot, as long as every action does what it should."""
+    """The slots of the hand and of the objects, as long as every action succeeds."""
 
     def __init__(self, model: ManipulationModel) -> None:
         places = [(obj.name, obj.start) for obj in model.objects]
@@ -68,7 +67,7 @@ class _Track:
         self._hand = model.start
 
     def follow(self, action: Action) -> Pair:
-        """Take an action and return its kind with the hand's poses before and after it."""
+        """Carry out an action; return its kind and the hand's poses before and after it."""
         before = self._hand
         if not action.location:
             place, slot = self._slots.pop(action.obj, (action.obj, 0))
@@ -85,15 +84,6 @@ class _Track:
     def _free(self, place: str) -> tuple[str, int]:
         taken = [[(place, i) in self._slots.values()] for i in range(self._capacity.get(place, 1))]
         return place, int(free_slot(np.array(taken))[0])
-
-
-def check_number(name: str, claim: int | float | None, derived: int | float) -> Check:
-    """Check a number that is claimed against the one that was derived."""
-    if claim is None:
-        return Check(name, False, f"nothing is claimed; the frames give {derived}")
-    # Preferences with a division are floating-point numbers.
-    agree = math.isclose(claim, derived, rel_tol=1e-9)
-    return Check(name, agree, f"{derived}" if agree else f"{claim} is claimed, but the frames give {derived}")
 
 
 def _costs(

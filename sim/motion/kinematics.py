@@ -189,7 +189,7 @@ class Arm:
         try:
             return mink.solve_ik(self._configuration, tasks, period, "daqp", limits=self._limits)
         except mink.NoSolutionFound:
-            raise SimulationError("the arm has come to where the limits of its joints leave no way on") from None
+            raise SimulationError("the arm cannot move on within the limits of its joints") from None
 
 
 def _transform(position: np.ndarray, yaw: float) -> mink.SE3:

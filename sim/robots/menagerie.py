@@ -7,9 +7,9 @@ import importlib
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import mujoco
 
@@ -65,7 +65,7 @@ def fetch() -> Path:
     Raises:
         RobotError: robot_descriptions or git is missing, or nothing is cached and the repository out of reach.
     """
-    with _environment(GIT_SETTINGS), contextlib.redirect_stdout(sys.stderr):
+    with patch.dict(os.environ, GIT_SETTINGS), contextlib.redirect_stdout(sys.stderr):
         try:
             if not _cached():
                 _check_reachable()
@@ -86,20 +86,6 @@ def fetch() -> Path:
     if not path.is_file():
         raise RobotError(f"the robot `menagerie` is not where it should be, {path}; {ALTERNATIVE}")
     return path
-
-
-@contextlib.contextmanager
-def _environment(settings: dict[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in settings}
-    os.environ.update(settings)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def _cached() -> bool:

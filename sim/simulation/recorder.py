@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -18,18 +20,12 @@ class Recorder:
         self._dofs, self._angles = scene.robot.dofs(model), scene.robot.qpos(model)
         self._low, self._high = scene.robot.ranges(model).T
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
+        self._frames: list[dict[str, Any]] = []
         self._begin_frame()
-        self._times: list[float] = []
-        self._qpos: list[np.ndarray] = []
-        self._glow: list[int] = []
-        self._speeds: list[np.ndarray] = []
-        self._torques: list[np.ndarray] = []
-        self._margins: list[np.ndarray] = []
-        self._pad_forces: list[np.ndarray] = []
 
     def is_due(self, data: mujoco.MjData) -> bool:
         """Return whether the time has come for another frame."""
-        return bool(data.time * FRAME_RATE >= len(self._times) - 1e-6)
+        return bool(data.time * FRAME_RATE >= len(self._frames) - 1e-6)
 
     def feel(self, data: mujoco.MjData) -> None:
         """Update the greatest speeds and torques and the least joint margins with a state just simulated."""
@@ -44,31 +40,26 @@ class Recorder:
             data: the present state.
             glow: index of the marking location at work, -1 for none.
         """
-        self._times.append(float(data.time))
-        self._qpos.append(data.qpos.copy())
-        self._glow.append(glow)
-        self._speeds.append(self._speed)
-        self._torques.append(self._torque)
-        self._margins.append(np.minimum(self._margin, self._margins_of(data)))
-        self._pad_forces.append(self._press(data))
+        frame = {
+            "times": float(data.time),
+            "qpos": data.qpos.copy(),
+            "glow": glow,
+            "speeds": self._speed,
+            "torques": self._torque,
+            "margins": np.minimum(self._margin, self._margins_of(data)),
+            "pad_forces": self._press(data),
+        }
+        self._frames.append(frame)
         self._begin_frame()
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """What was recorded, by the names it has in a `Rollout`; loads since the last frame are added to it."""
-        speeds, torques, margins = np.array(self._speeds), np.array(self._torques), np.array(self._margins)
-        np.maximum(speeds[-1], self._speed, out=speeds[-1])
-        np.maximum(torques[-1], self._torque, out=torques[-1])
-        np.minimum(margins[-1], self._margin, out=margins[-1])
-        return {
-            "times": np.array(self._times),
-            "qpos": np.array(self._qpos),
-            "glow": np.array(self._glow),
-            "speeds": speeds,
-            "torques": torques,
-            "margins": margins,
-            "pad_forces": np.array(self._pad_forces),
-        }
+        arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
+        for name, load in (("speeds", self._speed), ("torques", self._torque)):
+            arrays[name][-1] = np.maximum(arrays[name][-1], load)
+        arrays["margins"][-1] = np.minimum(arrays["margins"][-1], self._margin)
+        return arrays
 
     def _begin_frame(self) -> None:
         n = len(self._dofs)

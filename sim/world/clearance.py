@@ -14,8 +14,8 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper
 from sim.world.furniture import add_station, yaw_quat
-from sim.world.materials import add_finishes
-from sim.world.places import LAMP_DISTANCES, LAMP_HALF, LAMP_HEAD, LAMP_TOP, OBJECT_GAP, Slot, Station
+from sim.world.materials import add_studio
+from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF, LAMP_HEAD_M, LAMP_TOP_M, OBJECT_GAP_M, Slot, Station
 from sim.world.shapes import CUBE_EDGE, Extent
 
 CARRYING_HEIGHT_M = 0.08
@@ -55,13 +55,14 @@ def configurations(arm: Arm, model: ManipulationModel, slots: Slots, size: Exten
     tallest = max((float(slot.position[2]) + size.high for slot in flat), default=0.0)
     found = []
     for slot in flat:
-        distance, bearing = float(np.hypot(*slot.position[:2])), np.arctan2(slot.position[1], slot.position[0])
+        distance = float(np.hypot(*slot.position[:2]))
         where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
         if distance < robot.nearest_m:
             raise SimulationError(f"{where}, too near: at least {robot.nearest_m:.2f} m")
-        if abs(bearing) > robot.max_bearing_rad:
-            turn = np.degrees(robot.max_bearing_rad)
-            raise SimulationError(f"{where} and behind it; it turns {turn:.0f} degrees to either side")
+        if abs(np.arctan2(slot.position[1], slot.position[0])) > robot.max_bearing_rad:
+            raise SimulationError(
+                f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way"
+            )
         # What lies on several storeys is lowest when the lowest objects carry it.
         spread = _storeys(model, slot.location) * (size.high - size.low)
         q = reach(arm, slot, float(slot.position[2]) - spread + size.low / 2)
@@ -93,7 +94,7 @@ class RobotAtSlots:
         self._manipulation, self._robot, self._opening = model, arm.robot, size.opening
         self._configurations = configurations(arm, model, slots, size)
         spec = arm.robot.spec()
-        add_finishes(spec)
+        add_studio(spec, target=np.zeros(3), span=1.0)  # for the materials of the fixtures
         for station in stations:
             add_station(spec, station)
         self._locations = {f"{station.name}_base": (station.name, repr(station.name)) for station in stations}
@@ -104,8 +105,8 @@ class RobotAtSlots:
             body = spec.worldbody.add_body(name=name, pos=slot.position + [0, 0, half[2]], quat=yaw_quat(slot.yaw))
             body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
         lamp = spec.worldbody.add_body(name=LAMP, mocap=True, pos=[0, 0, -10])
-        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD, LAMP_TOP / 2])
-        _delete_what_is_only_drawn(spec)
+        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
+        spec.compiler.discardvisual = True
         self._model = spec.compile()
         self._model.geom_margin[:] = self._model.body_margin[:] = CLEARANCE_M
         self._data = mujoco.MjData(self._model)
@@ -121,7 +122,7 @@ class RobotAtSlots:
 
     def clear_of_lamp(self, head: Rectangle) -> bool:
         """Return whether the robot keeps clear of a lamp's head at every slot."""
-        self._data.mocap_pos[0] = [*head.centre, LAMP_TOP / 2]
+        self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
         self._data.mocap_quat[0] = yaw_quat(head.yaw)
         return not any(other == LAMP for _, q in self._configurations for _, other in self._touches(q))
 
@@ -143,12 +144,8 @@ class RobotAtSlots:
 
 def blocked(station: Station, others: Sequence[Station], gripper: Gripper, size: Extent) -> bool:
     """Return whether the fingers at a station would collide with another station, or the reverse."""
-    pairs = [pair for other in others for pair in ((station, other), (other, station))]
-    half = np.array([size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
     return any(
-        overlap(Rectangle(slot.position[:2], half, slot.yaw), other.outline)
-        for here, other in pairs
-        for slot in here.slots
+        _fingers_meet(station, other, gripper, size) or _fingers_meet(other, station, gripper, size) for other in others
     )
 
 
@@ -159,36 +156,29 @@ def lamp_foot(
     centre = station.outline.centre
     outwards = float(np.arctan2(centre[1], centre[0]))
     turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])
-    flat = [slot for row in slots.values() for slot in row]
-    for distance, turn in itertools.product(LAMP_DISTANCES, turns):
+    for distance, turn in itertools.product(LAMP_DISTANCES_M, turns):
         direction = np.array([np.cos(outwards + turn), np.sin(outwards + turn)])
         reach = max(float((slot.position[:2] - centre) @ direction) for slot in station.slots)
         foot = centre + direction * (reach + distance)
         stand = Rectangle(foot, np.full(2, LAMP_HALF), outwards + turn)
-        nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for slot in flat)
-        if nearest < LAMP_DISTANCES[0] - LAMP_HALF / 2 or any(
-            overlap(stand, _covered(other, size)) for other in stations
-        ):
+        nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in slots.values() for slot in row)
+        if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF / 2 or any(overlap(stand, _covered(at, size)) for at in stations):
             continue
-        if robot.clear_of_lamp(Rectangle(foot, LAMP_HEAD, outwards + turn)):
+        if robot.clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
             return foot
     raise SimulationError(
-        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES[0]:.2f} m away; move other locations off"
+        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES_M[0]:.2f} m away; move other locations off"
     )
 
 
-def _delete_what_is_only_drawn(spec: mujoco.MjSpec) -> None:
-    """Leave out geoms that do not collide, and their meshes, which take a while to compile."""
-    for geom in [geom for geom in spec.geoms if not geom.contype and not geom.conaffinity]:
-        spec.delete(geom)
-    used = {geom.meshname for geom in spec.geoms}
-    for mesh in [mesh for mesh in spec.meshes if mesh.name not in used]:
-        spec.delete(mesh)
+def _fingers_meet(station: Station, other: Station, gripper: Gripper, size: Extent) -> bool:
+    half = np.array([size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
+    return any(overlap(Rectangle(slot.position[:2], half, slot.yaw), other.outline) for slot in station.slots)
 
 
 def _covered(station: Station, size: Extent) -> Rectangle:
     swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
-    return station.outline.grown(OBJECT_GAP / 2 + swing)
+    return station.outline.grown(OBJECT_GAP_M / 2 + swing)
 
 
 def _storeys(model: ManipulationModel, location: str) -> int:

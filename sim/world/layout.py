@@ -14,13 +14,13 @@ from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper, Robot
 from sim.world.clearance import RobotAtSlots, blocked, check_apart, lamp_foot, reach
 from sim.world.places import (
-    BIN_MARGIN,
+    BIN_MARGIN_M,
     FLOOR,
     KINDS,
-    PAD_MARGIN,
-    PLATE_MARGIN,
-    ROW_GAP,
-    SUPPORT_OVERLAP,
+    PAD_MARGIN_M,
+    PLATE_MARGIN_M,
+    ROW_GAP_M,
+    SUPPORT_OVERLAP_M,
     Slot,
     Station,
     TableLayout,
@@ -54,13 +54,13 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
         _stack(place, model, slots, shapes)
-    check_apart(list(stations.values()), size)
-    at_slots = RobotAtSlots(arm, model, list(stations.values()), slots, size)
+    fixed = list(stations.values())
+    check_apart(fixed, size)
+    at_slots = RobotAtSlots(arm, model, fixed, slots, size)
     at_slots.check()
-    for place in grounded:
-        if place.marks and stations[place.name].kind != "stove":
-            foot = lamp_foot(stations[place.name], list(stations.values()), slots, at_slots, size)
-            stations[place.name] = replace(stations[place.name], lamp=foot)
+    for name, station in stations.items():
+        if model.location(name).marks and station.kind != "stove":
+            stations[name] = replace(station, lamp=lamp_foot(station, fixed, slots, at_slots, size))
     return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
 
 
@@ -94,18 +94,18 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
     row = np.array([0.0, offsets[-1]])
     half = size.half + row
     if kind in ("pad", "stove"):
-        half = half + PAD_MARGIN
+        half = half + PAD_MARGIN_M
     elif kind == "bin":
         inside = size.opening / 2 + gripper.finger_depth_m + 0.004
-        half = np.maximum(half + BIN_MARGIN, inside)
+        half = np.maximum(half + BIN_MARGIN_M, inside)
     elif kind == "plate":
-        half = float(np.hypot(*size.half)) + PLATE_MARGIN + row
+        half = float(np.hypot(*size.half)) + PLATE_MARGIN_M + row
     return Station(place.name, kind, Rectangle(centre, half, yaw), slots)
 
 
 def _pitch(gripper: Gripper, size: Extent) -> float:
     """Return the distance between neighbouring slots, m: the palm over a low object passes beside a high one."""
-    pitch = 2 * float(size.half[1]) + ROW_GAP
+    pitch = 2 * float(size.half[1]) + ROW_GAP_M
     if size.high > size.low / 2 + gripper.palm_height_m:
         pitch = max(pitch, float(size.half[1] + gripper.palm_half_width_m))
     return pitch
@@ -136,7 +136,7 @@ def _stack(
             raise SimulationError(f"{where}.on: {below[0].location!r} and {slot.location!r} differ in height")
         apart = position[:2] - slot.position[:2]
         axes = Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes
-        if np.abs(axes @ apart).max() > 2 * size.slim - SUPPORT_OVERLAP:
+        if np.abs(axes @ apart).max() > 2 * size.slim - SUPPORT_OVERLAP_M:
             raise SimulationError(
                 f"{where}.on: its middle is {np.hypot(*apart):.3f} m from {slot.location!r}, "
                 f"so an object of {2 * size.slim:.3f} m would not rest on it"

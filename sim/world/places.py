@@ -8,28 +8,28 @@ import numpy as np
 
 from sim.geometry.rectangle import Rectangle
 
-ROW_GAP = 0.019
+ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
 
-OBJECT_GAP = 0.014
+OBJECT_GAP_M = 0.014
 """Least distance between cubes of different locations, m: both may start 5 mm and 5 degrees off."""
 
-BIN_MARGIN = 0.0125
+BIN_MARGIN_M = 0.0125
 """From the last object of a row to a bin's wall, m."""
 
-PAD_MARGIN = 0.0375
+PAD_MARGIN_M = 0.0375
 """From an object to the edge of a pad or of a stove, m."""
 
-PLATE_MARGIN = 0.020
+PLATE_MARGIN_M = 0.020
 """From the corner of an object to the edge of a plate, m."""
 
-SUPPORT_OVERLAP = 0.010
+SUPPORT_OVERLAP_M = 0.010
 """Least length by which an object rests on each of its supports, m."""
 
-LAMP_DISTANCES = (0.19, 0.24, 0.29)
+LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
 """From the nearest slot to a lamp's post, the nearer the better, m: the hand hit one at 11 cm and cleared 17 cm."""
 
-LAMP_TOP, LAMP_HEAD = 0.235, np.array([0.045, 0.086])
+LAMP_TOP_M, LAMP_HEAD_M = 0.235, np.array([0.045, 0.086])
 """Top of a lamp's head above the table, and half of what it covers of it with 6 mm to spare, m."""
 
 LAMP_HALF = 0.04

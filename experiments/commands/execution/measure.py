@@ -12,7 +12,7 @@ from rich.table import Table
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json, add_scenario, positive
+from experiments.cli.arguments import Commands, add_command, add_jobs, add_json, add_scenario
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
@@ -49,12 +49,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="FILE",
         help="where to write it (default: SCENARIO.measured.json beside the scenario, where it is looked for)",
     )
-    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="processes to use (default: 2)")
+    add_jobs(parser)
 
 
 def measure(options: argparse.Namespace) -> int:
     """Carry out `prefplan measure`; what an earlier run measured of the same, moved in the same way, is kept."""
     with loading():
+        from joblib import cpu_count
+
         from experiments.runs.carry_out import scene_of
         from sim.execution.cost_measurement import measure_all, sources, trials
 
@@ -74,7 +76,7 @@ def measure(options: argparse.Namespace) -> int:
         before, total = len(done), len(done) + len(wanted)
         try:
             bars("measuring", before, total, "")
-            for result in measure_all(scene, wanted, jobs=options.jobs):
+            for result in measure_all(scene, wanted, jobs=options.jobs or cpu_count()):
                 if isinstance(result, Measurement):
                     done.append(result)
                 else:

@@ -12,8 +12,9 @@ import pytest
 from scenario_texts import CUP
 
 from prefplan import ManipulationModel
+from prefplan.claims import Claims
 from prefplan.scenario.decode import loads
-from sim.evidence.log import Claims, Log, log_of
+from sim.evidence.log import Log, log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import Execution
 from sim.execution.fault_injection import SLIP_DURATION_S, SLIP_GAP_M

@@ -79,7 +79,7 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
     [
         ([Location("far", at=(1.2, 0.0))], r"locations\.far: 1\.20 m .* beyond its reach$"),
         ([Location("near", at=(0.1, 0.0))], r"locations\.near: 0\.10 m .* too near"),
-        ([Location("back", at=(-0.5, 0.05))], r"locations\.back: 0\.50 m from the robot\'s base and behind it"),
+        ([Location("back", at=(-0.5, 0.05))], r"locations\.back: 0\.50 m from the robot's base, behind it"),
         ([Location("box", at=(0.5, 0.0), kind="bim")], r"locations\.box\.kind: .*did you mean 'bin'\?"),
         (
             [Location("a", at=(0.5, 0.0)), Location("b", at=(0.5, 0.05))],
@@ -158,8 +158,8 @@ def test_a_lamp_gives_way_to_other_locations(layout_of: Callable[..., TableLayou
 def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
     data = initial_state(scene)
     settle(scene, data, 1.0)
-    for thing, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
-        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
+    for obj, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
+        assert data.body(obj).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -192,8 +192,8 @@ def test_nothing_but_contact_holds_an_object(scene: Scene) -> None:
         int(model.eq_obj2id[0]),
     }
     assert model.nexclude == 0
-    for thing in scene.model.objects:
-        assert model.joint(thing.name).type == mujoco.mjtJoint.mjJNT_FREE
+    for obj in scene.model.objects:
+        assert model.joint(obj.name).type == mujoco.mjtJoint.mjJNT_FREE
 
 
 def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> None:
@@ -208,9 +208,9 @@ def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> N
 
 
 def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationModel) -> None:
-    plain = replace(arch_model, objects=tuple(Object(thing.name, thing.start) for thing in arch_model.objects))
+    plain = replace(arch_model, objects=tuple(Object(obj.name, obj.start) for obj in arch_model.objects))
     scene = build_scene(plain, meshes=False)
-    colours = {tuple(scene.mujoco.mat(thing.name).rgba) for thing in plain.objects}
+    colours = {tuple(scene.mujoco.mat(obj.name).rgba) for obj in plain.objects}
     assert len(colours) == 3
 
 
@@ -229,8 +229,8 @@ def test_any_number_of_locations_and_objects(layout_of: Callable[..., TableLayou
     scene = build_scene(model, meshes=False)
     data = initial_state(scene, seed=1)
     settle(scene, data, 0.5)
-    for thing, slot in start_slots(model, scene.slots, scene.shapes).items():
-        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
+    for obj, slot in start_slots(model, scene.slots, scene.shapes).items():
+        assert data.body(obj).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
     assert {"wash_glow", "dry_glow"} <= {scene.mujoco.mat(i).name for i in range(scene.mujoco.nmat)}
 
 
@@ -251,9 +251,9 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
     scene = build_scene(model, meshes=False)
     data = initial_state(scene, seed=1)
     settle(scene, data, 1.0)
-    for thing, slot in start_slots(model, scene.slots, scene.shapes).items():
-        assert data.body(thing).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[thing].half[2], abs=1e-3)
-        assert data.body(thing).xmat[8] == pytest.approx(1.0, abs=1e-3)
+    for obj, slot in start_slots(model, scene.slots, scene.shapes).items():
+        assert data.body(obj).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[obj].half[2], abs=1e-3)
+        assert data.body(obj).xmat[8] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., TableLayout]) -> None:
