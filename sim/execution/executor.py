@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import cast
 
 import mujoco
@@ -17,28 +18,19 @@ from prefplan.models.transition_system import TransitionSystem
 from sim.errors import BlockedError, SimulationError
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
-from sim.motion.trajectory import CONTROL_PERIOD
+from sim.execution.observation import await_grip, observed_poses, poses_at_rest
 from sim.perception.grounding import mismatch, observe, slot_of
-from sim.perception.sensors import ObjectPose, ObservationTimeoutError, Poses, Sensor, true_poses
+from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
-from sim.skills.catalogue import SKILLS
-from sim.skills.hand import HOVER_HEIGHT_M
+from sim.skills.catalogue import SKILLS, perform
+from sim.skills.hand import reaches
 from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
 SETTLE_AFTER_FAILURE_S = 1.0
 """Wait after a failed skill: an object that was dropped comes to rest before it is observed."""
-
-REST_DISTANCE_M = 0.004
-"""An object at rest moves by less than this within `REST_PERIOD_S`."""
-
-REST_PERIOD_S = 0.2
-"""Time between two observations of objects that may be moving."""
-
-REST_TIMEOUT_S = 3.0
-"""How long to wait for objects to come to rest."""
 
 
 class Execution:
@@ -100,13 +92,13 @@ class Execution:
         self._began = time.perf_counter()
         self._placed: set[str] = set()
         if scene.model.start in scene.slots:
-            self._skills["transit"].perform(self.cell, Action("transit", location=scene.model.start))
+            perform(self.cell, Action("transit", location=scene.model.start))
 
     def check_state(self) -> bool:
         """Return whether an observation agrees with the present state; if not, `reason` says why."""
         state = self._states(self.state)
         try:
-            poses = self._poses()
+            poses = observed_poses(self.cell)
             seen = observe(self.scene, self.cell.data, poses, hand=state.hand, held=self.cell.held(), marks=state.marks)
             self.reason = mismatch(self.scene, poses, predicted=state, observed=seen)
         except ObservationTimeoutError as error:
@@ -133,7 +125,7 @@ class Execution:
         observed = before
         try:
             failure = self._attempt(symbolic, predicted.held)
-            poses = self._poses()
+            poses = observed_poses(self.cell)
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
         except ObservationTimeoutError as error:
@@ -161,10 +153,8 @@ class Execution:
         cell = self.cell
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
-        poses = self._settled()
-        found = reground(
-            self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, reachable=self._reachable
-        )
+        poses, reachable = poses_at_rest(cell), partial(reaches, cell)
+        found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, reachable=reachable)
         self.scene, self.lost = found.scene, found.lost
         cell.scene = found.scene
         if self.steps:
@@ -216,48 +206,9 @@ class Execution:
 
     def _check_grip(self, obj: str | None) -> None:
         """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
-        self._await_grip()
+        await_grip(self.cell)
         if obj is not None and self.cell.held() != obj:
             raise SkillError(f"{obj} slipped from the hand")
-
-    def _await_grip(self) -> None:
-        """Wait until it is certain whether the pads hold the handled object."""
-        while self.cell.in_doubt:
-            self.cell.wait(CONTROL_PERIOD)
-
-    def _poses(self) -> dict[str, ObjectPose]:
-        """Return the observed pose of every object, taken when it is certain which object is held."""
-        poses = self.cell.survey(self.cell.shapes)
-        while self.cell.in_doubt:
-            self._await_grip()
-            poses = self.cell.survey(self.cell.shapes)
-        return poses
-
-    def _settled(self) -> dict[str, ObjectPose]:
-        """Return the observed pose of every object once all are at rest, or after a timeout."""
-        poses = self._poses()
-        for _ in range(round(REST_TIMEOUT_S / REST_PERIOD_S)):
-            before = poses
-            self.cell.wait(REST_PERIOD_S)
-            poses = self._poses()
-            if before.keys() != poses.keys():
-                continue
-            moved = (np.linalg.norm(pose.position - before[obj].position) for obj, pose in poses.items())
-            if max(moved, default=0.0) < REST_DISTANCE_M:
-                break
-        return poses
-
-    def _reachable(self, position: np.ndarray) -> bool:
-        """Return whether the hand reaches a position from above."""
-        if position[2] < 0:
-            return False
-        lines = [np.pi / 4 * k for k in range(8)]
-        try:
-            for height in (0.0, HOVER_HEIGHT_M):
-                self.cell.arm.reach(position + [0.0, 0.0, height], lines)
-        except SimulationError:
-            return False
-        return True
 
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool

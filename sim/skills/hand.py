@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sim.errors import BlockedError
+from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import wrap
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import SkillError
@@ -70,6 +70,19 @@ def passage_height(cell: Workcell, held: str | None = None) -> float:
     tops = [cell.observe(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
     below = shapes[held].half[2] if held else cell.scene.robot.gripper.fingertip_m
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
+
+
+def reaches(cell: Workcell, position: np.ndarray) -> bool:
+    """Return whether the hand reaches a (3,) position, m, from above, in any of eight directions."""
+    if position[2] < 0:
+        return False
+    lines = [np.pi / 4 * k for k in range(8)]
+    try:
+        for height in (0.0, HOVER_HEIGHT_M):
+            cell.arm.reach(position + [0.0, 0.0, height], lines)
+    except SimulationError:
+        return False
+    return True
 
 
 def held_grip(cell: Workcell, obj: str) -> Grip:

@@ -1,4 +1,4 @@
-"""What the actions of a manipulation model cost: one number a kind, or measured between every two poses of the hand."""
+"""Costs of actions: one number a kind, or measured between every two poses of the hand."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from prefplan.errors import ModelError, choices
 from prefplan.exact_costs import Number, exact
 
 QUANTITIES = {"time": "s", "travel": "rad", "energy": "J"}
-"""What can be measured of an action, with its unit."""
+"""Quantities that can be measured, with their units."""
 
 Pair = tuple[str, str, str]
 """An action's kind, and the hand's pose before and after it: a location, one of its slots, or the start pose."""
 
 UNMEASURED = -1
-"""Stands for the cost of an action that was not measured."""
+"""Entry of a cost matrix for an action that was not measured."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a manipulation model is made of: locations, objects, costs, and a symbolic state of them."""
+"""The parts of a manipulation model: locations, objects, costs, and its symbolic states."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ class Location:
     Attributes:
         at: (x, y) on the table in metres, robot base frame; None when it lies on other locations.
         on: locations that must all hold an object before something can be put here.
-        capacity: how many objects have room.
-        marks: what happens to an object released here: `<object>_<marks>` holds from then on.
-        kind: what it looks like in simulation; None for a plain spot.
-        closed: True if nothing can be put here: a place where something happens to lie.
-        clear_of: locations that keep objects from being put here, or taken from here if it is closed, while they hold
-            any.
+        capacity: number of objects that it holds.
+        marks: the mark of an object released here: `<object>_<marks>` holds from then on.
+        kind: its look in simulation; None for a plain spot.
+        closed: True if nothing can be put here: a place where an object happens to lie.
+        clear_of: locations that must be empty before an object is put here, or if it is closed, taken from here.
     """
 
     name: str = field(metadata={"key": None})
@@ -65,10 +64,10 @@ class ManipulationState:
         held: object in the hand, or None.
         places: (object, location) for every object that rests somewhere, in the model's order.
         marks: (object, mark) for every mark an object carries.
-        slots: (object, slot) for every object at a location with several, in the model's order, as far as slots are
-            told apart: see `prefplan.models.manipulation.slots`.
-        hand_slot: the slot that the hand is over, if its location has several and they are told apart; None also for
-            the middle between them.
+        slots: (object, slot) for every object at a location with several slots, in the model's order, where slots are
+            distinguished: see `prefplan.models.manipulation.slots`.
+        hand_slot: the slot that the hand is over, if its location has several and they are distinguished; None also
+            for the middle between them.
     """
 
     hand: str
@@ -151,7 +150,7 @@ class Description:
 
     @property
     def slot_counts(self) -> dict[str, int]:
-        """How many slots of each location are told apart: all where costs are measured, otherwise they are one."""
+        """Number of distinguished slots of each location: its capacity where costs are measured, otherwise 1."""
         apart = isinstance(self.costs, MeasuredCosts)
         return {place.name: place.capacity if apart else 1 for place in self.locations}
 

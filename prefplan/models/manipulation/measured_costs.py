@@ -1,4 +1,4 @@
-"""The file of measurements beside a scenario: what each of its actions took in simulation."""
+"""The file of measurements beside a scenario: the time, travel and energy of each action in simulation."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses
 
 COSMETIC = frozenset({"rgba"})
-"""Attributes of objects that change nothing that is measured."""
+"""Attributes of objects that do not affect measurements."""
 
 DECIMALS = 3
-"""Of what was measured, as it is written down."""
+"""Decimals of quantities in the file."""
 
 FORMAT = 2
-"""Of the file: since 2 an action goes from and to slots, where a location has several."""
+"""Version of the file: since 2 an action goes from and to slots, where a location has several."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """What one action took between two poses of the hand, on average.
+    """The average effort of one action between two poses of the hand.
 
     Attributes:
         pair: its kind, and the hand's pose before and after it.
         quantities: each of `QUANTITIES`, in its unit.
-        samples: how many simulations that is the average of.
+        samples: number of simulations in the average.
     """
 
     pair: Pair
@@ -44,12 +44,12 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Measurements:
-    """What a file of measurements holds.
+    """The contents of a file of measurements.
 
     Attributes:
-        actions: what each action took.
-        robot: name of the robot that was simulated.
-        sources: a digest of what moved it; no plan depends on it, but it tells what was measured with other skills.
+        actions: the effort of each action.
+        robot: name of the simulated robot.
+        sources: digest of the sources that moved it: another one means that the measurements are outdated.
     """
 
     actions: tuple[Measurement, ...]
@@ -58,12 +58,12 @@ class Measurements:
 
 
 def measurements_file(scenario: Path) -> Path:
-    """Return where a scenario's measurements are looked for: beside it."""
+    """Return the path of a scenario's measurements: beside it."""
     return scenario.with_name(f"{scenario.stem}.measured.json")
 
 
 def geometry(model: ManipulationModel, robot: str) -> str:
-    """Return a digest of all that measurements are of: the locations, the objects, the start and the robot's name."""
+    """Return a digest of what measurements depend on: locations, objects, the start and the robot's name."""
     parts = {
         "robot": robot,
         "start": model.start,
@@ -74,7 +74,7 @@ def geometry(model: ManipulationModel, robot: str) -> str:
 
 
 def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, Any]:
-    """Return measurements of a model as the contents of their file, in a fixed order."""
+    """Return the contents of a file of measurements, in the order of the model's kinds and locations."""
     places = model.locations
     hands = hand_poses((place.name for place in places), (place.capacity for place in places), model.start)
     ordered = sorted(
@@ -100,7 +100,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
 
     Raises:
         ModelError: there is no such file, it cannot be read, is of another format, or was measured on another
-            geometry; the message says how it is made.
+            geometry; the message says how to make it.
     """
     remedy = f"`prefplan measure` with this scenario makes {path.name}"
     try:
@@ -113,7 +113,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
         # The first format did not say which it was.
         found = data.get("format", 1) if "actions" in data else None
         if found in range(1, FORMAT):
-            raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} anew")
+            raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
         if found != FORMAT:
             raise ValueError(found)
         digest, robot, sources = data["geometry"], str(data["robot"]), str(data["sources"])
@@ -126,11 +126,11 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
 
 
 def with_measured_costs(model: ManipulationModel, scenario: Path) -> ManipulationModel:
-    """Return a model with the costs that were measured for it, if it asks for such.
+    """Return a model with its measured costs, if it has such.
 
     Args:
-        model: whose `MeasuredCosts` say what quantity is wanted.
-        scenario: file that the model comes from; the measurements lie beside it.
+        model: its `MeasuredCosts` name the quantity.
+        scenario: its file; the measurements lie beside it.
 
     Raises:
         ModelError: as in `read_measurements`; the message starts with the key.
@@ -155,7 +155,7 @@ def _measurement(entry: Mapping[str, Any]) -> Measurement:
 
 
 def _plain(part: Any) -> dict[str, Any]:
-    """Return what a location or object says of itself, without what it does not say and what is only for show."""
+    """Return the attributes of a location or object that are not cosmetic and not the default."""
     return {
         attribute.name: getattr(part, attribute.name)
         for attribute in dataclasses.fields(part)

@@ -1,21 +1,21 @@
-"""Numbers of states, given in the order in which they are found."""
+"""Consecutive numbers for state codes, in the order in which they are found."""
 
 from __future__ import annotations
 
 import numpy as np
 
-DENSE = 2**28
-"""Codes up to here are looked up in an array of all possible ones."""
+MAX_TABLE_CODES = 2**28
+"""Greatest number of possible codes for which a table of all of them is kept."""
 
 
 class Numbering:
-    """Codes in the order in which they were added, and the way back."""
+    """The numbers of codes, and the codes by number."""
 
     def __init__(self, bound: int) -> None:
         """Begin with none; codes are less than a bound."""
         self._layers: list[np.ndarray] = []
         self._count = 0
-        self._index = np.full(bound, -1, dtype=np.int32) if bound <= DENSE else None
+        self._index = np.full(bound, -1, dtype=np.int32) if bound <= MAX_TABLE_CODES else None
         self._sorted = np.empty(0, dtype=np.int64)
 
     @property

@@ -1,7 +1,7 @@
-"""Slots: where in a location with room for several an object lies, and the hand is.
+"""Slots: the places of a location that holds several objects.
 
-Plans do not choose slots, but what an action takes of the arm depends on them. They are told apart where costs are
-measured, and follow from what was done before: an object is put into the free slot farthest from the others there.
+Plans do not choose slots, but the measured cost of an action depends on them. Only models with measured costs
+distinguish them. They follow from the actions: an object is put into the free slot farthest from the others there.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from prefplan.errors import ModelError
 
 FAR_APART = 2
-"""As many slots from the nearest object is as good as any farther."""
+"""Distance to the nearest object, in slots, beyond which slots are equally good."""
 
 
 def hand_poses(names: Iterable[str], capacities: Iterable[int], start: str) -> tuple[str, ...]:
@@ -25,7 +25,8 @@ def hand_poses(names: Iterable[str], capacities: Iterable[int], start: str) -> t
         start: the hand's first pose, a location or any other word.
     """
     names = tuple(names)
-    slots = [pose(name, i) for name, room in zip(names, capacities, strict=True) if room > 1 for i in range(room)]
+    counts = zip(names, capacities, strict=True)
+    slots = [pose(name, i) for name, capacity in counts if capacity > 1 for i in range(capacity)]
     return (*names, *slots, *((start,) if start not in names else ()))
 
 
@@ -46,7 +47,7 @@ def free_slot(taken: np.ndarray) -> np.ndarray:
         taken: (K, N) bool, which of the K slots of a location, side by side, are taken in each of N states.
 
     Returns:
-        (N,) their indices; of no meaning where all are taken.
+        (N,) their indices; without meaning where all are taken.
     """
     indices = np.arange(len(taken))
     apart = np.minimum(np.abs(indices[:, None] - indices[None, :]), FAR_APART)
@@ -55,14 +56,14 @@ def free_slot(taken: np.ndarray) -> np.ndarray:
 
 
 def slots_at_start(
-    places: Sequence[tuple[str, str]], known: Mapping[str, int], room: Mapping[str, int]
+    places: Sequence[tuple[str, str]], known: Mapping[str, int], capacities: Mapping[str, int]
 ) -> dict[str, int]:
-    """Return the slot of every object at the start: the one it is known to lie in, else they fill them in order.
+    """Return the slot of every object at the start: its known slot, else the first free one, in the objects' order.
 
     Args:
         places: each object and the location where it rests.
         known: slots of some objects.
-        room: how many slots each location has.
+        capacities: number of slots of each location.
 
     Raises:
         ModelError: there are too many objects at a location.
@@ -72,9 +73,9 @@ def slots_at_start(
     for obj, place in places:
         if obj in found:
             continue
-        slot = next((i for i in range(room[place]) if (place, i) not in taken), None)
+        slot = next((i for i in range(capacities[place]) if (place, i) not in taken), None)
         if slot is None:
-            raise ModelError(f"start: no room for {obj!r} at {place!r}, which has room for {room[place]}")
+            raise ModelError(f"start: no room for {obj!r} at {place!r}, which has room for {capacities[place]}")
         found[obj] = slot
         taken.add((place, slot))
     return found

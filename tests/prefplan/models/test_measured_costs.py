@@ -254,7 +254,7 @@ def test_an_older_file_is_refused_with_what_to_do(scenario: Path) -> None:
     measurements_file(scenario).write_text(json.dumps(contents))
     assert refusal(scenario) == (
         f"{scenario}: model.costs.measured: the measurements were made by an older version of prefplan; "
-        "`prefplan measure` with this scenario makes cup.measured.json anew"
+        "`prefplan measure` with this scenario makes cup.measured.json again"
     )
 
 

@@ -7,8 +7,10 @@ import pytest
 
 from prefplan.errors import ModelError
 from prefplan.models.transition_system import TransitionSystem
+from sim.errors import SimulationError
 from sim.execution.executor import Execution, execute
 from sim.simulation.rollout import FRAME_RATE, Rollout
+from sim.skills.catalogue import SKILLS
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
 
@@ -141,6 +143,12 @@ def test_no_mark_is_given_where_nothing_was_put_down(scene: Scene, system: Trans
     run.cell.data.joint("pink").qpos[:3] = [0.30, 0.0, 0.0225]
     assert not run.step("release pink san")
     assert run.steps[-1].observed.marks == frozenset()
+
+
+def test_a_kind_of_action_without_a_skill_is_refused(scene: Scene, system: TransitionSystem) -> None:
+    skills = {kind: skill for kind, skill in SKILLS.items() if kind != "grasp"}
+    with pytest.raises(SimulationError, match=r"skills: none for 'grasp' \(valid: transit, transport, release\)"):
+        Execution(scene, initial_state(scene), system=system, skills=skills)
 
 
 def test_a_hand_that_starts_over_a_location_is_brought_there(scene: Scene) -> None:
