@@ -104,7 +104,7 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
     """
     name = "contacts"
     for event in log.about.events:
-        if event.kind == "contact" and _disturbed(log, event.time).isdisjoint(map(str, event.detail.values())):
+        if event.kind == "contact" and _thrown(log, event.time).isdisjoint(map(str, event.detail.values())):
             words = f"{event.detail.get('moving')} touched {event.detail.get('other')} at {event.time:.2f} s"
             return Check(name, False, f"{words}, according to the log")
     for frame, time in enumerate(log.times):
@@ -113,24 +113,24 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
         aloft = kind == "transport" and bool(log.pad_forces[frame].min() > HOLD_FORCE_N)
         found = world.touches(obj, aloft=aloft)
         if found:
-            disturbed = _disturbed(log, float(time))
-            found = [pair for pair in found if disturbed.isdisjoint(pair)]
+            thrown = _thrown(log, float(time))
+            found = [pair for pair in found if thrown.isdisjoint(pair)]
         if found:
             moving, other = found[0]
             return Check(name, False, f"{moving} touches {other} at {time:.2f} s")
     return Check(name, True, f"only with the grasped object; {len(log.times)} frames checked, with {world.arm_shapes}")
 
 
-def _disturbed(log: Log, time: float) -> set[str]:
+def _thrown(log: Log, time: float) -> set[str]:
     """Return the objects that faults have moved, knocked over or let slip within `REST_TIMEOUT_S` before a time."""
-    disturbed = set()
+    thrown = set()
     for event in log.about.events:
         if event.kind == "fault" and 0 <= time - event.time <= REST_TIMEOUT_S:
             kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
             obj = _handled(log, event.time)[1] if kind == "slip" else target
             if obj and kind in ("move", "knock", "slip"):
-                disturbed.add(obj)
-    return disturbed
+                thrown.add(obj)
+    return thrown
 
 
 def _handled(log: Log, time: float) -> tuple[str, str | None]:
