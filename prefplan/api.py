@@ -7,7 +7,9 @@ from prefplan.ledger import Entry, Ledger
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula, parse
 from prefplan.models.grid import GridModel
+from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import FrontLimits, PlanLimits, Planner, cheapest_plan, pareto_front, preferred_plan
 from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
@@ -15,6 +17,7 @@ from prefplan.problem import Problem, Relaxation, Task
 from prefplan.scenario.decode import Scenario, load
 
 __all__ = [
+    "Action",
     "Automaton",
     "Deadline",
     "Due",
@@ -34,6 +37,7 @@ __all__ = [
     "ModelError",
     "NoPlanError",
     "Object",
+    "Operator",
     "Options",
     "Order",
     "Plan",
@@ -46,6 +50,7 @@ __all__ = [
     "Purchase",
     "Reason",
     "Relaxation",
+    "STANDARD_OPERATORS",
     "Scenario",
     "ScenarioError",
     "Stats",

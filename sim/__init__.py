@@ -32,7 +32,11 @@ _HOMES = {
     "sim.rendering.overlay": ("Caption", "TaskStatus"),
     "sim.rendering.quality": ("DRAFT", "FINAL", "Quality"),
     "sim.rendering.video": ("render_frame", "render_video"),
+    "sim.robots.robot": ("Gripper", "Robot"),
     "sim.simulation.rollout": ("Event", "Rollout", "Step"),
+    "sim.simulation.workcell": ("Workcell",),
+    "sim.skills.catalogue": ("SKILLS",),
+    "sim.skills.skill": ("Skill", "SkillError"),
     "sim.world.randomization": ("Perturbation", "perturbed"),
     "sim.world.scene": ("Scene", "build_scene", "initial_state"),
 }

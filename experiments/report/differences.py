@@ -9,6 +9,7 @@ from itertools import groupby, takewhile
 
 from prefplan.ledger import Ledger
 from prefplan.logic.formula import parse, propositions_of
+from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Model
 
@@ -76,14 +77,14 @@ def parkings(model: Model, plan: Ledger) -> tuple[Parking, ...]:
     """
     if not isinstance(model, ManipulationModel):
         return ()
-    resting = {f"{obj.name}_{place.name}" for obj in model.objects for place in model.locations}
+    resting = {at(obj.name, place.name) for obj in model.objects for place in model.locations}
     marks, advancing, found = _mentioned(plan) - resting, _advancing(plan), []
-    for k, action in enumerate(plan.actions, 1):
-        kind, obj, *place = action.split()
-        if kind == "release" and f"grasp {obj}" in plan.actions[k:]:
+    for k, text in enumerate(plan.actions, 1):
+        action = model.action(text)
+        if action.kind == "release" and str(Action("grasp", action.obj)) in plan.actions[k:]:
             gained = (plan.labels[k] - plan.labels[k - 1]) & marks
             if not gained and k not in advancing:
-                found.append(Parking(obj, place[0]))
+                found.append(Parking(action.obj, action.location))
     return tuple(found)
 
 

@@ -99,9 +99,11 @@ def _means(model: Model, plan: NamedPlan, other: NamedPlan, apart: Differences) 
             return f"{after} to {apart.here}" + (f" instead of {apart.there}," if apart.there else "")
         moves = len(mine) - len(theirs)
         return f"it makes {moves} more {'move' if moves == 1 else 'moves'}" if moves > 0 else ""
-    kinds = Counter(action.split()[0] for action in mine) - Counter(action.split()[0] for action in theirs)
-    if isinstance(model, ManipulationModel) and kinds:
-        return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
+    if isinstance(model, ManipulationModel):
+        kinds = Counter(model.action(action).kind for action in mine)
+        kinds -= Counter(model.action(action).kind for action in theirs)
+        if kinds:
+            return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
     if mine[apart.part :]:
         instead_of = f" instead of {theirs[apart.part]}" if theirs[apart.part :] else ""
         return f"it does {mine[apart.part]}{instead_of}"

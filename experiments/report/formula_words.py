@@ -24,9 +24,8 @@ def _subject(task: Task, model: Model) -> str | None:
     """Return the one object that a task wants in some state, or None."""
     if not isinstance(model, ManipulationModel):
         return None
-    ends = [place.name for place in model.locations] + list(model.marks)
     goals = _goals(parse(task.formula))
-    found = [o.name for o in model.objects if goals & {f"holding_{o.name}", *(f"{o.name}_{end}" for end in ends)}]
+    found = [obj.name for obj in model.objects if goals & {name for name, _ in model.propositions_of(obj.name)}]
     return found[0] if len(found) == 1 else None
 
 

@@ -23,7 +23,6 @@ from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
 from sim.execution.faults import Fault
 from sim.perception.sensors import NoisySensor, Sensor
-from sim.rendering.cameras import Camera
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.video import render_video
 from sim.world.randomization import Perturbation, perturbed
@@ -85,7 +84,7 @@ def carry_out(
     video: Path | None = None,
     size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
-    camera: Camera = "fixed",
+    camera: str = "fixed",
     tell: Tell = lambda stage, done, total, what: None,
     **conditions: Unpack[Conditions],
 ) -> Outcome:
@@ -157,7 +156,7 @@ def begin(
         sensor = NoisySensor(perturbation.noise, seed=seed or 0)
     run = Execution(scene, start, system=problem.system, sensor=sensor, faults=conditions.get("faults", ()), seed=seed)
     go_on = _go_on(conditions.get("choice", "cost"), plan, problem.measure.contract)
-    return ClosedLoop(run, problem, plan, go_on=go_on, tell=tell)
+    return ClosedLoop(run, problem, plan, go_on=go_on, on_progress=tell)
 
 
 def _outcome(

@@ -11,8 +11,8 @@ from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
 from experiments.viewer.live_run import Frame
+from sim.geometry.mjcf import HIDDEN
 from sim.rendering.cameras import camera
-from sim.robots.panda import HIDDEN
 from sim.world.materials import Glow, glow_of
 from sim.world.scene import Scene
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from prefplan.claims import Check, judge
 from prefplan.exact_costs import exact
 from prefplan.logic.good_prefix import Label
+from prefplan.models.manipulation.action import at, holding, marked
 from sim.evidence.cost_checks import check_action_costs
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.motion_checks import check_contacts, check_jumps, check_limits, check_recording
@@ -90,7 +91,7 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     An object earns a location's mark when it is released there: it was held as that action began, the location worked
     on it, and it rests there at the end.
     """
-    own = _own(world)
+    own = world.model.own_propositions
     marks = {place.name: place.marks for place in world.model.locations if place.marks}
     world.show(0)
     label = _observed(world) & own
@@ -99,45 +100,28 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     said = label
     for k, action in enumerate(log.about.actions, 1):
         world.show(world.frame_at(action.end))
-        kind, *arguments = action.action.split()
+        symbolic = world.action(action.action)
+        effect = world.model.effect(symbolic) & own if symbolic else frozenset()
         before, label = label, _observed(world) & own
-        if kind == "release" and len(arguments) == 2 and arguments[1] in marks:
-            obj, place = arguments
+        if symbolic and symbolic.location in marks:
+            obj, place = symbolic.obj, symbolic.location
             worked = world.worked(place, start=action.start, end=action.end)
-            if worked and f"holding_{obj}" in before and f"{obj}_{place}" in label:
-                earned.add(f"{obj}_{marks[place]}")
+            if at(obj, place) in effect & label and worked and holding(obj) in before:
+                earned.add(marked(obj, marks[place]))
         label = label | earned
         trace.append(label)
         said, told = frozenset(action.label) & own, said
         unseen = label != said == told and k == len(log.about.actions) and not log.about.claims.completed
-        checks.append(_check_effect(k, action, label, None if unseen else said, _effect(kind, arguments, own)))
+        checks.append(_check_effect(k, action, label, None if unseen else said, effect))
     return trace, checks
-
-
-def _own(world: RecordedWorld) -> frozenset[str]:
-    """Return the scenario's own propositions; a run may have observed others, such as those of an unknown object."""
-    places = [*(place.name for place in world.model.locations), *world.model.marks]
-    objects = [obj.name for obj in world.model.objects]
-    return frozenset({f"{obj}_{p}" for obj in objects for p in places} | {f"holding_{obj}" for obj in objects})
 
 
 def _observed(world: RecordedWorld) -> frozenset[str]:
     """Return the propositions, marks aside, that hold in the frame that is shown."""
     held = world.held()
-    names = set() if held is None else {f"holding_{held}"}
-    names |= {f"{obj}_{place}" for obj, place in world.resting(held).items()}
+    names = set() if held is None else {holding(held)}
+    names |= {at(obj, place) for obj, place in world.resting(held).items()}
     return frozenset(names)
-
-
-def _effect(kind: str, arguments: list[str], own: frozenset[str]) -> frozenset[str]:
-    """Return the propositions of the scenario that an action should make true."""
-    names = {
-        "transit": lambda: "",
-        "grasp": lambda: f"holding_{arguments[0]}",
-        "transport": lambda: f"holding_{arguments[0]}",
-        "release": lambda: "_".join(arguments),
-    }
-    return frozenset({names[kind]()} if kind in names and arguments else set()) & own
 
 
 def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None, effect: frozenset[str]) -> Check:
@@ -155,7 +139,7 @@ def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None
 
 def _check_start(world: RecordedWorld, label: Label) -> Check:
     """Check that every object starts where the scenario says."""
-    wrong = [obj for obj in world.model.objects if f"{obj.name}_{obj.start}" not in label]
+    wrong = [obj for obj in world.model.objects if at(obj.name, obj.start) not in label]
     if wrong:
         return Check("start", False, f"{wrong[0].name} does not start at {wrong[0].start}")
     return Check("start", True, "every object is where the scenario says")

@@ -11,7 +11,8 @@ import numpy as np
 from prefplan.claims import Check
 from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation.action import Action, at, holding
+from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import free_slot, location_of, pose, slots_at_start
 from sim.evidence.log import Log
@@ -37,18 +38,19 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
     table = {(kind, before, after): exact(cost) for kind, before, after, cost in log.about.measured}
     surprised = min((event.time for event in log.about.events if event.kind in SURPRISES), default=math.inf)
     for k, action in enumerate(log.about.actions, 1):
-        kind, *arguments = action.action.split()
-        if kind not in ACTION_KINDS or not arguments:
+        symbolic = world.action(action.action)
+        if symbolic is None:
             return Check(name, False, f"action {k} `{action.action}` is unknown")
-        goal = arguments[-1] if kind in ("transit", "transport") else hand
-        pair = track.follow(kind, *arguments)
-        right = _costs(world, table, kind, hand, goal)
+        travels = world.model.operator(symbolic.kind).travels
+        goal = symbolic.location if travels else hand
+        pair = track.follow(symbolic)
+        right = _costs(world, table, symbolic.kind, hand, goal)
         if pair in table and action.start < surprised:
             right = {table[pair]}
         if exact(action.cost) not in right:
             said = f"{to_number(right.pop())}" if len(right) == 1 else "another amount"
             return Check(name, False, f"action {k} `{action.action}` costs {said}, not {action.cost}")
-        dropped = kind == "transport" and f"holding_{arguments[0]}" not in trace[k]
+        dropped = travels and symbolic.obj and holding(symbolic.obj) not in trace[k]
         hand = "" if dropped else goal
     return Check(name, True, "as in the scenario")
 
@@ -58,24 +60,26 @@ class _Track:
 
     def __init__(self, model: ManipulationModel) -> None:
         places = [(obj.name, obj.start) for obj in model.objects]
+        self._model = model
         self._capacity = {place.name: place.capacity for place in model.locations}
         slots = slots_at_start(places, {}, self._capacity)
         self._slots = {obj: (place, slots[obj]) for obj, place in places}
         self._hand = model.start
 
-    def follow(self, kind: str, *arguments: str) -> Pair:
+    def follow(self, action: Action) -> Pair:
         """Carry out an action; return its kind and the hand's poses before and after it."""
-        before, goal = self._hand, (arguments[-1], 0)
-        if kind == "grasp":
-            goal = self._slots.pop(arguments[0], goal)
-        elif kind != "transit":
-            goal = self._free(arguments[-1])
-        if kind == "release":
-            self._slots[arguments[0]] = goal
-        place, slot = goal
-        several = self._capacity.get(place, 1) > 1 and kind != "transit"
+        before = self._hand
+        if not action.location:
+            place, slot = self._slots.pop(action.obj, (action.obj, 0))
+        elif action.obj:
+            place, slot = self._free(action.location)
+        else:
+            place, slot = action.location, 0
+        if at(action.obj, action.location) in self._model.effect(action):
+            self._slots[action.obj] = place, slot
+        several = self._capacity.get(place, 1) > 1 and action.obj
         self._hand = pose(place, slot if several else None)
-        return kind, before, self._hand
+        return action.kind, before, self._hand
 
     def _free(self, place: str) -> tuple[str, int]:
         taken = [[(place, i) in self._slots.values()] for i in range(self._capacity.get(place, 1))]

@@ -14,7 +14,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
@@ -28,7 +27,7 @@ from sim.world.scene import Scene
 FORMAT = 1
 """Raised whenever older files can no longer be read."""
 
-ARRAYS = {"times": (), "qpos": (None,), "glow": (), "speeds": (7,), "torques": (7,), "pad_forces": (2,)}
+ARRAYS = {"times": (), "qpos": (None,), "glow": (), "speeds": (None,), "torques": (None,), "pad_forces": (2,)}
 """Names of the arrays, and the shape of each row."""
 
 DECIMALS = 7
@@ -94,8 +93,8 @@ class Log:
         times: (T,) s, when each frame was taken.
         qpos: (T, nq) recorded positions.
         glow: (T,) index into the scenario's locations of the marking location at work, -1 for none.
-        speeds: (T, 7) greatest speed of each arm joint since the frame before, rad/s.
-        torques: (T, 7) greatest torque of each arm joint since the frame before, N m.
+        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
+        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
         pad_forces: (T, 2) with which the left and the right pad were pressed, N.
     """
 
@@ -129,8 +128,8 @@ def log_of(
         scenario=scenario,
         text=text,
         measured=_measured(scene.model.costs),
-        robot=scene.robot,
-        meshes=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "hand_shape") < 0,
+        robot=scene.robot.name,
+        meshes=scene.dressed,
         setting=setting or {},
         joints={joint.name: int(joint.qposadr[0]) for joint in joints},
         actions=tuple(_logged(step) for step in steps),

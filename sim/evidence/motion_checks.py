@@ -7,7 +7,7 @@ import numpy as np
 from prefplan.claims import Check
 from sim.evidence.log import Log
 from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld
-from sim.robots.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
+from sim.robots.robot import Robot
 from sim.simulation.rollout import FRAME_RATE
 
 OBJECT_SPEED_LIMIT_M_S = 3.0
@@ -48,30 +48,30 @@ def check_recording(log: Log) -> Check:
 
 def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
     """Check the arm's joint positions, speeds and torques against their limits."""
-    angles = world.arm()
-    low, high = np.array([world.mujoco.joint(name).range for name in ARM_JOINTS]).T
+    angles, robot = world.arm(), world.robot
+    low, high = robot.ranges(world.mujoco).T
     middle, half = (low + high) / 2, (high - low) / 2
-    checks = [_within("joint positions", np.abs(angles - middle) / half, log.times)]
+    checks = [_within("joint positions", np.abs(angles - middle) / half, log.times, robot)]
     # What was recorded as a joint's greatest speed cannot be less than its mean speed.
     mean = np.abs(np.diff(angles, axis=0)) / np.diff(log.times)[:, None]
     hidden = np.argwhere(mean > log.speeds[1:] + 1e-3)
     if len(hidden):
         frame, joint = hidden[0]
         words = (
-            f"{ARM_JOINTS[joint]} moves at {mean[frame, joint]:.2f} rad/s at {log.times[frame]:.2f} s, "
+            f"{robot.joints[joint]} moves at {mean[frame, joint]:.2f} rad/s at {log.times[frame]:.2f} s, "
             f"but at most {log.speeds[frame + 1, joint]:.2f} rad/s are recorded"
         )
         checks.append(Check("joint speeds", False, words))
     else:
-        checks.append(_within("joint speeds", log.speeds / VELOCITY_LIMITS, log.times))
-    checks.append(_within("joint torques", log.torques / TORQUE_LIMITS, log.times))
+        checks.append(_within("joint speeds", log.speeds / robot.velocity_limits, log.times, robot))
+    checks.append(_within("joint torques", log.torques / robot.torque_limits, log.times, robot))
     return checks
 
 
-def _within(name: str, shares: np.ndarray, times: np.ndarray) -> Check:
-    """Return whether shares of a limit, (T, 7), stay below 1."""
+def _within(name: str, shares: np.ndarray, times: np.ndarray, robot: Robot) -> Check:
+    """Return whether shares of a limit, (T, n), stay below 1."""
     frame, joint = np.unravel_index(int(shares.argmax()), shares.shape)
-    most = f"{shares[frame, joint]:.1%} of the limit, {ARM_JOINTS[joint]} at {times[frame]:.2f} s"
+    most = f"{shares[frame, joint]:.1%} of the limit, {robot.joints[joint]} at {times[frame]:.2f} s"
     return Check(name, bool(shares.max() <= 1), f"at most {most}" if shares.max() <= 1 else f"exceeded: {most}")
 
 
@@ -104,39 +104,38 @@ def check_contacts(log: Log, world: RecordedWorld) -> Check:
     """
     name = "contacts"
     for event in log.about.events:
-        if event.kind == "contact" and _thrown(log, event.time).isdisjoint(map(str, event.detail.values())):
+        if event.kind == "contact" and _disturbed(log, world, event.time).isdisjoint(map(str, event.detail.values())):
             words = f"{event.detail.get('moving')} touched {event.detail.get('other')} at {event.time:.2f} s"
             return Check(name, False, f"{words}, according to the log")
     for frame, time in enumerate(log.times):
         world.show(frame)
-        kind, obj = _handled(log, float(time))
-        aloft = kind == "transport" and bool(log.pad_forces[frame].min() > HOLD_FORCE_N)
-        found = world.touches(obj, aloft=aloft)
+        obj, carried = _handled(log, world, float(time))
+        found = world.touches(obj, aloft=carried and bool(log.pad_forces[frame].min() > HOLD_FORCE_N))
         if found:
-            thrown = _thrown(log, float(time))
-            found = [pair for pair in found if thrown.isdisjoint(pair)]
+            disturbed = _disturbed(log, world, float(time))
+            found = [pair for pair in found if disturbed.isdisjoint(pair)]
         if found:
             moving, other = found[0]
             return Check(name, False, f"{moving} touches {other} at {time:.2f} s")
     return Check(name, True, f"only with the grasped object; {len(log.times)} frames checked, with {world.arm_shapes}")
 
 
-def _thrown(log: Log, time: float) -> set[str]:
+def _disturbed(log: Log, world: RecordedWorld, time: float) -> set[str]:
     """Return the objects that faults have moved, knocked over or let slip within `REST_TIMEOUT_S` before a time."""
-    thrown = set()
+    disturbed = set()
     for event in log.about.events:
         if event.kind == "fault" and 0 <= time - event.time <= REST_TIMEOUT_S:
             kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
-            obj = _handled(log, event.time)[1] if kind == "slip" else target
+            obj = _handled(log, world, event.time)[0] if kind == "slip" else target
             if obj and kind in ("move", "knock", "slip"):
-                thrown.add(obj)
-    return thrown
+                disturbed.add(obj)
+    return disturbed
 
 
-def _handled(log: Log, time: float) -> tuple[str, str | None]:
-    """Return the kind of the action at a time, and the object it is about; between two actions, of the one before."""
+def _handled(log: Log, world: RecordedWorld, time: float) -> tuple[str | None, bool]:
+    """Return the object that the action at a time, or the one before it, is about, and whether that carries it."""
     begun = [action for action in log.about.actions if action.start <= time]
-    if not begun:
-        return "", None
-    kind, obj, *_ = begun[-1].action.split()
-    return kind, None if kind == "transit" else obj
+    action = world.action(begun[-1].action) if begun else None
+    if action is None or not action.obj:
+        return None, False
+    return action.obj, world.model.operator(action.kind).travels

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import ModelError, PrefplanError
+from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
-from sim.evidence.log import About, Log
-from sim.robots.meshes import mesh_folder
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, PADS
+from sim.evidence.log import Log
+from sim.robots.catalogue import ROBOTS
+from sim.robots.robot import Robot
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene, build_scene
 
@@ -63,6 +64,7 @@ class RecordedWorld:
         scenario: read from the log.
         model: its manipulation model.
         mujoco: the scene's MuJoCo model, built from the log.
+        robot: whose arm moved.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
@@ -78,17 +80,25 @@ class RecordedWorld:
         )
         self.model = self._scene.model
         self.mujoco = self._scene.mujoco
+        self.robot = self._scene.robot
         self._data = mujoco.MjData(self.mujoco)
         spares = (name for name in self._scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
-        self._source, self._target = _places(about, self.mujoco, objects, log.qpos.shape[1])
-        self._roles = _roles(self.mujoco)
+        self._source, self._target = _places(log, self.robot, self.mujoco, objects)
+        self._roles = _roles(self.robot, self.mujoco)
         self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
-        self._pads = [int(self.mujoco.geom(name).id) for name in PADS]
+        self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
+
+    def action(self, text: str) -> Action | None:
+        """Return the action that a text means, or None if it is none of the arm's."""
+        try:
+            return self.model.action(text)
+        except ModelError:
+            return None
 
     def arm(self) -> np.ndarray:
-        """Return the (T, 7) recorded angles of the arm's joints, rad."""
-        return self._log.qpos[:, [self._log.about.joints[name] for name in ARM_JOINTS]]
+        """Return the (T, n) recorded angles of the arm's joints, rad."""
+        return self._log.qpos[:, [self._log.about.joints[name] for name in self.robot.joints]]
 
     def path(self, obj: str) -> np.ndarray:
         """Return the (T, 3) recorded positions of an object's centre, m."""
@@ -222,42 +232,41 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("its scenario has no manipulation model")
-        spares = min(
-            max(0, joints - len(ARM_JOINTS + FINGER_JOINTS) - len(scenario.model.objects)), MAX_UNKNOWN_OBJECTS
-        )
+        moving = ROBOTS.get(robot, ROBOTS["default"])
+        others = joints - len(moving.joints + moving.gripper.joints) - len(scenario.model.objects)
+        spares = min(max(0, others), MAX_UNKNOWN_OBJECTS)
         try:
-            scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=meshes and bool(mesh_folder()))
+            scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=None if meshes else False)
         except RobotError:
             scene = build_scene(scenario.model, spares=spares, meshes=False)
     except PrefplanError as error:
         raise LogError(f"the scenario in the log cannot be used: {error}") from None
-    if scene.robot != "default":
-        return scenario, scene, f"the shapes of the robot `{scene.robot}`"
-    return scenario, scene, "the arm's meshes" if meshes and mesh_folder() else "plain shapes of the arm"
+    if scene.robot.name != "default":
+        return scenario, scene, f"the shapes of the robot `{scene.robot.name}`"
+    return scenario, scene, "the arm's meshes" if scene.dressed else "plain shapes of the arm"
 
 
-def _places(about: About, model: mujoco.MjModel, objects: tuple[str, ...], width: int) -> tuple[np.ndarray, np.ndarray]:
+def _places(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return where in a recorded row, and where in the model's own positions, each value of a joint is."""
+    for name in ("speeds", "torques"):
+        if getattr(log, name).shape[1] != len(robot.joints):
+            raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
     source: list[int] = []
     target: list[int] = []
-    for name in (*ARM_JOINTS, *FINGER_JOINTS, *objects):
+    for name in (*robot.joints, *robot.gripper.joints, *objects):
         joint = model.joint(name)
         size = 7 if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else 1
-        first = about.joints.get(name)
-        if first is None or not 0 <= first <= width - size:
+        first = log.about.joints.get(name)
+        if first is None or not 0 <= first <= log.qpos.shape[1] - size:
             raise LogError(f"the log is broken: a frame has no position of {name!r}")
         source += range(first, first + size)
         target += range(int(joint.qposadr[0]), int(joint.qposadr[0]) + size)
     return np.array(source), np.array(target)
 
 
-def _roles(model: mujoco.MjModel) -> _Roles:
-    root = int(model.body("link0").id)
-    robot = np.zeros(model.nbody, dtype=bool)
-    for body in range(1, model.nbody):
-        robot[body] = body == root or robot[model.body_parentid[body]]
-    fingers = [int(model.joint(name).bodyid[0]) for name in FINGER_JOINTS]
-    of_robot = robot[model.geom_bodyid]
+def _roles(robot: Robot, model: mujoco.MjModel) -> _Roles:
+    fingers = [int(model.joint(name).bodyid[0]) for name in robot.gripper.joints]
+    of_robot = robot.bodies(model)[model.geom_bodyid]
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     still = model.body_weldid[model.geom_bodyid] == 0
     return _Roles(

@@ -13,7 +13,7 @@ import mujoco
 import pytest
 from command_line import Run, call
 from report_pages import ERRANDS, data, page, pictures_for_tests
-from small_scenes import PLACES, cup_scenario
+from scenario_texts import PLACES, cup_scenario
 
 from experiments.report import recordings
 from experiments.runs import carry_out
@@ -157,7 +157,7 @@ def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: py
     def interrupted(self: executor.Execution, what: str) -> bool:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(executor.Execution, "carry_out", interrupted)
+    monkeypatch.setattr(executor.Execution, "step", interrupted)
     result = report("shelf.toml", "--no-video")
     assert result.status == 130 and "goes on from here" in result.err
     assert data("out/shelf")["plans"][0]["run"] is None

@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 import pytest
-from small_scenes import RELAXED_CUP
+from scenario_texts import RELAXED_CUP
 
 from experiments import scenarios
 from experiments.runs.captions import captions

@@ -17,15 +17,13 @@ import imageio_ffmpeg
 import mujoco
 import pytest
 from command_line import Run, call
-from small_scenes import PLACES, cup_scenario
+from scenario_texts import PLACES, cup_scenario
 
 from experiments import case_study_3
-from experiments.cli import arguments
 from experiments.runs import carry_out
 from experiments.runs.outcome import outcome_json
 from prefplan import load, pareto_front
 from sim.execution import executor
-from sim.robots import catalogue
 from sim.world.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
@@ -87,10 +85,6 @@ def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
     assert "cannot be fetched" in result.err and "the robot `default`" in result.err
     assert result.err.count("\n") == 1
     assert not (cup / "out").exists()
-
-
-def test_the_names_of_the_robots_are_those_of_the_simulation() -> None:
-    assert arguments.ROBOTS == catalogue.ROBOTS
 
 
 def test_a_location_out_of_reach_is_named(run: Run, cup: Path) -> None:
@@ -213,19 +207,19 @@ def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.Mon
 
 
 def interrupted_at(action: str) -> Callable[[executor.Execution, str], bool]:
-    """Return a way to carry an action out that is interrupted at one of them."""
-    carry_out = executor.Execution.carry_out
+    """Return an `Execution.step` that is interrupted at one action."""
+    step = executor.Execution.step
 
-    def carry_out_or_stop(self: executor.Execution, what: str) -> bool:
+    def step_or_stop(self: executor.Execution, what: str) -> bool:
         if what == action:
             raise KeyboardInterrupt
-        return carry_out(self, what)
+        return step(self, what)
 
-    return carry_out_or_stop
+    return step_or_stop
 
 
 def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(executor.Execution, "carry_out", interrupted_at("transport cup tray"))
+    monkeypatch.setattr(executor.Execution, "step", interrupted_at("transport cup tray"))
     result = run("cup.toml", "--json")
     assert result.status == 130
     printed = json.loads(result.out)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_scenes import CUP
+from scenario_texts import CUP
 
 from experiments.commands.command_line import main
 from sim.evidence.log import encode, read_log

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 import viser
-from small_scenes import cup_scenario
+from scenario_texts import cup_scenario
 
 from experiments.runs.carry_out import begin, scene_of
 from experiments.viewer.live_run import Frame, LiveRun, Status

@@ -10,17 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from forged_logs import claiming, cut, telling
-from small_scenes import RELAXED_CUP
+from forged_logs import claiming, cut, log_of_run, telling
+from scenario_texts import RELAXED_CUP, shipped
 
-from experiments import scenarios
-from experiments.runs.carry_out import carry_out, scene_of
-from experiments.runs.evidence import evidence
-from prefplan import cheapest_plan, claims
+from prefplan import claims
 from prefplan.scenario.decode import loads
 from sim.errors import LogError
 from sim.evidence import certificate, cost_checks, motion_checks, replay
-from sim.evidence.certificate import Certificate, certify
+from sim.evidence.certificate import certify
 from sim.evidence.log import Log
 from sim.execution.faults import read_fault
 
@@ -82,11 +79,9 @@ def test_an_unfinished_run_is_confirmed_to_be_one(arch_log: Log) -> None:
 
 @pytest.mark.slow
 def test_a_run_in_which_a_stranger_was_cleared_away_is_certified() -> None:
-    scenario = scenarios.find("case_study_3")
+    scenario = shipped("case_study_3")
     faults = [read_fault("foreign:bin1@1", scenario.model), read_fault("foreign:bin1@2", scenario.model)]
-    scene = scene_of(scenario, faults=faults)
-    plan = cheapest_plan(scenario.problem())
-    log = evidence(scenario, scene, carry_out(scenario, scene, plan, seed=1, faults=faults))
+    log = log_of_run(scenario, seed=1, faults=faults)
     certificate = certify(log)
     assert certificate.confirmed and certificate.completed
     assert any("foreign" in action.action for action in log.about.actions)
@@ -137,8 +132,6 @@ def test_the_checker_shares_nothing_with_what_it_judges(module: ModuleType) -> N
 
 
 def test_an_empty_plan_needs_no_action() -> None:
-    scenario = loads(RELAXED_CUP.replace("F (cup_clean & cup_tray)", "F cup_desk").replace("F cup_clean", "F cup_desk"))
-    scene = scene_of(scenario)
-    outcome = carry_out(scenario, scene, cheapest_plan(scenario.problem()))
-    certificate: Certificate = certify(evidence(scenario, scene, outcome))
+    text = RELAXED_CUP.replace("F (cup_clean & cup_tray)", "F cup_desk").replace("F cup_clean", "F cup_desk")
+    certificate = certify(log_of_run(loads(text)))
     assert certificate.confirmed and certificate.task_costs == {"serve": 0, "wash": 0}

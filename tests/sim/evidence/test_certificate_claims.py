@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from forged_logs import claiming, cut, log_of_plan, moved, refutations, telling, without_action
+from forged_logs import claiming, cut, log_of_run, moved, refutations, telling, without_action
+from scenario_texts import shipped
 
-from experiments import scenarios
 from prefplan import Purchase
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
@@ -86,7 +86,7 @@ def test_no_action_can_be_made_cheaper(arch_log: Log, k: int) -> None:
 
 
 def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
-    log = log_of_plan(scenarios.find("case_study_3_energy"))
+    log = log_of_run(shipped("case_study_3_energy"))
     assert certify(log).confirmed
     # Into the other slot of the bin it would have cost something else.
     (k,) = [k for k, action in enumerate(log.about.actions) if action.action == "transport blue bin1"]

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from forged_logs import cut, moved, refutations, telling
 
-from experiments import scenarios
-from experiments.runs.carry_out import scene_of
 from sim.evidence.log import ARRAYS, Log
-from sim.robots.panda import ARM_JOINTS, TORQUE_LIMITS, VELOCITY_LIMITS
+from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event
+from sim.world.scene import Scene
 
 
 @pytest.mark.parametrize("k", range(14))
@@ -43,11 +42,9 @@ def test_a_block_that_is_teleported_is_missed_where_it_was(arch_log: Log, obj: s
         assert "completed" in found
 
 
-def test_a_block_that_appears_where_it_was_wanted_was_not_carried_there(arch_log: Log) -> None:
+def test_a_block_that_appears_where_it_was_wanted_was_not_carried_there(arch_log: Log, scene: Scene) -> None:
     """Only the end is made up: pink, left alone on the arch, is suddenly in the bin."""
-    scenario = scenarios.find("case_study_3")
-    blocks = scene_of(scenario).slots
-    start, goal = blocks["top"][0].position, blocks["bin1"][0].position
+    start, goal = (scene.slots[name][0].position for name in ("top", "bin1"))
     first = arch_log.about.joints["pink"]
     qpos = arch_log.qpos.copy()
     qpos[:, first : first + 7] = arch_log.qpos[0, first : first + 7]
@@ -86,13 +83,13 @@ def test_what_no_location_worked_on_is_not_marked(arch_log: Log) -> None:
 @pytest.mark.parametrize("joint", range(7))
 def test_a_limit_that_was_passed_is_told(arch_log: Log, joint: int) -> None:
     for name, array, limits in (
-        ("speeds", arch_log.speeds, VELOCITY_LIMITS),
-        ("torques", arch_log.torques, TORQUE_LIMITS),
+        ("speeds", arch_log.speeds, PANDA.velocity_limits),
+        ("torques", arch_log.torques, PANDA.torque_limits),
     ):
         beyond = array.copy()
         beyond[100, joint] = 1.01 * limits[joint]
         words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name}"]
-        assert words == f"exceeded: 101.0% of the limit, {ARM_JOINTS[joint]} at {arch_log.times[100]:.2f} s"
+        assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
 
 
 def test_a_joint_past_its_stop_is_told(arch_log: Log) -> None:

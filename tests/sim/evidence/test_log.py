@@ -153,7 +153,7 @@ def test_a_damaged_account_is_told(path: Path, rewrite: Rewrite, about: dict[str
     [
         ({"speeds": None}, "speeds is missing"),
         ({"qpos": np.zeros(2)}, "qpos has the shape"),
-        ({"torques": np.zeros((2, 6))}, "torques has the shape"),
+        ({"pad_forces": np.zeros((2, 3))}, "pad_forces has the shape"),
         ({"times": np.zeros(3)}, "qpos has the shape"),
         ({"pad_forces": np.full((2, 2), np.nan)}, "pad_forces holds what is not a number"),
         ({"times": np.array(["a", "b"])}, "times holds what is not a number"),
