@@ -16,6 +16,7 @@ from experiments.runs.outcome import Outcome, ledger_of
 from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, pareto_front
 from prefplan.scenario.decode import loads
 from sim.execution.closed_loop import Pursuit
+from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event, Rollout, Step
 
 
@@ -28,7 +29,7 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
         Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
     )
     nothing = np.zeros(0)
-    rollout = Rollout(True, None, steps, (), *[nothing] * 7, float(len(steps)), 1.0, 0.0)
+    rollout = Rollout(True, None, steps, (), *[nothing] * 7, float(len(steps)), 1.0, 0.0, PANDA)
     return Outcome(plan, rollout, ledger_of(scenario.problem(), plan, steps), Pursuit(plan))
 
 
