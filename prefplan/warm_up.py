@@ -34,7 +34,6 @@ def warm_up() -> None:
         planner.cheapest()
     for options in (Options(), Options(contraction=False)):
         prepared = Prepared(Product(Problem(system, tasks, Order())), options, single=False)
-        prepared.bound_growth(1)
         rehash(BiObjectiveSearch(prepared).states, 0)
 
 

@@ -5,22 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import count_entries, no_patterns, pattern_size, patterns
-from prefplan.heuristics.preference_bound import blocks, no_blocks
+from prefplan.heuristics.pattern_database import Patterns, no_patterns, pattern_size, patterns
+from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
 from prefplan.product.contraction import contract, view, whole_graph
 from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE, ProductView
-
-BUDGETS = (0.75, 0.5, 0.33, 0.2, 0.1, 0.05, 0)
-"""Parts of the preference value to improve on, for which bounds of the cost-to-go are tabulated."""
-
-BUDGET_ENTRIES = 60_000_000
-"""Entries of all tables under budgets."""
-
-BUDGETED = 3
-"""Tasks in a set of the tables under budgets, one more from 9 tasks on."""
 
 ENTRY_BYTES = 8
 
@@ -35,19 +27,22 @@ class Options:
     Attributes:
         heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
             to choose.
-        preference_bound: whether to bound the growth of mu, and the cost-to-go by it.
+        preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states that change nothing, where few matter.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
-        budget_after: expansions after which the cost-to-go is bounded under budgets of mu's growth too.
-        pause_after: labels popped between two looks at the clock; 100000 take a few tens of milliseconds.
     """
 
     heuristic: int | None = None
     preference_bound: bool = True
     contraction: bool = True
     compiled: bool = True
-    budget_after: int = 40_000
-    pause_after: int = 100_000
+
+
+class Bounds(NamedTuple):
+    """Lower bounds: `patterns` of the cost-to-go, `blocks` of mu's growth."""
+
+    patterns: Patterns
+    blocks: Blocks
 
 
 def bytes_to_prepare(product: Product) -> float:
@@ -63,9 +58,7 @@ class Prepared:
         product: what is searched.
         graph: over what.
         view: both, as the kernels see them.
-        patterns: bounds of the cost-to-go.
-        budgeted: the same where mu may grow by so much only; empty until `bound_growth`.
-        blocks: bounds of mu's growth.
+        bounds: of the cost-to-go and of mu's growth.
     """
 
     def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
@@ -88,29 +81,15 @@ class Prepared:
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.view = view(product, self.graph)
         _require_64_bits(product, self.view)
-        self._backward = Backward(product, self.view)
+        backward = Backward(product, self.view)
         measure = product.problem.measure
-        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
         size = options.heuristic
         if size is None:
-            size = pattern_size(self._backward, single=single, max_entries=self._max_entries)
-        self._size = min(size, measure.tasks)
-        self.patterns = patterns(self._backward, self._size) if size else no_patterns()
-        self.budgeted, self.blocks = no_patterns(), no_blocks(measure.tasks)
-        if options.preference_bound and measure.bi_objective:
-            self.blocks = blocks(self._backward, measure, product.units.factor, self.patterns)
-
-    def bound_growth(self, mu: int) -> None:
-        """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in units."""
-        measure = self.product.problem.measure
-        growing = self.options.preference_bound and measure.rates and self._size > 1
-        if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE:
-            budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
-            factor, size = self.product.units.factor, min(self._size, BUDGETED if measure.tasks < 9 else BUDGETED + 1)
-            most = min(BUDGET_ENTRIES, self._max_entries)
-            while size > 2 and count_entries(self._backward, size) * len(budgets) > most:
-                size -= 1
-            self.budgeted = patterns(self._backward, size, measure=measure, factor=factor, budgets=budgets)
+            size = pattern_size(backward, single=single, max_entries=TABLES_SHARE * max_bytes / ENTRY_BYTES)
+        known = patterns(backward, min(size, measure.tasks)) if size else no_patterns()
+        growing = options.preference_bound and measure.bi_objective
+        growths = blocks(backward, measure, product.units.factor, known) if growing else no_blocks(measure.tasks)
+        self.bounds = Bounds(known, growths)
 
 
 def _require_64_bits(product: Product, view: ProductView) -> None:

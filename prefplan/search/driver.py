@@ -16,22 +16,27 @@ from prefplan.front import Plan
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product, Start
-from prefplan.product.successors import INFINITE, UNBOUNDED, Successors
+from prefplan.product.successors import UNBOUNDED, Successors
 from prefplan.search import boa_star
-from prefplan.search.boa_star import EXHAUSTED, GOAL, MORE_LABELS, MORE_ROWS, PAUSED, TOO_LARGE
 from prefplan.search.labels import (
     COLUMNS,
     COUNT,
     COUNTERS,
+    EXHAUSTED,
     EXPANDED,
     FOUND,
-    FREE,
-    GENERATED,
+    GOAL,
+    LABELS,
     LOWEST,
+    MORE_LABELS,
+    MORE_ROWS,
     NEXT,
     NONE,
     PARENT,
+    PAUSED,
     ROWS,
+    TOO_LARGE,
+    Growth,
     Queue,
     States,
     rehash,
@@ -40,6 +45,9 @@ from prefplan.search.plan_extraction import Waypoint, extract
 
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
+
+POPS = 100_000
+"""Labels popped between two looks at the clock; they take a few tens of milliseconds."""
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
@@ -97,7 +105,7 @@ class Search(ABC):
         self.prepared = prepared
         self.product = prepared.product
         self.growth = self._growth()
-        self.bounds = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
+        self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
         self.reset()
 
     def _up_to(self, cost: float) -> int:
@@ -113,13 +121,13 @@ class Search(ABC):
     def _run(self, pops: int) -> int:
         """Run the kernel until so many labels are popped or something happens, and return what."""
 
-    def _growth(self) -> boa_star.Growth:
+    def _growth(self) -> Growth:
         measure, units = self.product.problem.measure, self.product.units
         late, maximum = measure.tardiness, measure.maximum_table(units.factor)
         slopes = [int(term.weight * units.factor) for term in late]
         offsets = [min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT) for term in late]
         prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
-        return boa_star.Growth(
+        return Growth(
             rate=measure.rate_table(units.factor),
             maximum=maximum,
             late_task=np.array([term.task for term in late], dtype=np.int64),
@@ -132,7 +140,6 @@ class Search(ABC):
     def reset(self) -> None:
         """Forget everything and hand the start states to the kernel, as the successors of no label."""
         self.counters = np.zeros(COUNTERS, dtype=np.int64)
-        self.counters[FREE] = NONE
         self.states = States(
             np.empty(ROWS_AT_FIRST, np.int64),
             np.empty((ROWS_AT_FIRST, COLUMNS), np.int64),
@@ -176,7 +183,7 @@ class Search(ABC):
         """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit."""
         pending: Found | None = None
         while True:
-            end = self._run(self.prepared.options.pause_after)
+            end = self._run(POPS)
             limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
                 yield pending
@@ -188,9 +195,7 @@ class Search(ABC):
                 goal = self._found(int(self.counters[FOUND]))
                 if self._accept(goal):
                     pending = goal
-            elif end == PAUSED:
-                self._slice_done()
-            elif not self._make_room(end, limits):
+            elif end != PAUSED and not self._make_room(end, limits):
                 limits.ended = "memory"
                 return
             if limits.out_of_time:
@@ -204,10 +209,6 @@ class Search(ABC):
     @abstractmethod
     def _accept(self, goal: Found) -> bool:
         """Take note of a goal; return whether it is one, by its exact mu."""
-
-    def _slice_done(self) -> None:
-        """Take note of a slice."""
-        return None
 
     def _found(self, label: int) -> Found:
         graph, view = self.prepared.graph, self.prepared.view
@@ -236,7 +237,7 @@ class Search(ABC):
         """What was done so far."""
         c = self.counters
         held = sum(array.nbytes for arrays in (self.states, self.labels, self.queue) for array in arrays)
-        return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[GENERATED]), held)
+        return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[LABELS]), held)
 
     def _make_room(self, end: int, limits: Limits) -> bool:
         """Grow what the kernel ran out of; return False if that would exceed the memory."""
@@ -288,8 +289,7 @@ class BiObjectiveSearch(Search):
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
-        self.bounds[0] = min(self._max_mu + 1, UNBOUNDED)
-        self._bounded = False
+        self.limits[0] = min(self._max_mu + 1, UNBOUNDED)
         super().reset()
 
     def _new_labels(self, count: int) -> boa_star.Labels:
@@ -301,14 +301,12 @@ class BiObjectiveSearch(Search):
         end = boa_star.run(
             p.view,
             self.growth,
-            p.patterns,
-            p.budgeted,
-            p.blocks,
+            p.bounds,
             self.states,
             self.labels,
             self.queue,
             self.counters,
-            self.bounds,
+            self.limits,
             self.buffer,
             self._cost_only,
             pops,
@@ -320,19 +318,10 @@ class BiObjectiveSearch(Search):
 
     def _accept(self, goal: Found) -> bool:
         if self._cost_only:
-            self.bounds[1] = -1
+            self.limits[1] = -1
         elif self._first_only:
-            self.bounds[1] = self._up_to(goal.cost)
-        self._slice_done()
+            self.limits[1] = self._up_to(goal.cost)
         return True
-
-    def _slice_done(self) -> None:
-        long = self.counters[EXPANDED] > self.prepared.options.budget_after
-        if long and not self._bounded and not self._cost_only:
-            best = int(self.bounds[0]) - 1
-            self._bounded = best < INFINITE - 1
-            if self._bounded:
-                self.prepared.bound_growth(best)
 
 
 def _longer(array: np.ndarray) -> np.ndarray:

@@ -9,20 +9,50 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import BOUND_COLUMNS
+from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
+from prefplan.heuristics.preference_bound import preference_bound
+from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.successors import Integer, bare_kernel
+from prefplan.product.successors import Integer, ProductView, Successors, bare_kernel, decode, masks
 
-NONE = -1
+NONE, PRUNED = -1, -2
+"""In place of a row or a label."""
 
-# Places in the counters of a search.
-ROWS, LABELS, FREE, OPEN, LOWEST, EXPANDED, GENERATED, FOUND, PARENT, NEXT, COUNT = range(11)
-COUNTERS = 11
+# Places in the counters of a search. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no
+# label at the start) and still to be entered, so that a run of a kernel goes on where the last one ended.
+ROWS, LABELS, OPEN, LOWEST, EXPANDED, FOUND, PARENT, NEXT, COUNT = range(9)
+COUNTERS = 9
 
 # Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
-# others remain), the bound of mu's growth, and the first of its labels.
-SATISFIED, GROWTH_BOUND, HEAD = range(BOUND_COLUMNS, BOUND_COLUMNS + 3)
-COLUMNS = BOUND_COLUMNS + 3
+# others remain), the bound of mu's growth, and one of its labels.
+SATISFIED, GROWTH_BOUND, HEAD = range(LIKELY + 1, LIKELY + 4)
+COLUMNS = LIKELY + 4
+
+GOAL_BIT = -(2**31)
+
+# Why a run of a kernel ended; ENTERED: it did not.
+ENTERED, EXHAUSTED, GOAL, PAUSED, MORE_ROWS, MORE_LABELS, TOO_LARGE, FALLS = range(8)
+
+
+class Growth(NamedTuple):
+    """How mu grows along a path.
+
+    Attributes:
+        rate: (2^N,) int64, units of mu for each unit of cost while that set is satisfied.
+        maximum: (M, 2^N) int64: mu is at least that times the cost so far.
+        late_task: (D,) int64, late_slope: (D,) int64 units of mu for each unit of cost, late_offset: (D,) int64 units
+            of mu: tardiness is max(0, slope * cost - offset).
+        violation: (N,) int64, units of mu for each unit of violation cost.
+        cost_limit: costs from which on one of these products might not fit 64 bits.
+    """
+
+    rate: np.ndarray
+    maximum: np.ndarray
+    late_task: np.ndarray
+    late_slope: np.ndarray
+    late_offset: np.ndarray
+    violation: np.ndarray
+    cost_limit: int
 
 
 class States(NamedTuple):
@@ -51,7 +81,83 @@ class Queue(NamedTuple):
 
 
 @bare_kernel
-def first_slot(code: Integer, mask: Integer) -> Integer:
+def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer) -> Integer:
+    """Return what a step adds to rates and tardiness, from one cost to another, with these tasks satisfied before."""
+    added = growth.rate[satisfied] * (after - before)
+    for d in range(growth.late_task.shape[0]):
+        if not satisfied >> growth.late_task[d] & 1:
+            slope, offset = growth.late_slope[d], growth.late_offset[d]
+            added += max(0, slope * after - offset) - max(0, slope * before - offset)
+    return added
+
+
+@bare_kernel
+def enter_state(
+    view: ProductView,
+    bounds: Bounds,
+    states: States,
+    counters: np.ndarray,
+    buffer: Successors,
+    code: Integer,
+    likely: Integer,
+    growth_limit: Integer,
+) -> Integer:
+    """Return the row of a product state, a new one where it was not met before.
+
+    Args:
+        view: the product.
+        bounds: heuristics.
+        states: product states met.
+        counters: of the search.
+        buffer: scratch.
+        code: the product state.
+        likely: number of the table to look up first.
+        growth_limit: mu must grow by less than this.
+
+    Returns:
+        the row, NONE if there is none left, or PRUNED if the state is new and mu would grow too far.
+    """
+    mask = states.slots.shape[0] - 1
+    slot = _first_slot(code, mask)
+    row = np.int64(states.slots[slot])
+    while row >= 0 and states.code[row] != code:
+        slot = (slot + 1) & mask
+        row = np.int64(states.slots[slot])
+    if row >= 0:
+        return row
+    node = decode(view, code, buffer.choice)
+    satisfied, done = masks(view, buffer.choice)
+    growing = preference_bound(bounds.blocks, node, buffer.choice, satisfied)
+    if growing >= growth_limit:
+        return PRUNED
+    row = counters[ROWS]
+    if row == states.code.shape[0]:
+        return NONE
+    known = states.known[row]
+    known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
+    known[COST_BOUND], known[LOOKED], known[LIKELY] = 0, 0, likely
+    known[GROWTH_BOUND] = growing
+    known[HEAD] = NONE
+    counters[ROWS] += 1
+    states.slots[slot] = row
+    states.code[row] = code
+    return row
+
+
+@bare_kernel
+def bounded_cost(
+    view: ProductView, bounds: Bounds, states: States, row: Integer, buffer: Successors, limit: Integer
+) -> Integer:
+    """Return the bound of a product state's cost-to-go, complete unless it exceeds a limit."""
+    known = states.known[row]
+    if known[COST_BOUND] <= limit and known[LOOKED] < bounds.patterns.base.shape[0]:
+        node = decode(view, states.code[row], buffer.choice)
+        raise_bound(bounds.patterns, node, buffer.choice, known, limit)
+    return known[COST_BOUND]
+
+
+@bare_kernel
+def _first_slot(code: Integer, mask: Integer) -> Integer:
     """Return where to start looking for a product state in a hash table of mask + 1 slots."""
     return np.int64((np.uint64(code) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & mask
 
@@ -61,7 +167,7 @@ def rehash(states: States, rows: Integer) -> None:
     """Fill an emptied hash table with the first rows."""
     mask = states.slots.shape[0] - 1
     for row in range(rows):
-        slot = first_slot(states.code[row], mask)
+        slot = _first_slot(states.code[row], mask)
         while states.slots[slot] >= 0:
             slot = (slot + 1) & mask
         states.slots[slot] = row
