@@ -59,7 +59,7 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
     Args:
         backward: the product.
         single: whether one plan is wanted, not the front.
-        max_entries: entries of all tables that memory has room for.
+        max_entries: entries of all tables that fit the memory.
     """
     tasks = len(backward.sizes)
     if backward.stages:

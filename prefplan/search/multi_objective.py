@@ -192,9 +192,7 @@ def _enter(
         scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
     if view.relaxed or parent == NONE:
         _add_violations(growth, key, buffer.violation[k], scratch.key)
-    scratch.key[0] += added_mu(growth, satisfied, before, spent)
-    for m in range(key.maxima):
-        scratch.key[1 + m] = max(scratch.key[1 + m], np.float64(growth.maximum[m, satisfied] * spent))
+    _add_growth(growth, key, satisfied, before, spent, scratch.key)
     _fill_costs(key, scratch, spent, satisfied, known[SATISFIED])
     mu, error = _value(key, formulas, scratch, spent)
     if mu != mu:
@@ -216,6 +214,16 @@ def _enter(
     labels.sibling[label], known[HEAD] = known[HEAD], label
     counters[LABELS] += 1
     return ENTERED
+
+
+@bare_kernel
+def _add_growth(
+    growth: Growth, key: Key, satisfied: Integer, before: Integer, after: Integer, entry: np.ndarray
+) -> None:
+    """Let the additive entry and the maxima of a key grow from one cost to another."""
+    entry[0] += added_mu(growth, satisfied, before, after)
+    for m in range(key.maxima):
+        entry[1 + m] = max(entry[1 + m], np.float64(growth.maximum[m, satisfied] * after))
 
 
 @bare_kernel

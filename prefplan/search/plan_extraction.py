@@ -52,7 +52,7 @@ def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Sta
 
 
 def _path(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
-    """Return the edges of a cheapest way between two waypoints on which no automaton moves before the last edge.
+    """Return the edges of a cheapest path between two waypoints on which no automaton moves before the last edge.
 
     Ties go to fewer actions, then to the model's order of actions.
     """
@@ -79,14 +79,14 @@ def cheapest_path(
     target: Integer,
     limit: Integer,
 ) -> np.ndarray:
-    """Return the edges of the way of exactly some cost from one state to another; none if there is no such way.
+    """Return the edges of a path of exactly one cost from one state to another; none if there is no such path.
 
     Args:
         offsets: (S + 1,) int64, where each state's edges begin.
         targets: (E,) int32, where edges lead.
         costs: (E,) int64.
         classes: (S,) int32, of labels.
-        passable: (C,) bool, classes of states that may lie on the way.
+        passable: (C,) bool, classes of states that the path may pass.
         source: where it begins.
         target: where it ends, with at least one edge.
         limit: its cost.
