@@ -62,7 +62,7 @@ class Problem:
         system: the robot's model (Definition 1).
         tasks: phi_1 .. phi_N.
         preference: mu (Definition 5).
-        present: a proposition; a plan that drops tasks does not end before it holds. None for no such thing.
+        present: a proposition; a plan that drops tasks does not end before it holds. None if they may end at once.
         measure: the preference's terms for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
 

@@ -86,7 +86,7 @@ def restricted(reverse: ReverseView, tasks: np.ndarray) -> ReverseView:
 
 
 class _Readings(NamedTuple):
-    """Room for the ways in which the automata of k tasks may come to a combination of their states.
+    """Buffers for the readings by which the automata of k tasks may come to a combination of their states.
 
     Attributes:
         before: (M,) int64, combinations before the reading, as part of a cell. satisfied: (M,) int64, their satisfied

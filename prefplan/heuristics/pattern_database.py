@@ -22,6 +22,10 @@ ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
 stage cost a tenth each."""
 
 
+# Columns of a product state's row that hold what is known of its bound.
+COST_BOUND, LOOKED, LIKELY = range(3)
+
+
 class Patterns(NamedTuple):
     """Tables for P sets of k tasks.
 
@@ -55,7 +59,7 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
     Args:
         backward: the product.
         single: whether one plan is wanted, not the front.
-        max_entries: entries of all tables that memory has room for.
+        max_entries: entries of all tables that fit the memory.
     """
     tasks = len(backward.sizes)
     if backward.stages:
@@ -81,12 +85,27 @@ def patterns(backward: Backward, k: int) -> Patterns:
 
 
 @bare_kernel
-def cost_bound(databases: Patterns, node: Integer, automata: np.ndarray) -> Integer:
-    """Return h(p): the largest of all sets' entries."""
-    bound = np.int64(0)
-    for p in range(databases.base.shape[0]):
-        entry = databases.base[p] + node
-        for j in range(databases.tasks.shape[1]):
-            entry += databases.strides[p, j] * automata[databases.tasks[p, j]]
-        bound = max(bound, databases.table[entry])
+def raise_bound(databases: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer) -> Integer:
+    """Look tables up for h(p) until it exceeds a limit or is complete, and return what it is so far.
+
+    What is known of p is kept in `known`: `COST_BOUND` so far, that so many tables were `LOOKED` up, and the `LIKELY`
+    one, to look up first: the one that gave the bound of the state before.
+    """
+    bound, likely, p = known[COST_BOUND], known[LIKELY], known[LOOKED]
+    if p == 0 and likely < databases.base.shape[0]:
+        bound = _entry(databases, node, automata, likely)
+    while p < databases.base.shape[0] and bound <= limit:
+        entry = _entry(databases, node, automata, p)
+        if entry > bound:
+            bound, likely = entry, p
+        p += 1
+    known[COST_BOUND], known[LOOKED], known[LIKELY] = bound, p, likely
     return bound
+
+
+@bare_kernel
+def _entry(databases: Patterns, node: Integer, automata: np.ndarray, p: Integer) -> np.int64:
+    entry = databases.base[p] + node
+    for j in range(databases.tasks.shape[1]):
+        entry += databases.strides[p, j] * automata[databases.tasks[p, j]]
+    return np.int64(databases.table[entry])

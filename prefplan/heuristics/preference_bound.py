@@ -2,8 +2,8 @@
 
 Tasks are split into disjoint blocks. In a block K, with b tasks satisfied outside of it, mu grows by at least
 rate_K(S & K, b) per unit of cost because of the tasks of K; b never falls, and rate_K never falls in b. So the least
-sum of rate_K times cost over all ways to satisfy K, with b as it is now, is a lower bound; it is an exact distance in
-T x A_K, hence consistent, and as the rates of disjoint blocks add up to at most mu's own, so do the bounds.
+sum of rate_K times cost over all trajectories that satisfy K, with b as it is now, is a lower bound. It is an exact
+distance in T x A_K, hence consistent; the rates of disjoint blocks add up to at most mu's own, and so do the bounds.
 """
 
 from __future__ import annotations

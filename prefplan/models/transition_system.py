@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Container, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -142,13 +142,7 @@ class TransitionSystem:
             seen.add((s, a))
             edges.append((s, a, t))
             costs.append(cost)
-        label_of = {}
-        for state, names in (labels or {}).items():
-            if state not in index:
-                raise ModelError(f"label on unknown state {state!r}")
-            if isinstance(names, str):
-                raise ModelError(f"label on state {state!r}: must be several propositions, not the string {names!r}")
-            label_of[index[state]] = frozenset(names)
+        label_of = {index[state]: label for state, label in _labels(labels or {}, index).items()}
         known = frozenset(propositions).union(*label_of.values())
         check_names(known, where="propositions")
         step = _resolution(resolution, values)
@@ -205,10 +199,7 @@ class TransitionSystem:
         ]
         linked = {start} | {node for edge in transitions for node in (edge[0], edge[2])}
         labels = {node: data.get("labels", ()) for node, data in graph.nodes(data=True)}
-        for node, names in labels.items():
-            if isinstance(names, str):
-                raise ModelError(f"label on state {node!r}: must be several propositions, not the string {names!r}")
-        everything = frozenset(propositions).union(*labels.values())
+        everything = frozenset(propositions).union(*_labels(labels, graph).values())
         return cls.from_transitions(
             transitions,
             start=start,
@@ -231,6 +222,20 @@ class TransitionSystem:
                     cost=self.cost(edge),
                 )
         return graph
+
+
+def _labels(labels: Mapping[Any, Iterable[str]], states: Container[Hashable]) -> dict[Hashable, frozenset[str]]:
+    """Return the propositions of each state that has a label.
+
+    Raises:
+        ModelError: a label on an unknown state, or a string in place of several propositions.
+    """
+    for state, names in labels.items():
+        if state not in states:
+            raise ModelError(f"label on unknown state {state!r}")
+        if isinstance(names, str):
+            raise ModelError(f"label on state {state!r}: must be several propositions, not the string {names!r}")
+    return {state: frozenset(names) for state, names in labels.items()}
 
 
 def _resolution(wanted: Number | None, values: Mapping[Number, Fraction]) -> Fraction | None:

@@ -3,7 +3,7 @@
 A label class is *inert* if no automaton ever changes its state on it: delta_i(q, l) = q for every task i and state q
 (reading it twice being the same as once is not enough: the empty label of `a U b` ends a run). Nothing happens in
 states of inert classes but passing through. Contraction keeps the other states and the start, at most 64 of them, with
-the cost of the cheapest way through inert states between each two; costs and label sequences that matter are kept.
+the cost of the cheapest path through inert states between each two; costs and label sequences that matter are kept.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Graph:
         classes: (S,) int32, label class of each node.
         states: (S,) state of the transition system that each node stands for.
         start: node of s0.
-        contracted: whether edges stand for ways through inert states.
+        contracted: whether edges stand for paths through inert states.
     """
 
     offsets: np.ndarray
@@ -102,7 +102,7 @@ def _cheapest_paths(
     node: np.ndarray,
     near: np.ndarray,
 ) -> None:
-    """Write the cost of the cheapest way from each kept state to each that matters, through others; -1 for none."""
+    """Write the cost of the cheapest path from each kept state to each that matters, through others; -1 for none."""
     size = offsets.shape[0] - 1
     distance = np.empty(size, dtype=np.int64)
     keys = np.empty(targets.shape[0] + size + 1, dtype=np.int64)
@@ -133,7 +133,7 @@ def by_way_of(near: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
     Args:
         near: (S, S) int64, costs of edges, NO_EDGE for none.
-        inner: (S,) bool, which nodes may lie on the way.
+        inner: (S,) bool, which nodes may lie on the path.
     """
     least = near.copy()
     nodes = least.shape[0]

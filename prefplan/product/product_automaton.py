@@ -21,7 +21,7 @@ from prefplan.problem import Problem
 CODE_LIMIT = 2**62
 
 READINGS_LIMIT = 2**20
-"""Ways to read one label, each task relaxed or not, that are written out for the search."""
+"""Readings of one label, each task relaxed or not, that are written out for the search."""
 
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
@@ -30,7 +30,7 @@ count cannot run over. In larger ones that would cost speed."""
 
 @dataclass(frozen=True)
 class Start:
-    """One way to begin: which product state, and what was paid for the tasks before the first action.
+    """A start of the search: which product state, and what was paid for the tasks before the first action.
 
     Attributes:
         code: product state after every automaton has read L(s0).
@@ -165,7 +165,7 @@ class Product:
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:
-        """Every way to begin: each task skipped or not, and each way to read L(s0)."""
+        """Every start of the search: each task skipped or not, and each way to read L(s0)."""
         system = self.problem.system
         label = system.label(system.start)
         readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []

@@ -36,7 +36,7 @@ def bare_kernel(function: F) -> F:
 
 def _compiled(function: F, **options: Any) -> F:
     dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
-    _forget_outdated(Path(dispatcher.stats.cache_path))
+    forget_outdated(Path(dispatcher.stats.cache_path))
     return cast(F, dispatcher)
 
 
@@ -45,19 +45,23 @@ KERNEL_FOLDERS = ("product", "heuristics", "search")
 
 
 @cache
-def _forget_outdated(folder: Path) -> None:
-    """Remove machine code of other sources: numba knows a function by its own file, not by what it calls."""
+def _digest_of_sources() -> str:
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
     for source in sorted(source for name in KERNEL_FOLDERS for source in (root / name).glob("*.py")):
         digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def forget_outdated(folder: Path) -> None:
+    """Remove machine code of other sources: numba knows a function by its own file, not by what it calls."""
     stamp = folder / "sources.sha256"
-    if not stamp.exists() or stamp.read_text() != digest.hexdigest():
+    if not stamp.exists() or stamp.read_text() != _digest_of_sources():
         folder.mkdir(parents=True, exist_ok=True)
         for index in folder.glob("*.nbi"):
             index.unlink(missing_ok=True)
         temporary = folder / f"{stamp.name}.{os.getpid()}"
-        temporary.write_text(digest.hexdigest())
+        temporary.write_text(_digest_of_sources())
         temporary.rename(stamp)
 
 

@@ -44,7 +44,7 @@ class Scenario:
         model: what the robot can do.
         tasks: in the order of the file.
         preference: how they would best be done.
-        text: the file itself; empty for a scenario made in another way.
+        text: the file itself; empty for a scenario that was not read from text.
     """
 
     name: str

@@ -3,8 +3,9 @@
 C. Hernandez Ulloa et al., "A Simple and Fast Bi-Objective Search Algorithm", ICAPS 2020, for measures of which (g, mu)
 is a sufficient key (`Measure.bi_objective`). With a bound on mu it is Algorithm 1; comparing labels by cost only, A*.
 
-The heuristic is consistent, so labels of one product state are expanded in order of cost, and a label is dominated if
-the last one that was expanded there has no larger mu.
+A new label is compared with all undominated labels of its product state, expanded or not. The tables of the heuristic
+are looked up only until the bound exceeds what the label at hand may still cost, and the others when its turn comes:
+most states are never expanded.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ import numpy as np
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.successors import INFINITE, Integer, ProductView, Successors, bare_kernel, successors
 from prefplan.search.labels import (
-    COST_BOUND,
     COUNT,
     ENTERED,
     EXHAUSTED,
@@ -26,6 +26,8 @@ from prefplan.search.labels import (
     GROWTH_BOUND,
     HEAD,
     LABELS,
+    LIKELY,
+    LOWEST,
     MORE_LABELS,
     MORE_ROWS,
     NEXT,
@@ -33,12 +35,14 @@ from prefplan.search.labels import (
     OPEN,
     PARENT,
     PAUSED,
+    PRUNED,
     SATISFIED,
     TOO_LARGE,
     Growth,
     Queue,
     States,
     added_mu,
+    bounded_cost,
     enter_state,
     pop,
     push,
@@ -50,12 +54,18 @@ class Labels(NamedTuple):
 
     Attributes:
         row: (L,) int32, where each leads. cost: (L,) int64, mu: (L,) int64. parent: (L,) int32, the path before, or -1.
+        sibling: (L,) int32, the next of the labels of the same product state, none of which dominates another, or -1.
     """
 
     row: np.ndarray
     cost: np.ndarray
     mu: np.ndarray
     parent: np.ndarray
+    sibling: np.ndarray
+
+
+DOMINATED = INFINITE
+"""In place of a label's mu: another label of its product state is no worse."""
 
 
 @bare_kernel
@@ -102,9 +112,14 @@ def run(
         row = labels.row[label]
         mu = labels.mu[label]
         known = states.known[row]
-        if mu + known[GROWTH_BOUND] >= limits[0] or _dominated(labels, known[HEAD], mu, cost_only):
+        if mu == DOMINATED or mu + known[GROWTH_BOUND] >= limits[0]:
             continue
-        known[HEAD] = label
+        cost = labels.cost[label]
+        rest = bounded_cost(view, bounds, states, row, buffer, counters[LOWEST] - cost)
+        if cost + rest > counters[LOWEST]:
+            if rest < INFINITE and cost + rest <= limits[1]:
+                push(queue, counters, label, cost + rest)
+            continue
         if known[SATISFIED] < 0:
             limits[0] = mu
             counters[FOUND] = label
@@ -129,10 +144,10 @@ def _enter(
 ) -> Integer:
     """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
     parent = counters[PARENT]
-    cost = mu = satisfied = np.int64(0)
+    cost = mu = satisfied = likely = np.int64(0)
     if parent != NONE:
         cost, mu = labels.cost[parent], labels.mu[parent]
-        satisfied = states.known[labels.row[parent], SATISFIED]
+        satisfied, likely = states.known[labels.row[parent], SATISFIED], states.known[labels.row[parent], LIKELY]
     # Of equal labels the last made is expanded first: entering the model's first action last prefers it.
     k = counters[COUNT] - 1 - counters[NEXT]
     after = cost + buffer.cost[k]
@@ -149,14 +164,17 @@ def _enter(
         mu = max(mu, growth.maximum[m, satisfied] * spent)
     if mu >= limits[0]:
         return ENTERED
-    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k])
+    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], likely, limits[0] - mu)
+    if row == PRUNED:
+        return ENTERED
     if row == NONE:
         return MORE_ROWS
     known = states.known[row]
-    estimate = after + known[COST_BOUND]
-    if known[COST_BOUND] >= INFINITE or estimate > limits[1] or mu + known[GROWTH_BOUND] >= limits[0]:
+    if mu + known[GROWTH_BOUND] >= limits[0] or _dominated(labels, known[HEAD], after, mu, cost_only):
         return ENTERED
-    if _dominated(labels, known[HEAD], mu, cost_only):
+    rest = bounded_cost(view, bounds, states, row, buffer, counters[LOWEST] - after)
+    estimate = after + rest
+    if rest >= INFINITE or estimate > limits[1]:
         return ENTERED
     if estimate >= INFINITE or mu >= INFINITE:
         return TOO_LARGE
@@ -165,11 +183,36 @@ def _enter(
         return MORE_LABELS
     push(queue, counters, label, estimate)
     labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
+    labels.sibling[label], known[HEAD] = _undominated(labels, known[HEAD], after, mu), label
     counters[LABELS] += 1
     return ENTERED
 
 
 @bare_kernel
-def _dominated(labels: Labels, expanded: Integer, mu: Integer, cost_only: bool) -> bool:
-    """Return whether the label that was last expanded at a product state, if any, is no worse than a new one."""
-    return expanded != NONE and (cost_only or labels.mu[expanded] <= mu)
+def _dominated(labels: Labels, label: Integer, cost: Integer, mu: Integer, cost_only: bool) -> bool:
+    """Return whether some label of a product state is no worse than a new one."""
+    while label != NONE:
+        if labels.cost[label] <= cost and (cost_only or labels.mu[label] <= mu):
+            return True
+        label = labels.sibling[label]
+    return False
+
+
+@bare_kernel
+def _undominated(labels: Labels, label: Integer, cost: Integer, mu: Integer) -> Integer:
+    """Return the labels of a product state without those that a new one dominates, which need not be expanded."""
+    first = last = np.int64(NONE)
+    while label != NONE:
+        following = labels.sibling[label]
+        if labels.cost[label] >= cost and labels.mu[label] >= mu:
+            labels.mu[label] = DOMINATED
+        else:
+            if last == NONE:
+                first = np.int64(label)
+            else:
+                labels.sibling[last] = label
+            last = np.int64(label)
+        label = following
+    if last != NONE:
+        labels.sibling[last] = NONE
+    return first

@@ -115,7 +115,7 @@ class Search(ABC):
 
     @abstractmethod
     def _new_labels(self, count: int) -> Any:
-        """Return room for labels."""
+        """Return memory for labels."""
 
     @abstractmethod
     def _run(self, pops: int) -> int:
@@ -227,7 +227,7 @@ class Search(ABC):
         return Found(cost, mu, lambda: extract(self.product, graph, path, start))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
-        """Return how a label without parent begins: of those ways that lead to its state the one of its mu."""
+        """Return how a label without parent begins: of the starts that lead to its state the one of its mu."""
         weights = self.growth.violation
         starts = [start for start in self._starts if self.product.decode(start.code)[1] == at.automata]
         return min(starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
@@ -293,7 +293,7 @@ class BiObjectiveSearch(Search):
         super().reset()
 
     def _new_labels(self, count: int) -> boa_star.Labels:
-        kinds = (np.int32, np.int64, np.int64, np.int32)
+        kinds = (np.int32, np.int64, np.int64, np.int32, np.int32)
         return boa_star.Labels(*(np.empty(count, kind) for kind in kinds))
 
     def _run(self, pops: int) -> int:

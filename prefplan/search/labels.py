@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import cost_bound
+from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
 from prefplan.heuristics.preference_bound import preference_bound
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.successors import Integer, ProductView, Successors, bare_kernel, decode, masks
 
-NONE = -1
+NONE, PRUNED = -1, -2
 """In place of a row or a label."""
 
 # Places in the counters of a search. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no
@@ -23,10 +23,10 @@ NONE = -1
 ROWS, LABELS, OPEN, LOWEST, EXPANDED, FOUND, PARENT, NEXT, COUNT = range(9)
 COUNTERS = 9
 
-# Columns of a product state's row: satisfied tasks as bits (the sign bit is set where no others remain), the bounds of
-# the cost-to-go and of mu's growth, and one of its labels.
-SATISFIED, COST_BOUND, GROWTH_BOUND, HEAD = range(4)
-COLUMNS = 4
+# Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
+# others remain), the bound of mu's growth, and one of its labels.
+SATISFIED, GROWTH_BOUND, HEAD = range(LIKELY + 1, LIKELY + 4)
+COLUMNS = LIKELY + 4
 
 GOAL_BIT = -(2**31)
 
@@ -93,9 +93,30 @@ def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer
 
 @bare_kernel
 def enter_state(
-    view: ProductView, bounds: Bounds, states: States, counters: np.ndarray, buffer: Successors, code: Integer
+    view: ProductView,
+    bounds: Bounds,
+    states: States,
+    counters: np.ndarray,
+    buffer: Successors,
+    code: Integer,
+    likely: Integer,
+    growth_limit: Integer,
 ) -> Integer:
-    """Return the row of a product state, a new one where it was not met before; NONE if there is none left."""
+    """Return the row of a product state, a new one where it was not met before.
+
+    Args:
+        view: the product.
+        bounds: heuristics.
+        states: product states met.
+        counters: of the search.
+        buffer: scratch.
+        code: the product state.
+        likely: number of the table to look up first.
+        growth_limit: mu must grow by less than this.
+
+    Returns:
+        the row, NONE if there is none left, or PRUNED if the state is new and mu would grow too far.
+    """
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
     row = np.int64(states.slots[slot])
@@ -104,20 +125,35 @@ def enter_state(
         row = np.int64(states.slots[slot])
     if row >= 0:
         return row
+    node = decode(view, code, buffer.choice)
+    satisfied, done = masks(view, buffer.choice)
+    growing = preference_bound(bounds.blocks, node, buffer.choice, satisfied)
+    if growing >= growth_limit:
+        return PRUNED
     row = counters[ROWS]
     if row == states.code.shape[0]:
         return NONE
-    node = decode(view, code, buffer.choice)
-    satisfied, done = masks(view, buffer.choice)
     known = states.known[row]
     known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
-    known[COST_BOUND] = cost_bound(bounds.patterns, node, buffer.choice)
-    known[GROWTH_BOUND] = preference_bound(bounds.blocks, node, buffer.choice, satisfied)
+    known[COST_BOUND], known[LOOKED], known[LIKELY] = 0, 0, likely
+    known[GROWTH_BOUND] = growing
     known[HEAD] = NONE
     counters[ROWS] += 1
     states.slots[slot] = row
     states.code[row] = code
     return row
+
+
+@bare_kernel
+def bounded_cost(
+    view: ProductView, bounds: Bounds, states: States, row: Integer, buffer: Successors, limit: Integer
+) -> Integer:
+    """Return the bound of a product state's cost-to-go, complete unless it exceeds a limit."""
+    known = states.known[row]
+    if known[COST_BOUND] <= limit and known[LOOKED] < bounds.patterns.base.shape[0]:
+        node = decode(view, states.code[row], buffer.choice)
+        raise_bound(bounds.patterns, node, buffer.choice, known, limit)
+    return known[COST_BOUND]
 
 
 @bare_kernel

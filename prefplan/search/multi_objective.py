@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prefplan.heuristics.preprocessing import Bounds
-from prefplan.product.successors import INFINITE, Integer, ProductView, Successors, bare_kernel, successors
+from prefplan.product.successors import INFINITE, UNBOUNDED, Integer, ProductView, Successors, bare_kernel, successors
 from prefplan.search.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.search.labels import (
-    COST_BOUND,
     COUNT,
     ENTERED,
     EXHAUSTED,
@@ -38,6 +37,7 @@ from prefplan.search.labels import (
     Queue,
     States,
     added_mu,
+    bounded_cost,
     enter_state,
     pop,
     push,
@@ -180,20 +180,19 @@ def _enter(
         return ENTERED
     if spent >= growth.cost_limit:
         return TOO_LARGE
-    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k])
+    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], 0, UNBOUNDED)
     if row == NONE:
         return MORE_ROWS
     known = states.known[row]
-    estimate = after + known[COST_BOUND]
-    if known[COST_BOUND] >= INFINITE or estimate > limits[1]:
+    rest = bounded_cost(view, bounds, states, row, buffer, INFINITE)
+    estimate = after + rest
+    if rest >= INFINITE or estimate > limits[1]:
         return ENTERED
     for d in range(scratch.key.shape[0]):
         scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
     if view.relaxed or parent == NONE:
         _add_violations(growth, key, buffer.violation[k], scratch.key)
-    scratch.key[0] += added_mu(growth, satisfied, before, spent)
-    for m in range(key.maxima):
-        scratch.key[1 + m] = max(scratch.key[1 + m], np.float64(growth.maximum[m, satisfied] * spent))
+    _add_growth(growth, key, satisfied, before, spent, scratch.key)
     _fill_costs(key, scratch, spent, satisfied, known[SATISFIED])
     mu, error = _value(key, formulas, scratch, spent)
     if mu != mu:
@@ -215,6 +214,16 @@ def _enter(
     labels.sibling[label], known[HEAD] = known[HEAD], label
     counters[LABELS] += 1
     return ENTERED
+
+
+@bare_kernel
+def _add_growth(
+    growth: Growth, key: Key, satisfied: Integer, before: Integer, after: Integer, entry: np.ndarray
+) -> None:
+    """Let the additive entry and the maxima of a key grow from one cost to another."""
+    entry[0] += added_mu(growth, satisfied, before, after)
+    for m in range(key.maxima):
+        entry[1 + m] = max(entry[1 + m], np.float64(growth.maximum[m, satisfied] * after))
 
 
 @bare_kernel

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from prefplan.exact_costs import exact, to_number
+from prefplan.exact_costs import to_number
 from prefplan.front import Plan, Purchase
-from prefplan.ledger import Ledger
 from prefplan.product.contraction import Graph
 from prefplan.product.product_automaton import Product, Start
 from prefplan.product.successors import Integer, kernel
@@ -52,7 +52,7 @@ def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Sta
 
 
 def _path(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
-    """Return the edges of a cheapest way between two waypoints on which no automaton moves before the last edge.
+    """Return the edges of a cheapest path between two waypoints on which no automaton moves before the last edge.
 
     Ties go to fewer actions, then to the model's order of actions.
     """
@@ -79,14 +79,14 @@ def cheapest_path(
     target: Integer,
     limit: Integer,
 ) -> np.ndarray:
-    """Return the edges of the way of exactly some cost from one state to another; none if there is no such way.
+    """Return the edges of a path of exactly one cost from one state to another; none if there is no such path.
 
     Args:
         offsets: (S + 1,) int64, where each state's edges begin.
         targets: (E,) int32, where edges lead.
         costs: (E,) int64.
         classes: (S,) int32, of labels.
-        passable: (C,) bool, classes of states that may lie on the way.
+        passable: (C,) bool, classes of states that the path may pass.
         source: where it begins.
         target: where it ends, with at least one edge.
         limit: its cost.
@@ -136,45 +136,40 @@ def account(
     product: Product, edges: Sequence[int], states: Sequence[tuple[int, ...]], start: Start
 ) -> tuple[Plan, Any]:
     """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
-    problem, system = product.problem, product.problem.system
-    visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
-    labels = tuple(system.label(state) for state in visited)
-    ledger = Ledger(
-        problem,
-        actions=tuple(system.action_names[system.actions[edge]] for edge in edges),
-        costs=tuple((int(product.costs[edge]) >> product.shift) * product.units.cost for edge in edges),
-        labels=labels,
-        states={name: tuple(automata[i] for automata in states) for i, name in enumerate(problem.names)},
-        relaxations=_purchases(product, labels, states, start),
-    )
-    end = ledger.final
-    plan = Plan(
-        cost=end.cost,
-        preference=end.preference,
-        task_costs=end.task_costs,
-        violation_costs=end.violation_costs,
-        actions=ledger.actions,
-        states=tuple(system.states[state] for state in visited),
-        relaxations=tuple(replace(bought, cost=to_number(exact(bought.cost))) for bought in ledger.relaxations),
-    )
-    return plan, ledger.exact_preference()
-
-
-def _purchases(
-    product: Product, labels: Sequence[frozenset[str]], states: Sequence[tuple[int, ...]], start: Start
-) -> tuple[Purchase, ...]:
-    """Return what is bought along some states of the automata, in order of steps, at exact prices."""
+    problem, system, units = product.problem, product.problem.system, product.units
+    names = problem.names
+    spent = [0]
+    for edge in edges:
+        spent.append(spent[-1] + (int(product.costs[edge]) >> product.shift))
+    task_costs, violations = [], [Fraction(0)] * len(names)
     purchases: list[Purchase] = []
-    price = product.units.price
-    for i, (name, dfa) in enumerate(zip(product.problem.names, product.automata, strict=True)):
+    for i, (name, dfa) in enumerate(zip(names, product.automata, strict=True)):
+        accepting = dfa.automaton.accepting
+        done = next((k for k, automata in enumerate(states) if automata[i] == accepting), len(states) - 1)
+        task_costs.append(spent[done] * units.cost)
         bought = start.bought[i]
         if bought is None:
-            purchases.append(Purchase(name, 0, None, (dfa.skip or 0) * price))
+            price = (dfa.skip or 0) * units.price
+            purchases.append(Purchase(name, 0, None, to_number(price)))
+            violations[i] += price
         for k, automata in enumerate(states if dfa.relaxations else states[:1]):
             if k > 0:
-                readings = dfa.readings(states[k - 1][i], labels[k])
-                bought = next(reading.bought for reading in readings if reading.state == automata[i])
+                label = system.label(int(product.targets[edges[k - 1]]))
+                readings = dfa.readings(states[k - 1][i], label)
+                bought = next(r.bought for r in readings if r.state == automata[i])
             for relaxation in bought or ():
                 assumed, _, count = dfa.relaxations[relaxation]
-                purchases.append(Purchase(name, k, assumed, count * price))
-    return tuple(sorted(purchases, key=lambda purchase: purchase.step))
+                purchases.append(Purchase(name, k, assumed, to_number(count * units.price)))
+                violations[i] += count * units.price
+    visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
+    mu = problem.measure.value(task_costs, violations)
+    plan = Plan(
+        cost=to_number(spent[-1] * units.cost),
+        preference=to_number(mu),
+        task_costs={name: to_number(cost) for name, cost in zip(names, task_costs, strict=True)},
+        violation_costs={name: to_number(cost) for name, cost in zip(names, violations, strict=True)},
+        actions=tuple(system.action_names[system.actions[edge]] for edge in edges),
+        states=tuple(system.states[state] for state in visited),
+        relaxations=tuple(sorted(purchases, key=lambda p: p.step)),
+    )
+    return plan, mu

@@ -37,11 +37,11 @@ def random_problem(
     rng = random.Random(f"{seed} {kind} {relaxed}")
     atoms = ["a", "b", "c"][: rng.choice((2, 3, 3))]
     density = rng.choice((0.2, 0.3, 0.4))
-    ways = _diamonds(rng) if rng.random() < 0.4 else _tangle(rng)
-    states = ["s0", *dict.fromkeys(target for _, _, target in ways if target != "s0")]
+    moves = _diamonds(rng) if rng.random() < 0.4 else _tangle(rng)
+    states = ["s0", *dict.fromkeys(target for _, _, target in moves if target != "s0")]
     costs = rng.choice(((0, 1, 1, 2, 3, 5), (1, 1, 2, 5, 9, 20), (0, 1)))
     edges: dict[tuple[str, str], Edge] = {}
-    for source, action, target in ways:
+    for source, action, target in moves:
         cost = Fraction(rng.choice(costs) * 10**decimals + _digits(rng, decimals), 10**decimals)
         edges.setdefault((source, action), Edge(source, action, exact(cost), target))
     labels = {state: frozenset(p for p in atoms if rng.random() < density) for state in states}
@@ -62,18 +62,18 @@ def random_problem(
 def _tangle(rng: random.Random) -> list[tuple[str, str, str]]:
     """Draw (source, action, target) of a graph in which every state can be reached."""
     states = [f"s{k}" for k in range(rng.randint(3, 7))]
-    ways = [(rng.choice(states[: k + 1]), target, target) for k, target in enumerate(states[1:])]
-    return ways + _detours(rng, states, rng.randint(len(states) // 2, 2 * len(states)))
+    moves = [(rng.choice(states[: k + 1]), target, target) for k, target in enumerate(states[1:])]
+    return moves + _detours(rng, states, rng.randint(len(states) // 2, 2 * len(states)))
 
 
 def _diamonds(rng: random.Random) -> list[tuple[str, str, str]]:
     """Draw a chain of forks that join again: paths that differ in the past only, where dominance is decided."""
     states = [f"s{k}" for k in range(rng.choice((4, 7, 7)))]
-    ways = []
+    moves = []
     for k in range(0, len(states) - 1, 3):
         fork, upper, lower, joint = states[k : k + 4]
-        ways += [(fork, upper, upper), (fork, lower, lower), (upper, joint, joint), (lower, joint, joint)]
-    return ways + _detours(rng, states, rng.choice((0, 0, 1, 3)))
+        moves += [(fork, upper, upper), (fork, lower, lower), (upper, joint, joint), (lower, joint, joint)]
+    return moves + _detours(rng, states, rng.choice((0, 0, 1, 3)))
 
 
 def _detours(rng: random.Random, states: Sequence[str], number: int) -> list[tuple[str, str, str]]:

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from prefplan.product import successors
-
-
-def forget_outdated(folder: Path) -> None:
-    """Look at a folder as a new process does."""
-    successors._forget_outdated.cache_clear()
-    successors._forget_outdated(folder)
+from prefplan.product.successors import forget_outdated
 
 
 def test_machine_code_is_kept_while_no_source_changes(tmp_path: Path) -> None:

@@ -82,10 +82,10 @@ def listed_front(problem: GraphProblem, max_cost: int) -> list[tuple[Any, Any]]:
     points = set()
     for actions in _all_actions(problem, problem.start, max_cost):
         states = replay(problem, actions).states
-        ways = [list(_all_relaxations(problem, task, states)) for task in problem.tasks]
-        for chosen in product(*ways):
+        readings = [list(_all_relaxations(problem, task, states)) for task in problem.tasks]
+        for chosen in product(*readings):
             try:
-                outcome = replay(problem, actions, [entry for way in chosen for entry in way])
+                outcome = replay(problem, actions, [entry for taken in chosen for entry in taken])
             except ValueError:
                 continue
             if outcome.ends:
