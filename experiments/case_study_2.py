@@ -1,4 +1,4 @@
-"""Case Study 2 of the paper: two tasks contradict each other, so that some are relaxed for a price.
+"""Case Study 2 of the paper: two tasks contradict each other, so that they are relaxed for a price.
 
 Plans from Python, prints the front beside Figure 4's captions and what each plan relaxes, and draws the figure again.
 """
@@ -37,11 +37,11 @@ OUT = Path("out", "case_study_2")
 
 def main() -> int:
     """Plan, compare, draw; return 1 if the front is not the published one."""
-    # phi1 wants the cheese before the pizza, phi5 the pizza before the cheese: no plan satisfies both as they are.
+    # phi1 needs cheese before pizza, phi5 pizza before cheese: no plan satisfies both as they are.
     town = pp.GridModel(SIZE, START, regions=TOWN)
     strict = [pp.Task(task.name, task.formula) for task in TASKS]
-    nothing = pp.pareto_front(pp.Problem(town.transition_system(), strict, pp.Order()))
-    print(f"As they are: {nothing.reason}")
+    empty = pp.pareto_front(pp.Problem(town.transition_system(), strict, pp.Order()))
+    print(f"As they are: {empty.reason}")
 
     # Relaxed for a price (Remarks 1 to 6); mu weighs what is paid (partial satisfaction).
     preference = pp.WeightedSum(WEIGHTS, over="violation")

@@ -1,7 +1,7 @@
 """Case Study 3 of the paper: a Panda sanitizes and bins two blocks of an arch, once cheaply and once as preferred.
 
-Prints the Pareto front, carries out the plans at both its ends in simulation, films them, also side by side, says what
-came of it and puts all of it on a page.
+Prints the Pareto front, carries out the plans at both its ends in simulation, renders videos of them, also side by
+side, and writes a report page.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def main() -> int:
     outcomes, recordings = [], {}
     for name, number in {"cost": 0, "preference": len(front) - 1}.items():
         plan = front[number]
-        console.print(f"\nCarrying out and filming the {name}-optimal plan (cost {output.number(plan.cost)})")
+        console.print(f"\nCarrying out the {name}-optimal plan (cost {output.number(plan.cost)})")
         with Bars() as bars:
             outcome, recording = perform(scenario, scene, plan, name, tell=bars)
         show_outcome(console, scenario, outcome)
@@ -66,12 +66,12 @@ def main() -> int:
         ]
         console.print(f"  {compose(videos, OUT / 'both.mp4', headings=headings)}")
     page = write_page(scenario, front, recordings, OUT)
-    console.print(f"\nReport, to be opened in a browser\n  {page}")
+    console.print(f"\nReport (open it in a browser)\n  {page}")
     return DONE if all(outcome.rollout.completed for outcome in outcomes) else FAILED
 
 
 def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Tell) -> tuple[Outcome, Recording | None]:
-    """Carry a plan out; leave a video and records of what came of it in `OUT`, unless it was interrupted."""
+    """Carry a plan out, and leave a video and its recording in `OUT` unless it was interrupted."""
     outcome = carry_out(scenario, scene, plan, video=OUT / f"{name}.mp4", tell=tell)
     return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, OUT / name)
 

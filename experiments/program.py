@@ -1,4 +1,4 @@
-"""Where the program `prefplan` begins."""
+"""Entry point of the program `prefplan`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,6 @@ def main() -> int:
             from experiments.commands.command_line import main as run
         except ModuleNotFoundError as error:
             mend = f"{sys.executable} -m pip install {error.name}"
-            print(f"prefplan: the Python package {error.name} is missing; what mends it: {mend}", file=sys.stderr)
+            print(f"prefplan: the Python package {error.name} is missing; install it: {mend}", file=sys.stderr)
             return FAILED
     return run()

@@ -138,7 +138,7 @@ def case_study_1(report: Report, out: Path) -> None:
 
 def case_study_2(report: Report, out: Path) -> None:
     """Compare the front with Figure 4, find which price of skipping phi5 the figure has, and draw the figure."""
-    about = "The same town, but two tasks contradict each other, so that some are relaxed for a price."
+    about = "The same town, but two tasks contradict each other, so that they are relaxed for a price."
     with report.study("Case Study 2", about) as study:
         scenario = scenarios.find("case_study_2")
         front = pp.pareto_front(scenario.problem())

@@ -149,13 +149,13 @@ def add_video(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_seed(parser: argparse.ArgumentParser, differences: str = "up to 5 mm and 5 degrees") -> None:
+def add_seed(parser: argparse.ArgumentParser, differences: str = "at random by up to 5 mm and 5 degrees") -> None:
     """Add the seed of a run."""
     parser.add_argument(
         "--seed",
         type=whole,
         metavar="N",
-        help=f"start each object at a random pose, {differences} off its nominal one (default: nominal poses)",
+        help=f"start each object off its nominal pose, {differences} (default: nominal poses)",
     )
 
 

@@ -1,4 +1,4 @@
-"""What a shell offers when Tab is pressed: commands, options, scenarios that ship, and the files that fit."""
+"""Completion in shells: commands, options, scenarios that ship, and matching files."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ SHELLS = ("bash", "zsh", "fish", "tcsh")
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
-    """Return the script that makes one of `SHELLS` complete a program's arguments."""
+    """Return the script with which one of `SHELLS` completes the arguments of a program."""
     return shtab.complete(parser, shell=shell)
 
 
 def complete(argument: argparse.Action, how: Any) -> None:
-    """Say how an argument is completed.
+    """Set how an argument is completed.
 
     Args:
-        argument: what `add_argument` returned.
+        argument: the value of `add_argument`.
         how: from this module or `shtab`: `shtab.FILE`, `shtab.DIRECTORY`, `shtab.glob("*.npz")`.
     """
     argument.complete = how  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Where commands print for people: tables with frames and colour on a terminal, plain columns anywhere else."""
+"""Output for people: framed tables and colour on a terminal, plain columns elsewhere."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import rich.console
 from rich.table import Table
 
 UNLIMITED = 10_000
-"""Width of a line that nobody's terminal wraps."""
+"""Line width without a terminal, so that nothing wraps."""
 
 COLUMN_GAP = (0, 2, 0, 0)
-"""Blanks above, right, below and left of a plain cell."""
+"""Padding of a plain cell: above, right, below, left."""
 
 
 class Console(rich.console.Console):
@@ -24,7 +24,7 @@ class Console(rich.console.Console):
             self.width = UNLIMITED
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print as rich does, but tables as plain columns where there is no terminal."""
+        """Print like rich, but tables as plain columns without a terminal."""
         if not self.is_terminal:
             for table in objects:
                 if isinstance(table, Table):
@@ -32,5 +32,5 @@ class Console(rich.console.Console):
         super().print(*objects, **options)
 
     def on_broken_pipe(self) -> NoReturn:
-        """Raise the BrokenPipeError again, which the program's `main` knows; rich would exit with status 1."""
+        """Raise the BrokenPipeError again for the `main` of the program; rich would exit with status 1."""
         raise

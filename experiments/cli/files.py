@@ -25,7 +25,7 @@ def make_folder(path: Path) -> None:
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file that appears only when it is complete.
+    """Write a file atomically: it appears only when it is complete.
 
     Raises:
         PrefplanError: it cannot be written.
@@ -40,7 +40,7 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
-    """Write a JSON file that appears only when it is complete.
+    """Write a JSON file atomically.
 
     Raises:
         PrefplanError: it cannot be written.

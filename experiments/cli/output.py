@@ -20,7 +20,7 @@ from prefplan.scenario.decode import Scenario
 
 
 def number(value: Number) -> str:
-    """Return a cost as a person would write it, with all the digits that make it the same number when it is read."""
+    """Return a cost as a short decimal that reads back as the same number."""
     if isinstance(value, float):
         return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
     return str(value) if abs(int(value)) < 10**21 else f"{Decimal(int(value)).normalize():g}"
@@ -52,7 +52,7 @@ def _purchase_json(purchase: Purchase) -> dict[str, Any]:
 
 
 def stats_json(stats: Stats) -> dict[str, Any]:
-    """Return the work a search did as in the documented JSON."""
+    """Return the effort of a search as in the documented JSON."""
     return {
         "states": stats.states,
         "expanded": stats.expanded,
@@ -88,7 +88,7 @@ def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any
 
 
 def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) -> dict[str, Any]:
-    """Return what is known of one plan whose search a limit ended."""
+    """Return the result of a search for one plan that a limit ended."""
     return _heading(scenario) | {
         "complete": False,
         "plan": error.best and plan_json(error.best),
@@ -116,12 +116,12 @@ def relaxed(plan: Plan) -> list[str]:
             lines.append(f"  {bought.task} is skipped, for {number(bought.cost)}")
         else:
             when = f"after action {bought.step}" if bought.step else "at the start"
-            lines.append(f"  {bought.task} takes {bought.assume} to hold {when}, for {number(bought.cost)}")
+            lines.append(f"  {bought.task} assumes {bought.assume} {when}, for {number(bought.cost)}")
     return lines
 
 
 def assumptions(problem: Problem) -> list[str]:
-    """Return a sentence for everything that a front takes for granted."""
+    """Return a sentence for every assumption of a front."""
     notes = []
     if problem.resolution is not None:
         notes.append(f"Costs are rounded to multiples of {number(problem.resolution)}; the front is exact for those.")
@@ -134,7 +134,7 @@ def assumptions(problem: Problem) -> list[str]:
 
 def show_front(console: Console, scenario: Scenario, front: Front) -> None:
     """Print a front as a table, the plans below it."""
-    table = Table(title=f"{escape(scenario.name)}: every best trade-off of cost and preference", title_justify="left")
+    table = Table(title=f"{escape(scenario.name)}: Pareto front of cost and preference", title_justify="left")
     table.add_column("#", justify="right")
     table.add_column("cost", justify="right", style="bold")
     table.add_column("preference", justify="right", style="bold")
@@ -146,7 +146,7 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
         )
     console.print(table)
     console.print(
-        f"A task's column is its cost: what was spent until it was satisfied. {front.stats.seconds:.2f} s, "
+        f"A task's column is its cost: the total cost until it was satisfied. {front.stats.seconds:.2f} s, "
         f"{front.stats.expanded} labels expanded.",
         style="dim",
     )
@@ -158,7 +158,7 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
 
 
 def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
-    """Print one plan, an action a line where it is short, with what was spent and which task is satisfied then."""
+    """Print one plan with its costs and the cost of each task."""
     console.print(f"{scenario.name}: cost {number(plan.cost)}, preference {number(plan.preference)}", style="bold")
     for name, cost in plan.task_costs.items():
         console.print(f"  {name} satisfied at cost {number(cost)}")

@@ -14,12 +14,12 @@ from prefplan.scenario.decode import Model, Scenario
 
 @dataclass(frozen=True)
 class Overview:
-    """What a list of scenarios says of one.
+    """Entry of a scenario in the list.
 
     Attributes:
-        name: what `prefplan front` calls it.
+        name: its name for other commands.
         kind: of its model: `graph`, `grid` or `manipulation`.
-        tasks: how many it has.
+        tasks: number of tasks.
         contract: of its preference.
         summary: the first sentence of the comment that its file begins with; empty if it has none.
     """
@@ -32,7 +32,7 @@ class Overview:
 
 
 def overview(scenario: Scenario) -> Overview:
-    """Return a scenario's line; its transition system is not built."""
+    """Return the entry of a scenario, without building its transition system."""
     names = [task.name for task in scenario.tasks]
     contract = Measure.of(scenario.preference.terms(names), len(names)).contract
     return Overview(scenario.name, kind_of(scenario.model), len(names), contract, first_sentence(scenario.text))

@@ -9,13 +9,10 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 
 class Bars:
-    """One bar for each stage of a long command, on stderr; silent where that is no terminal.
-
-    They are gone when the command is: what came of it is for its report to say.
-    """
+    """One bar for each stage of a long command, on stderr if that is a terminal, until the command ends."""
 
     def __init__(self) -> None:
-        """Show nothing yet."""
+        """Make the bars without drawing them."""
         console = Console(stderr=True)
         self._progress = Progress(
             TextColumn("{task.description:>10}"),
@@ -30,7 +27,7 @@ class Bars:
         self._stages: dict[str, TaskID] = {}
 
     def __enter__(self) -> Bars:
-        """Begin to draw."""
+        """Start to draw."""
         self._progress.start()
         return self
 
@@ -41,10 +38,7 @@ class Bars:
         self._progress.stop()
 
     def __call__(self, stage: str, done: int, total: int, what: str) -> None:
-        """Show that `done` of `total` parts of a stage are done, and what is next.
-
-        A stage whose `total` is 0 is of unknown length.
-        """
+        """Show that `done` of `total` parts of a stage are done (0: unknown), and the name of the next part."""
         if stage not in self._stages:
             self._stages[stage] = self._progress.add_task(stage, count="", what="")
         count = f"{done} of {total}" if total else ""

@@ -1,4 +1,4 @@
-"""While libraries load: Ctrl-C ends the program quietly, and a long wait is explained."""
+"""Start of the program: Ctrl-C while libraries load, and a message before the search is compiled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ INTERRUPTED = 130
 
 
 def tell_if_compiling() -> None:
-    """Say on stderr what the first search takes so long for."""
+    """Say on stderr that the first search takes a minute, if it is not compiled."""
     from prefplan.warm_up import is_compiled
 
     if not is_compiled():
@@ -23,7 +23,7 @@ def tell_if_compiling() -> None:
 
 @contextmanager
 def loading() -> Iterator[None]:
-    """End the process at once on Ctrl-C: libraries swallow a KeyboardInterrupt while they load, or trace it."""
+    """End the process at once on Ctrl-C: while they load, libraries drop a KeyboardInterrupt or print a traceback."""
     before = signal.signal(signal.SIGINT, _end)
     try:
         yield

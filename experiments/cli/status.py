@@ -1,4 +1,4 @@
-"""Exit statuses of the programs, and the sentence that goes with some of them."""
+"""Exit statuses of the programs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
 
 
 def no_plan(reason: Reason) -> int:
-    """Say on stderr why there is no plan, and return the status that means so."""
+    """Say on stderr why there is no plan, and return the exit status."""
     print(f"prefplan: {reason}", file=sys.stderr)
     return NO_PLAN

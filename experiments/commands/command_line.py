@@ -38,19 +38,19 @@ COMMANDS = (
 """In the order of the help text."""
 
 SIMULATION = "pip install '.[sim]', in a clone of prefplan"
-"""What it comes with."""
+"""Installs the simulation."""
 
 EPILOG = """\
 examples:
-  prefplan front example                       every best trade-off, and its plan
-  prefplan plan example --max-preference 3     the cheapest plan that is good enough
-  prefplan run case_study_3 --plan preference  carry the preferred plan out and film it
+  prefplan front example                       the Pareto front and its plans
+  prefplan plan example --max-preference 3     the cheapest plan within a bound
+  prefplan run case_study_3 --plan preference  carry the preferred plan out, with a video
 
 exit status:
   0    done
-  2    wrong call or input: a sentence on stderr says what would be right
+  2    wrong call or input: one sentence on stderr says what is valid
   3    no plan exists, or none within the bounds given
-  4    the execution failed, a run was refuted, or a limit ended the search before any plan was known
+  4    the execution failed, a run was refuted, or a limit ended the search before any plan was found
   130  interrupted by Ctrl-C
 
 `prefplan COMMAND --help` shows the arguments of a command and more examples. Commands with --json print one JSON
@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = _carry_out(arguments)
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader has what it wants; nothing more can be flushed to it, at exit either.
+        # The reader has closed the pipe: nothing can be flushed to it, at exit either.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return status
 

@@ -1,4 +1,4 @@
-"""A task's automaton as a picture: a double circle accepts, from a dashed one nothing does any more."""
+"""A task's automaton as a picture: the accepting state is a double circle, the dead state is dashed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from prefplan.errors import PrefplanError
 from prefplan.logic.dfa import Automaton
 
 MOST_STATES = 40
-"""Nobody can read a larger one."""
+"""Most states of an automaton that can be read."""
 
 
 def diagram(automaton: Automaton) -> Diagram:
@@ -44,9 +44,9 @@ def svg(automaton: Automaton, *, prefix: str = "") -> str:
         prefix: put before every id.
 
     Returns:
-        The SVG. State i is the group `q<i>` of the class `node`, and `accepting` or `dead` if it is that; what leads
-        from i to j is the group `q<i>-q<j>` of the class `edge`, which has a label unless it is the self-loop of an
-        absorbing state, which is left out. Each is drawn in its `color`.
+        The SVG. State i is the group `q<i>` of the class `node`, and `accepting` or `dead` if it is that; the edge
+        from i to j is the group `q<i>-q<j>` of the class `edge`; self-loops of absorbing states are left out. Each is
+        drawn in its `color`.
 
     Raises:
         PrefplanError: it has too many states.

@@ -14,8 +14,8 @@ def show_table(console: Console, automaton: Automaton) -> None:
     """Print a row for each state and guard."""
     table = Table(title=Text(f"{_one_line(automaton.text)}: {_count(automaton.size)}"), title_justify="left")
     table.add_column("state")
-    table.add_column("when it reads")
-    table.add_column("goes to", justify="right")
+    table.add_column("guard")
+    table.add_column("next state", justify="right")
     for state in range(automaton.size):
         name = " ".join([str(state), *_roles(automaton, state)])
         for target in targets(automaton, state):
@@ -56,7 +56,7 @@ def hoa(automaton: Automaton) -> str:
 
 
 def dot(automaton: Automaton) -> str:
-    """Return an automaton in Graphviz' language: a double circle accepts, from a dashed one nothing does any more."""
+    """Return an automaton in Graphviz' language: the accepting state is a double circle, the dead state is dashed."""
     lines = [
         "digraph automaton {",
         f'  label="{_one_line(automaton.text)}"',
@@ -85,7 +85,7 @@ def _roles(automaton: Automaton, state: int) -> list[str]:
 
 
 def _one_line(text: str) -> str:
-    """Return a formula as it was written, on one line; a formula has neither quotes nor backslashes."""
+    """Return a formula on one line; it has neither quotes nor backslashes."""
     return " ".join(text.split())
 
 

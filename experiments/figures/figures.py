@@ -15,7 +15,7 @@ from experiments.cli.files import write_bytes
 from prefplan.errors import PrefplanError
 
 ENDINGS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-"""Of files that can be written, with what has to be left out so that the same figure gives the same file."""
+"""Endings of files that can be written, with the metadata to leave out so that equal figures give equal files."""
 
 STYLE = Path(__file__).with_name("prefplan.mplstyle")
 
@@ -24,7 +24,7 @@ def picture_file(text: str) -> Path:
     """Return the path of a picture to write.
 
     Raises:
-        PrefplanError: its ending does not say which kind of picture.
+        PrefplanError: the ending is not a known kind of picture.
     """
     path = Path(text)
     if path.suffix.lower() not in ENDINGS:
@@ -35,7 +35,7 @@ def picture_file(text: str) -> Path:
 
 @contextmanager
 def drawing(path: Path, *, size: tuple[float, float]) -> Iterator[Figure]:
-    """Give a figure in the house style, and write it when it is drawn.
+    """Give a figure with the style of all figures, and write it at the end of the block.
 
     Args:
         path: from `picture_file`.

@@ -18,15 +18,15 @@ from prefplan.scenario.decode import Scenario
 SIZE = (6.4, 4.4)
 """Inches."""
 
-ROOM = 0.09
-"""Left about the points, as a share of their spread."""
+MARGIN = 0.09
+"""Empty border around the points, as a fraction of their range."""
 
-ROOM_FOR_TEXT = 0.17
-"""The same before the first one, where what it is stands beside each."""
+MARGIN_FOR_LABEL = 0.17
+"""The same left of the first point if points have labels."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
-    """Write a figure of a front with a point at least.
+    """Write a figure of a front with at least one point.
 
     Raises:
         PrefplanError: the file cannot be written.
@@ -36,20 +36,20 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         draw_front(axes, scenario, front)
         count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
         axes.set_title(f"{scenario.name}: {count}")
-        # Within the axes it would lie on the border of some front, and its mark of a plan look like one.
+        # Inside the axes it could cover the border of the front, and its marker would look like a plan.
         figure.legend(loc="outside lower center", ncols=4)
 
 
 def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = False) -> None:
-    """Draw a front: its points, what they dominate, and what would be ideal; briefly with numbers only."""
+    """Draw a front: its points, the region that they dominate, and the ideal point; if `brief` with indices only."""
     costs, mu = (
         np.array(values, dtype=float) for values in zip(*((plan.cost, plan.preference) for plan in front), strict=True)
     )
-    left, right = _limits(costs, before=ROOM if brief else ROOM_FOR_TEXT)
+    left, right = _limits(costs, before=MARGIN if brief else MARGIN_FOR_LABEL)
     low, high = _limits(mu)
     axes.set_xlim(left, right)
     axes.set_ylim(low, high)
-    # Beyond the points the border of what they dominate goes on to the edges of the picture.
+    # Extend the border of the dominated region to the edges of the picture.
     x, y = np.array([costs[0], *costs, right]), np.array([high, *mu, mu[-1]])
     axes.fill_between(x, y, high, step="post", color="C0", alpha=0.10, linewidth=0, label="dominated")
     axes.step(x, y, where="post", color="C0", linewidth=1.2, zorder=2)
@@ -70,9 +70,9 @@ def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = Fa
     _label(axes, texts, costs, mu)
 
 
-def _limits(values: np.ndarray, *, before: float = ROOM) -> tuple[float, float]:
+def _limits(values: np.ndarray, *, before: float = MARGIN) -> tuple[float, float]:
     spread = float(np.ptp(values)) or abs(float(values[0])) or 1.0
-    return float(values.min()) - before * spread, float(values.max()) + 2.4 * ROOM * spread
+    return float(values.min()) - before * spread, float(values.max()) + 2.4 * MARGIN * spread
 
 
 def _unit(scenario: Scenario) -> str:
@@ -83,10 +83,7 @@ def _unit(scenario: Scenario) -> str:
 
 
 def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
-    """Write beside each point what it is, the ends first.
-
-    Where that would lie on another text or outside of the axes there is none.
-    """
+    """Label the points, the ends of the front first; leave out labels that would overlap others or leave the axes."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.draw_without_rendering()
@@ -97,8 +94,8 @@ def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
             text = axes.annotate(
                 texts[i], (x[i], y[i]), offset, textcoords="offset points", ha=side, va=end, fontsize=8.5, zorder=5
             )
-            room = text.get_window_extent()
-            if room.x0 > inside.x0 and not any(room.overlaps(other) for other in taken):
-                taken.append(room)
+            extent = text.get_window_extent()
+            if extent.x0 > inside.x0 and not any(extent.overlaps(other) for other in taken):
+                taken.append(extent)
                 break
             text.remove()

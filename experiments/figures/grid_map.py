@@ -1,4 +1,4 @@
-"""Maps of grids: regions, obstacles, start, and the path of a plan with the places where it satisfies its tasks."""
+"""Maps of grids: regions, obstacles, start, and the path of a plan with the cells where it satisfies its tasks."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from prefplan.front import Plan
 from prefplan.models.grid import Box, GridModel
 
 SIDE = 480.0
-"""Longer side of a map in SVG, in units of which a browser shows one as a pixel; of a small grid's it is less."""
+"""Longer side of a map in SVG, px; less for a small grid."""
 
 LARGEST_CELL = 64.0
-"""Side of a small grid's cells, in the same units."""
+"""Greatest side of a cell, px."""
 
 MARK = (3.5, 6.5)
-"""Radius of marks on grids of small and of large cells, in the same units."""
+"""Least and greatest radius of marks, px."""
 
 LETTER = 7.0
-"""Width of a letter, in the same units."""
+"""Width of a letter, px."""
 
 CLEAR = 1.2
-"""A region's name that is this far from a path, in cells, is far enough."""
+"""Sufficient distance of a region's name from a path, cells."""
 
 MOST_CELLS = 2_500
-"""A larger grid is drawn without its single cells, which could not be seen."""
+"""Most cells of a grid that is drawn with its cells, which are too small to see in larger ones."""
 
 FONT = "system-ui, 'DejaVu Sans', sans-serif"
 
 
 def goals(model: GridModel, plan: Plan) -> dict[int, list[str]]:
-    """Return the tasks that a plan satisfies, by how many actions it has taken then.
+    """Return the tasks that a plan satisfies, by the number of actions taken until then.
 
-    Every move costs the same, so that a task's cost tells when it was satisfied; where moves are free nothing does.
+    Every move costs the same, so that the number follows from the cost of the task; free moves give no tasks.
     """
     dropped = {bought.task for bought in plan.relaxations if bought.assume is None}
     found: dict[int, list[str]] = defaultdict(list)
@@ -109,7 +109,7 @@ def svg(model: GridModel, plan: Plan | None = None, *, prefix: str = "") -> str:
 
 def _path_svg(model: GridModel, plan: Plan, prefix: str) -> list[str]:
     path = path_of(plan)
-    points, states = (_points(model, some) for some in (path.line, path.states))
+    points, states = _points(model, path.line), _points(model, path.states)
     lines = [
         f'<g id={quoteattr(prefix + "path")} class="path" data-states="{states}" pointer-events="none">',
         f'<polyline points="{points}" fill="none" stroke="{PATH}" stroke-width="2" stroke-linejoin="round"/>',
@@ -143,7 +143,7 @@ def path_of(plan: Plan) -> Trail:
 
 
 def name_place(name: str, boxes: Sequence[Box], plan: Plan | None, *, letter: float) -> np.ndarray:
-    """Return in which cell to begin a region's name: high up in its largest box and clear of a path.
+    """Return the cell where a region's name begins: high up in its largest box and away from the path.
 
     Args:
         name: the region's.

@@ -12,18 +12,18 @@ from prefplan.logic.dfa import Automaton
 from prefplan.logic.mtbdd import Branch, Diagram, Diagrams, leaves
 
 Cube = dict[str, bool]
-"""The propositions a term fixes, all of which it asks for."""
+"""A term: the propositions that it fixes, and their values."""
 
 LONG = 22
-"""A state's longest label is replaced by `else` if it has more letters than this."""
+"""The longest label of a state is replaced by `else` if it has more letters than this."""
 
 ELSE = "else"
 
 
 def labels(automaton: Automaton, state: int) -> dict[int, str]:
-    """Return when a state goes to each of its successors, in their order of first appearance.
+    """Return the guard of each successor of a state, in their order of first appearance.
 
-    The automaton is complete, so one successor may be told by what is left: the one with the longest label.
+    The automaton is complete, so that the longest guard may be replaced by `else`.
     """
     found = {target: " | ".join(map(product, cover(automaton, state, target))) for target in targets(automaton, state)}
     longest = max(found, key=lambda target: len(found[target]))
@@ -33,7 +33,7 @@ def labels(automaton: Automaton, state: int) -> dict[int, str]:
 
 
 def cover(automaton: Automaton, state: int, target: int) -> list[Cube]:
-    """Return terms that together say when a state goes to a target; none is superfluous."""
+    """Return the guard from a state to a target as terms, none of which can be left out."""
     family = Diagrams()
     when = family.map(automaton.transitions[state], lambda end: end == target)
     return _cover(family, when, when)[0]

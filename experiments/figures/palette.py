@@ -1,4 +1,4 @@
-"""Colours that people who see fewer of them can tell apart too.
+"""Colours that people with colour vision deficiency can tell apart.
 
 P. Tol, "Colour Schemes", SRON technical note, 2021: `bright` for lines, `light` for areas with black text on them.
 """
@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")
-"""Of areas, in turn."""
+"""Colours of areas, in turn."""
 
 PATH = "#222255"
-"""Of a path over areas."""
+"""Colour of a path over areas."""
 
 GOOD, START = "#228833", "#bb5566"
-"""Of what is reached, and of where a path begins."""
+"""Colours of satisfied tasks and of the start."""
 
 
 def areas(names: Iterable[str]) -> dict[str, str]:

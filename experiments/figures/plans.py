@@ -20,7 +20,7 @@ from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 
 MOST_PLANS = 23
-"""With the front itself a figure has two dozen panels."""
+"""Most plans in a figure; with the front it has two dozen panels."""
 
 COLUMNS = 4
 
@@ -28,10 +28,10 @@ PANEL = 3.1
 """Width of a panel, inches."""
 
 LETTER = 0.063
-"""Width of a letter of a region's name, inches."""
+"""Width of a letter in a region's name, inches."""
 
 SHEET = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.65, "linewidth": 0}
-"""What lies below text on a map."""
+"""Background of text on a map."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
@@ -97,7 +97,7 @@ def draw_map(axes: Axes, model: GridModel, plan: Plan) -> None:
         axes.add_patch(Polygon(corners, closed=True, facecolor=PATH, linewidth=0, zorder=3))
     for name, boxes in model.regions.items():
         x, y = name_place(name, boxes, plan, letter=LETTER / PANEL * width)
-        # In the corner of its cell: through the middle goes the path, which large cells leave room beside.
+        # In the corner of its cell, as the path goes through the middle.
         corner = (x - 0.5, y + 0.5)
         axes.annotate(name, corner, (3, -2.5), textcoords="offset points", fontsize=7.5, va="top", bbox=SHEET, zorder=4)
     axes.add_patch(Circle(model.start, 1.2 * size, facecolor=START, edgecolor="white", linewidth=0.6, zorder=5))

@@ -1,4 +1,4 @@
-"""A transition system as a picture: a box for each state with what is true in it, an arrow for each action."""
+"""A transition system as a picture: a box for each state with its propositions, an arrow for each action."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from prefplan.errors import PrefplanError
 from prefplan.models.transition_system import TransitionSystem
 
 MOST_STATES = 40
-"""Nobody can read a larger one."""
+"""Most states of a transition system that can be read."""
 
 MOST_NAMES = 3
-"""Propositions that are shown of a state."""
+"""Most propositions shown in a state."""
 
 
 class SystemSizeError(PrefplanError):
@@ -22,7 +22,7 @@ class SystemSizeError(PrefplanError):
 
 
 def diagram(system: TransitionSystem) -> Diagram:
-    """Return a laid out transition system, without what cannot be reached; the start is node `s0`.
+    """Return a laid out transition system, without unreachable states; the start is node `s0`.
 
     Raises:
         SystemSizeError: it has too many states.
@@ -55,8 +55,7 @@ def diagram(system: TransitionSystem) -> Diagram:
 def svg(system: TransitionSystem, *, prefix: str = "") -> str:
     """Return a transition system as inline SVG in the colour of the text around it.
 
-    The states that can be reached are the groups `s0`, `s1`, ... in breadth-first order, what leads from one to
-    another the group `s<i>-s<j>`.
+    Reachable states are the groups `s0`, `s1`, ... in breadth-first order, edges the groups `s<i>-s<j>`.
 
     Raises:
         SystemSizeError: it has too many states.

@@ -1,4 +1,4 @@
-"""A plan's path on a grid, drawn so that passes over the same cells lie side by side."""
+"""The path of a plan on a grid; where it passes the same cells again, the lines lie side by side."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy as np
 Cell = tuple[int, int]
 
 LANE = 0.15
-"""Distance between two passes side by side, in cells."""
+"""Distance between two lines side by side, cells."""
 
 LANES = (0, 1, -1, 2, -2)
-"""Which lanes a pass may take, the first that is free; if none is, it lies on another pass."""
+"""Lanes, in the order in which they are tried; if none is free, lines lie on each other."""
 
 ARROWS = 5
-"""A straight part of the path has an arrow for about every so many cells."""
+"""Cells per arrow on a straight part of the path."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Trail:
     Attributes:
         states: (S, 2) a point for every state of the plan.
         line: (P, 2) corners of the path.
-        arrows: (A, 4) points and unit directions at which to show which way it goes.
+        arrows: (A, 4) points and unit directions of the arrows.
     """
 
     states: np.ndarray
@@ -37,7 +37,7 @@ class Trail:
 
 
 def trail(cells: Sequence[Cell]) -> Trail:
-    """Return the path through neighbouring cells; none is its own neighbour."""
+    """Return the path through cells, each beside the one before."""
     points = np.array(cells, dtype=float)
     moves = [_move(a, b) for a, b in zip(cells, cells[1:], strict=False)]
     taken: dict[tuple[Cell, Cell], set[int]] = defaultdict(set)

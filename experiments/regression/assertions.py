@@ -61,9 +61,9 @@ def assert_plan(
 
     Args:
         scenario: what is planned.
-        actions: from the first to the last; None if any will do.
+        actions: from the first to the last; None if they do not matter.
         plan: `cost`, `preference` or its number on the front.
-        task_costs: c_i by task, of all tasks or of some; None if any will do.
+        task_costs: c_i by task, of any number of tasks; None if they do not matter.
         max_cost: as in `prefplan.pareto_front`.
 
     Raises:
@@ -90,14 +90,14 @@ def assert_plan(
 
 
 def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost", seed: int | None = None) -> Outcome:
-    """Assert that the simulated arm carries a plan out and its log confirms that, and return what came of it.
+    """Assert that the simulated arm carries a plan out and its log confirms that, and return the outcome.
 
-    After a surprise the arm plans again, as in `prefplan run`; `pursuit.replans` says how often it did.
+    After a surprise the arm plans again, as in `prefplan run`; `pursuit.replans` counts that.
 
     Args:
         scenario: with a manipulation model.
         plan: `cost`, `preference` or its number on the front.
-        seed: None for the nominal world; otherwise objects start up to 5 mm and 5 degrees off their places.
+        seed: None for nominal poses; otherwise objects start up to 5 mm and 5 degrees off.
 
     Raises:
         AssertionError: it was not carried out as it was planned; the message says why, and how to watch it.

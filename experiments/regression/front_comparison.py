@@ -1,4 +1,4 @@
-"""A front beside the one it should be, point by point."""
+"""A front beside the expected one, point by point."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Point = tuple[Number, Number]
 """(cost, preference), in the user's units."""
 
 TOLERANCE = 1e-9
-"""Relative, for preference values that are no whole numbers: such as thirds are doubles. All else is exact."""
+"""Relative tolerance for preference values that are doubles, such as thirds. Other values are exact."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A point that is expected, found, or both.
+    """A point that is expected, found or both.
 
     Attributes:
         expected: (cost, preference); None for a point that should not be there.

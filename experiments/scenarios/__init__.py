@@ -1,4 +1,4 @@
-"""Scenario files that ship with prefplan, and how they are found by name."""
+"""Scenario files that ship with prefplan, found by name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def find(scenario: str, *, measured: bool = True) -> Scenario:
         measured: as in `prefplan.load`.
 
     Raises:
-        ScenarioError: if there is no such scenario, or something in it is wrong.
+        ScenarioError: there is no such scenario, or it has a mistake.
     """
     if scenario in names():
         return load(FOLDER / f"{scenario}.toml", measured=measured)

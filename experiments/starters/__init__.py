@@ -12,6 +12,6 @@ def starter(kind: str, *, file: str) -> str:
 
     Args:
         kind: one of `KINDS`.
-        file: the name of the file that it is for; its first comment and the calls it shows say it.
+        file: name of the new file, for its first comment and the calls in it.
     """
     return files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8").replace("@FILE@", file)

@@ -1,4 +1,4 @@
-"""`prefplan film`: finished videos side by side, quicker or smaller."""
+"""`prefplan film`: finished videos side by side, faster or smaller."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from experiments.cli.status import DONE
 from prefplan.errors import PrefplanError
 
 FPS = {".mp4": 30, ".gif": 12, ".webp": 15}
-"""Pictures a second, by a file's ending."""
+"""Frames per second by the ending of the file."""
 
 SPEED = {".mp4": 1.0, ".gif": 4.0, ".webp": 4.0}
-"""How many times as quick, unless it is said: who reads a page has seconds for its moving pictures."""
+"""Default of `--speed` by the ending of the file: moving pictures on a page should take seconds."""
 
 HEIGHT = {".mp4": 540, ".gif": 270, ".webp": 270}
-"""In pixels, likewise."""
+"""Default of `--height` by the ending of the file, pixels."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -30,10 +30,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser = add_command(commands, film, summary, *examples)
     parser.add_argument(
-        "videos", nargs="+", metavar="VIDEO", type=Path, help="a finished one, or several to stand side by side"
+        "videos", nargs="+", metavar="VIDEO", type=Path, help="a finished video, or several to put side by side"
     )
-    parser.add_argument("file", metavar="FILE", type=Path, help="the film to write; it ends in .mp4, .gif or .webp")
-    parser.add_argument("--speed", type=number, metavar="N", help="N times as quick (default: 1; GIF and WebP: 4)")
+    parser.add_argument("file", metavar="FILE", type=Path, help="the video to write; it ends in .mp4, .gif or .webp")
+    parser.add_argument("--speed", type=number, metavar="N", help="N times as fast (default: 1; GIF and WebP: 4)")
     parser.add_argument("--height", type=positive, metavar="PIXELS", help="default: 540; GIF and WebP: 270")
 
 
@@ -44,10 +44,10 @@ def film(options: argparse.Namespace) -> int:
     path: Path = options.file
     ending = path.suffix.lower()
     if ending not in FPS:
-        raise PrefplanError(f"{path}: films are written to files that end in {', '.join(FPS)}, not {path.suffix!r}")
+        raise PrefplanError(f"{path}: videos are written to files that end in {', '.join(FPS)}, not {path.suffix!r}")
     speed = SPEED[ending] if options.speed is None else float(options.speed)
     if speed == 0:
-        raise PrefplanError("--speed 0: a film that stands still; 1 is as quick as it happened")
+        raise PrefplanError("--speed 0: the video would not move; 1 is real time")
     height = options.height or HEIGHT[ending]
     make_folder(path.parent)
     headings = [video.stem for video in options.videos] if len(options.videos) > 1 else []

@@ -1,4 +1,4 @@
-"""`prefplan measure`: what each action of a scenario takes in simulation, for costs that are measured."""
+"""`prefplan measure`: time, travel and energy of each action in simulation, for measured costs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Measure in simulation what each action takes, for scenarios whose costs are measured."
+    summary = "Measure time, travel and energy of each action in simulation, for scenarios with measured costs."
     examples = (
         "prefplan measure case_study_3_energy --jobs 4",
         "prefplan measure case_study_3_energy --out measured.json",
@@ -47,13 +47,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--out",
         type=Path,
         metavar="FILE",
-        help="where to write it (default: SCENARIO.measured.json beside the scenario, where it is looked for)",
+        help="file to write (default: SCENARIO.measured.json beside the scenario, where planning reads it)",
     )
     add_jobs(parser)
 
 
 def measure(options: argparse.Namespace) -> int:
-    """Carry out `prefplan measure`; what an earlier run measured of the same, moved in the same way, is kept."""
+    """Carry out `prefplan measure`; measurements of an earlier run of the same scene and skills are kept."""
     with loading():
         from joblib import cpu_count
 
@@ -101,7 +101,7 @@ def measure(options: argparse.Namespace) -> int:
 
 
 def _measured_before(file: Path, scene: Scene, sources: str) -> tuple[Measurement, ...]:
-    """Return what a file holds of a scene; nothing if it is damaged, or of what is or moves otherwise."""
+    """Return the measurements in a file; none if it is damaged, or of another scene or other skills."""
     try:
         found = read_measurements(file, scene.model)
     except ModelError:
@@ -125,18 +125,18 @@ def _json(
 def _show(
     console: Console, name: str, file: Path, done: Sequence[Measurement], *, kinds: Sequence[str], before: int
 ) -> None:
-    """Print how much was measured, and the range of each quantity."""
-    table = Table(title=f"{name}: what an action takes, least and most", title_justify="left")
+    """Print the number of measurements, and the range of each quantity."""
+    table = Table(title=f"{name}: least and greatest cost of an action", title_justify="left")
     table.add_column("action")
     table.add_column("pairs", justify="right")
     for quantity, unit in QUANTITIES.items():
         table.add_column(f"{quantity} ({unit})", justify="right")
     for kind in kinds:
-        some = [one.quantities for one in done if one.pair[0] == kind]
-        if some:
-            columns = [[float(cast(float, quantities[quantity])) for quantities in some] for quantity in QUANTITIES]
-            table.add_row(kind, str(len(some)), *(f"{min(values):.2f} .. {max(values):.2f}" for values in columns))
+        measured = [one.quantities for one in done if one.pair[0] == kind]
+        if measured:
+            columns = [[float(cast(float, quantities[quantity])) for quantities in measured] for quantity in QUANTITIES]
+            table.add_row(kind, str(len(measured)), *(f"{min(values):.2f} .. {max(values):.2f}" for values in columns))
     if done:
         console.print(table)
-    again = f"; {before} of them before, delete the file to measure them anew" if before else ""
+    again = f"; {before} of them before, delete the file to measure them again" if before else ""
     console.print(f"{len(done)} actions are in {file}{again}")

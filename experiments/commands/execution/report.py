@@ -46,7 +46,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_scenario(parser)
     add_out(parser)
     add_max_cost(parser)
-    add_limits(parser, "a report of what was found by then")
+    add_limits(parser, "a report of the front so far")
     parser.add_argument(
         "--plans",
         type=plan_numbers,
@@ -67,7 +67,7 @@ def report(options: argparse.Namespace) -> int:
 
     scenario = scenarios.find(options.scenario)
     if isinstance(scenario.model, ManipulationModel):
-        # MuJoCo takes a second to load, or is not installed, and other models need none.
+        # Other models need no MuJoCo, which takes a second to load or is not installed.
         with loading():
             from experiments.report.recordings import record_all
     folder = options.out or Path("out", scenario.name)

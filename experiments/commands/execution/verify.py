@@ -1,4 +1,4 @@
-"""`prefplan verify`: what is said of a run, checked again from its log alone."""
+"""`prefplan verify`: the claims of a run, checked again from its log alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from experiments.cli.status import DONE, FAILED
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Check again what is said of a run, from its log alone."
+    summary = "Check the claims of a run again, from its log alone."
     examples = (
         "prefplan run case_study_3 --no-video && prefplan verify out/case_study_3/cost.npz",
         "prefplan verify out/case_study_3/preference.npz --json",

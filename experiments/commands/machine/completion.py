@@ -1,4 +1,4 @@
-"""`prefplan completion`: the script that makes a shell complete prefplan's arguments."""
+"""`prefplan completion`: the script with which a shell completes prefplan's arguments."""
 
 from __future__ import annotations
 

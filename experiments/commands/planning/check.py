@@ -1,4 +1,4 @@
-"""`prefplan check`: a scenario validated and summed up, without planning."""
+"""`prefplan check`: a scenario validated and summarized, without planning."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from prefplan.scenario.decode import Scenario
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Check a scenario without planning: what it holds, and whether each task alone can be achieved."
-    more = "Likely mistakes are warnings on stderr. The exit status is 3 if some task cannot be achieved even alone."
+    summary = "Check a scenario without planning: its size, and whether each task alone can be satisfied."
+    more = "Likely mistakes are warnings on stderr. The exit status is 3 if a task cannot be satisfied even alone."
     parser = add_command(
         commands, check, summary, "prefplan check example", "prefplan check case_study_2 --json", more=more
     )
@@ -64,9 +64,10 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     table.add_column("formula")
     for task in found.tasks:
         cost = "impossible" if task.cost is None else number(task.cost)
-        ways = (
-            [f"relaxed in {task.relaxations} ways" if task.relaxations > 1 else "relaxed"] if task.relaxations else []
-        )
-        ways += [] if task.skip is None else [f"skipped for {number(task.skip)}"]
-        table.add_row(task.name, cost, f"{task.automaton_states} states", " or ".join(ways), Text(task.formula))
+        options = []
+        if task.relaxations:
+            options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")
+        if task.skip is not None:
+            options.append(f"skipped for {number(task.skip)}")
+        table.add_row(task.name, cost, f"{task.automaton_states} states", " or ".join(options), Text(task.formula))
     console.print(table)

@@ -1,4 +1,4 @@
-"""What can be said of a scenario before it is planned: its size, its tasks one at a time, and likely mistakes."""
+"""Checks of a scenario before planning: its size, its tasks one at a time, and likely mistakes."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ SEARCHES = {
     "componentwise": "plans are compared task by task, which takes longer; no --max-cost is needed",
     "general": "only equal plans can be compared: `front` and the preferred plan need --max-cost",
 }
-"""What a contract means for whoever plans."""
+"""What a contract means for planning."""
 
 
 @dataclass(frozen=True)
 class TaskCheck:
-    """One task, as if there were no other.
+    """One task alone, without the other tasks.
 
     Attributes:
         name: the task's.
@@ -44,7 +44,7 @@ class TaskCheck:
         automaton_states: states of its minimal automaton.
         cost: least cost of satisfying it without relaxations; None if that cannot be done.
         achievable: whether it can be satisfied, or else relaxed or skipped.
-        relaxations: how many readings may be bought.
+        relaxations: number of its `relax` entries.
         skip: price of dropping it, or None.
     """
 
@@ -59,7 +59,7 @@ class TaskCheck:
 
 @dataclass(frozen=True)
 class Checkup:
-    """What was found.
+    """Result of the checks.
 
     Attributes:
         kind: of the model.
@@ -85,15 +85,15 @@ class Checkup:
 
     @property
     def impossible(self) -> tuple[str, ...]:
-        """The tasks that not even alone can be satisfied."""
+        """The tasks that cannot be satisfied even alone."""
         return tuple(task.name for task in self.tasks if not task.achievable)
 
 
 def check(scenario: Scenario) -> Checkup:
-    """Look at a scenario without planning its tasks together.
+    """Check a scenario without planning its tasks together.
 
     Raises:
-        ScenarioError: if something in it is wrong.
+        ScenarioError: it has a mistake.
     """
     problem = scenario.problem()
     system = problem.system
@@ -125,7 +125,7 @@ def reachable(system: TransitionSystem) -> np.ndarray:
 
 
 def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
-    """Return for each proposition, sorted, how many of some states carry it."""
+    """Return for each proposition, sorted, how many of the states carry it."""
     counts = np.bincount(system.labels[states], minlength=len(system.label_sets)).tolist()
     return {
         name: sum(count for count, label in zip(counts, system.label_sets, strict=True) if name in label)
@@ -179,8 +179,8 @@ def _warnings(problem: Problem, carried: dict[str, int], tasks: tuple[TaskCheck,
         if dfa.step(0, start) == dfa.accepting:
             yield f"tasks[{i}].formula: task {task.name} is satisfied at the start, before any action"
         if found.cost is None:
-            way = "it can only be relaxed or skipped" if found.achievable else "so that no plan exists"
-            yield f"tasks[{i}].formula: task {task.name} cannot be satisfied, not even alone; {way}"
+            result = "it can only be relaxed or skipped" if found.achievable else "so that no plan exists"
+            yield f"tasks[{i}].formula: task {task.name} cannot be satisfied, not even alone; {result}"
     for (i, one), (k, other) in combinations(enumerate(problem.automata), 2):
         alike = one.size == other.size and one.accepting == other.accepting
         if alike and all(map(same, one.transitions, other.transitions)):
@@ -189,7 +189,7 @@ def _warnings(problem: Problem, carried: dict[str, int], tasks: tuple[TaskCheck,
 
 
 def _mentions(i: int, task: Task) -> Iterator[tuple[str, str]]:
-    """Yield every proposition that a task mentions, sorted, with the key where it does."""
+    """Yield every proposition that a task mentions, sorted, with the key of the mention."""
     for name in sorted(propositions_of(parse(task.formula))):
         yield f"tasks[{i}].formula", name
     for k, relaxation in enumerate(task.relax):

@@ -79,4 +79,4 @@ def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
 
 
 PICTURES = {"plans": _plans, "automata": _automata, "system": _system}
-"""What can be drawn."""
+"""Pictures by name."""

@@ -37,7 +37,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_json(parser)
     add_plot(parser)
     add_max_cost(parser)
-    add_limits(parser, "what was found by then")
+    add_limits(parser, "the front so far")
 
 
 def front(options: argparse.Namespace) -> int:

@@ -17,7 +17,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     summary = "Write a commented scenario to start from; it plans as it is."
     parser = add_command(commands, init, summary, "prefplan init rooms", "prefplan init desk --kind manipulation")
     parser.add_argument("name", metavar="NAME", type=Path, help="name or path of the new file; .toml may be left out")
-    parser.add_argument("--kind", choices=KINDS, default="grid", help="what the robot is (default: grid)")
+    parser.add_argument("--kind", choices=KINDS, default="grid", help="kind of model (default: grid)")
 
 
 def init(options: argparse.Namespace) -> int:
@@ -26,7 +26,7 @@ def init(options: argparse.Namespace) -> int:
     if file.suffix != ".toml":
         file = file.with_name(f"{file.name}.toml")
     if file.exists():
-        raise PrefplanError(f"{file}: is there already; choose another name, or remove it first")
+        raise PrefplanError(f"{file}: already exists; choose another name, or remove it first")
     make_folder(file.parent)
     write_bytes(file, starter(options.kind, file=file.name).encode())
     print(f"Wrote {file}. Next: prefplan check {file}, then prefplan front {file}")

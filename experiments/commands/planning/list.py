@@ -18,17 +18,17 @@ from experiments.cli.status import DONE
 HEADINGS = ("scenario", "model", "tasks", "contract")
 
 FRAME = 3
-"""What a table adds to the width of a column: a line and two blanks."""
+"""Width that a table adds to a column: a line and two blanks."""
 
 SHORTEST = 20
-"""A sentence is never cut shorter than this, however narrow the terminal."""
+"""Least length of a sentence on a narrow terminal."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "List the scenarios that ship, one line each."
-    more = "A terminal that is too narrow shows the beginnings of the sentences; --json has them whole.\n"
-    more += "Any other command takes these names. A scenario of your own is begun by `prefplan init`."
+    more = "A narrow terminal cuts the sentences; --json has all of them.\n"
+    more += "Every other command takes these names. `prefplan init` starts a scenario of your own."
     parser = add_command(commands, list_, summary, "prefplan list", "prefplan list --json", more=more)
     add_json(parser)
 
@@ -42,14 +42,14 @@ def list_(options: argparse.Namespace) -> int:
     console = Console(highlight=False)
     rows = [(one.name, one.kind, str(one.tasks), one.contract) for one in found]
     taken = sum(max(map(len, column)) + FRAME for column in zip(HEADINGS, *rows, strict=True))
-    room = max(SHORTEST, console.width - taken - FRAME - 1)
+    width = max(SHORTEST, console.width - taken - FRAME - 1)
     table = Table()
     for heading in HEADINGS:
         table.add_column(heading, no_wrap=True, justify="right" if heading == "tasks" else "left")
     table.add_column("what it is about", no_wrap=True)
     for row, one in zip(rows, found, strict=True):
         summary = Text(one.summary)
-        summary.truncate(room, overflow="ellipsis")
+        summary.truncate(width, overflow="ellipsis")
         table.add_row(*row, summary)
     console.print(table)
     return DONE

@@ -26,9 +26,9 @@ from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 
 LIMITS = """\
-A limit may end the search before its plan is known. The cheapest plan is known at the end only: the exit status is then
-4, which does not mean that there is no plan (that is 3). A search for the preferred plan prints the best one by then,
-if any, and says that a better one may exist. With --json, "complete" is false either way."""
+A limit may end the search before its plan is found. The cheapest plan is found at the end only: the exit status is then
+4, which does not mean that there is no plan (that is 3). A search for the preferred plan prints the best plan so far,
+if any, and says that a better one may exist. With --json, "complete" is false in both cases."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -50,7 +50,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
     add_max_cost(parser)
-    add_limits(parser, "the best plan known by then")
+    add_limits(parser, "the best plan so far")
 
 
 def plan(options: argparse.Namespace) -> int:
@@ -78,7 +78,7 @@ def plan(options: argparse.Namespace) -> int:
 
 
 def _unfinished(options: argparse.Namespace, scenario: Scenario, planner: Planner, error: UnfinishedError) -> int:
-    """Tell what is known of a search that a limit ended."""
+    """Print what is known when a limit ends the search."""
     if options.json:
         output.print_json(output.unfinished_json(scenario, error, planner.stats))
     elif error.best:

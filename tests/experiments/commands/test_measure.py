@@ -166,7 +166,7 @@ def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "index"), [(name, index) for name, some in EXECUTED.items() for index in some])
+@pytest.mark.parametrize(("name", "index"), [(name, index) for name, indices in EXECUTED.items() for index in indices])
 def test_plans_still_take_what_was_measured(name: str, index: int, front_of: Callable[[str], Front]) -> None:
     scenario = scenarios.find(name)
     outcome = carry_out.carry_out(scenario, carry_out.scene_of(scenario), front_of(name)[index], seed=1)

@@ -44,18 +44,18 @@ def letter(monitor: Any, label: frozenset[str], names: tuple[str, ...]) -> Any:
 def pairs(dfa: Automaton, monitor: Any) -> dict[tuple[int, int | None], list[str]]:
     """Return all pairs of states that some word leads both to, with such a word; None where the monitor is stuck."""
     names = dfa.propositions
-    labels = [frozenset(some) for size in range(len(names) + 1) for some in combinations(names, size)]
+    labels = [frozenset(subset) for size in range(len(names) + 1) for subset in combinations(names, size)]
     read = {label: letter(monitor, label, names) for label in labels}
     start = monitor.get_init_state_number() if monitor.num_edges() else None
     found: dict[tuple[int, int | None], list[str]] = {(0, start): []}
     queue = list(found)
     for state, other in queue:
         for label in labels:
-            ways = (
+            ends = (
                 [] if other is None else [e.dst for e in monitor.out(other) if buddy.bdd_implies(read[label], e.cond)]
             )
-            assert len(ways) <= 1
-            after = (dfa.step(state, label), ways[0] if ways else None)
+            assert len(ends) <= 1
+            after = (dfa.step(state, label), ends[0] if ends else None)
             if after not in found:
                 found[after] = [*found[state, other], "".join(sorted(label)) or "-"]
                 queue.append(after)

@@ -28,7 +28,7 @@ FORMULAS = [
 
 
 def letters(names: tuple[str, ...]) -> list[frozenset[str]]:
-    return [frozenset(some) for size in range(len(names) + 1) for some in combinations(names, size)]
+    return [frozenset(subset) for size in range(len(names) + 1) for subset in combinations(names, size)]
 
 
 def covered(cubes: list[dict[str, bool]], letter: frozenset[str]) -> bool:

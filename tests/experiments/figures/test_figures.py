@@ -127,10 +127,10 @@ def test_the_legend_lies_on_no_front(tmp_path: Path) -> None:
 
 def test_labels_of_points_never_overlap(axes: Axes, example: Scenario) -> None:
     draw_front(axes, example, Front(tuple(point(i, 60 - i) for i in range(60))))
-    rooms = [text.get_window_extent() for text in axes.texts]
-    assert 2 < len(rooms) < 60
-    assert not any(a.overlaps(b) for i, a in enumerate(rooms) for b in rooms[:i])
-    assert min(room.x0 for room in rooms) > axes.get_window_extent().x0
+    extents = [text.get_window_extent() for text in axes.texts]
+    assert 2 < len(extents) < 60
+    assert not any(a.overlaps(b) for i, a in enumerate(extents) for b in extents[:i])
+    assert min(extent.x0 for extent in extents) > axes.get_window_extent().x0
 
 
 def test_a_map_shows_regions_by_name_and_tasks_where_they_are_satisfied(axes: Axes, example: Scenario) -> None:

@@ -44,7 +44,7 @@ def problem() -> Problem:
 def test_the_entry_point_is_the_module_that_has_the_fixtures() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     plugin = import_module(project["entry-points"]["pytest11"]["prefplan"])
-    names = {getattr(some, "_fixture_function_marker", None) and some.name for some in vars(plugin).values()}
+    names = {getattr(one, "_fixture_function_marker", None) and one.name for one in vars(plugin).values()}
     assert {"assert_front", "assert_plan", "assert_completed"} <= names
 
 
