@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from prefplan import ManipulationModel, Scenario, cheapest_plan
+from prefplan.claims import Claims
 from prefplan.replanning import continue_cheaply
 from sim.evidence.certificate import certify
-from sim.evidence.log import ARRAYS, Claims, Log, log_of
+from sim.evidence.log import ARRAYS, Log, log_of
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.executor import Execution
 from sim.execution.faults import Fault

@@ -1,7 +1,7 @@
 """The world of a logged run, rebuilt from the log alone, and what its recorded frames show.
 
-Nothing here is shared with `sim.perception`, by which the run itself went: what rests where is judged by the shapes
-that touch, not by heights, and what is held by the recorded forces and the pads that touch it.
+This judges `sim.perception`, and shares nothing with it: objects rest on the shapes that they touch, whatever their
+height, and an object is held if both pads touch and press it.
 """
 
 from __future__ import annotations
@@ -12,33 +12,34 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import ModelError, PrefplanError
+from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
-from sim.evidence.log import About, Log
-from sim.robots.meshes import mesh_folder
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, PADS
+from sim.evidence.log import Log
+from sim.robots.catalogue import ROBOTS
+from sim.robots.robot import Robot
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene, build_scene
 
 AT_LOCATION_M = 0.045
-"""An object is at a location when the middle of one of its slots is this near on the horizontal."""
+"""Greatest horizontal distance of an object at a location from the centre of a slot."""
 
 CONTACT_DISTANCE_M = 0.002
-"""Shapes nearer than this are in contact: resting contacts come and go by micrometres."""
+"""Shapes nearer than this are in contact: distances of resting objects vary by micrometres."""
 
 UPRIGHT_TILT_RAD = np.radians(20)
-"""An object tilted by more does not stand."""
+"""Greatest tilt of an object that stands."""
 
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: its weight."""
 
 MAX_UNKNOWN_OBJECTS = 20
-"""Objects that are not the scenario's and are still taken into account."""
+"""Greatest number of objects that are not in the scenario."""
 
 PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE)
-"""Frames for which a contact force counts: simulated contacts flicker."""
+"""Number of frames that a contact force counts for: simulated contacts flicker."""
 
 
 @dataclass(frozen=True)
@@ -63,32 +64,41 @@ class RecordedWorld:
         scenario: read from the log.
         model: its manipulation model.
         mujoco: the scene's MuJoCo model, built from the log.
-        dressed: which shapes of the arm are checked for contacts, in words.
+        robot: whose arm moved.
+        arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
-        LogError: (on construction) the scenario in the log cannot be read or built, or its joints are not there.
+        LogError: (on construction) the scenario in the log cannot be read or built, or its joints are missing.
     """
 
     def __init__(self, log: Log) -> None:
         """Build the scene that the log's scenario describes."""
         about = log.about
         self._log = log
-        self.scenario, self._scene, self.dressed = _built(
+        self.scenario, self._scene, self.arm_shapes = _built(
             about.text, about.scenario, about.robot, about.meshes, len(about.joints)
         )
         self.model = self._scene.model
         self.mujoco = self._scene.mujoco
+        self.robot = self._scene.robot
         self._data = mujoco.MjData(self.mujoco)
         spares = (name for name in self._scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
-        self._source, self._target = _places(about, self.mujoco, objects, log.qpos.shape[1])
-        self._roles = _roles(self.mujoco)
+        self._source, self._target = _places(log, self.robot, self.mujoco, objects)
+        self._roles = _roles(self.robot, self.mujoco)
         self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
-        self._pads = [int(self.mujoco.geom(name).id) for name in PADS]
+        self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
+
+    def action(self, text: str) -> Action | None:
+        """Return the action that a text means, or None if it is none of the arm's."""
+        try:
+            return self.model.action(text)
+        except ModelError:
+            return None
 
     def arm(self) -> np.ndarray:
-        """Return the (T, 7) recorded angles of the arm's joints, rad."""
-        return self._log.qpos[:, [self._log.about.joints[name] for name in ARM_JOINTS]]
+        """Return the (T, n) recorded angles of the arm's joints, rad."""
+        return self._log.qpos[:, [self._log.about.joints[name] for name in self.robot.joints]]
 
     def path(self, obj: str) -> np.ndarray:
         """Return the (T, 3) recorded positions of an object's centre, m."""
@@ -106,7 +116,7 @@ class RecordedWorld:
         return bool(np.any(self._log.glow[during] == index))
 
     def show(self, frame: int) -> None:
-        """Put everything where a frame has it."""
+        """Set the positions of a frame."""
         self._frame = frame
         self._data.qpos[self._target] = self._log.qpos[frame, self._source]
         mujoco.mj_kinematics(self.mujoco, self._data)
@@ -121,31 +131,31 @@ class RecordedWorld:
         )
 
     def resting(self, held: str | None) -> dict[str, str]:
-        """Return the location of every object on the table that rests at one, but for what is held.
+        """Return the location of every object that rests at one, except the held object.
 
-        Of those that are too many for a location only the nearest to the middle of a slot rest there.
+        Where more objects rest than a location has slots, only the nearest to a slot count.
         """
         objects = [obj for obj, geom in self._geom.items() if obj != held and self._data.geom_xpos[geom][2] > 0]
         found = {obj: place for obj in objects if (place := self._rests(obj)) is not None}
         for location in self.model.locations:
             name = location.name
             there = [obj for obj, place in found.items() if place == name]
-            there.sort(key=lambda obj: self._away(obj)[name])
+            there.sort(key=lambda obj: self._distances(obj)[name])
             for obj in there[location.capacity :]:
                 del found[obj]
         return found
 
     def _rests(self, obj: str) -> str | None:
-        """Return the location at which an object rests, however many others do, or None.
+        """Return the location at which an object rests, whatever its capacity, or None.
 
-        It stands there near the middle of a slot, on what does not move; or where the location lies on others, on an
-        object that rests at one of those.
+        The object stands near a slot, on a fixed shape or, for a location on others, on an object that rests at one of
+        those.
         """
         if not self._stands(obj):
             return None
-        away = self._away(obj)
+        distances = self._distances(obj)
         for place in sorted(
-            (name for name, distance in away.items() if distance < AT_LOCATION_M), key=away.__getitem__
+            (name for name, distance in distances.items() if distance < AT_LOCATION_M), key=distances.__getitem__
         ):
             supports = self.model.location(place).on
             if supports:
@@ -186,7 +196,7 @@ class RecordedWorld:
         is_cube = self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and np.ptp(self.mujoco.geom_size[geom]) == 0
         return bool((steep.max() if is_cube else steep[2]) > np.cos(UPRIGHT_TILT_RAD))
 
-    def _away(self, obj: str) -> dict[str, float]:
+    def _distances(self, obj: str) -> dict[str, float]:
         """Return how far on the horizontal an object is from the nearest slot of each location, m."""
         centre = self._data.geom_xpos[self._geom[obj]][:2]
         return {
@@ -222,43 +232,41 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("its scenario has no manipulation model")
-        spares = min(
-            max(0, joints - len(ARM_JOINTS + FINGER_JOINTS) - len(scenario.model.objects)), MAX_UNKNOWN_OBJECTS
-        )
+        moving = ROBOTS.get(robot, ROBOTS["default"])
+        others = joints - len(moving.joints + moving.gripper.joints) - len(scenario.model.objects)
+        spares = min(max(0, others), MAX_UNKNOWN_OBJECTS)
         try:
-            scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=meshes and mesh_folder() is not None)
+            scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=None if meshes else False)
         except RobotError:
             scene = build_scene(scenario.model, spares=spares, meshes=False)
     except PrefplanError as error:
-        raise LogError(f"the scenario in the log is of no use: {error}") from None
-    if scene.robot != "default":
-        return scenario, scene, f"the shapes of the robot `{scene.robot}`"
-    dressed = meshes and mesh_folder() is not None
-    return scenario, scene, "the arm's meshes" if dressed else "plain shapes of the arm"
+        raise LogError(f"the scenario in the log cannot be used: {error}") from None
+    if scene.robot.name != "default":
+        return scenario, scene, f"the shapes of the robot `{scene.robot.name}`"
+    return scenario, scene, "the arm's meshes" if scene.dressed else "plain shapes of the arm"
 
 
-def _places(about: About, model: mujoco.MjModel, objects: tuple[str, ...], width: int) -> tuple[np.ndarray, np.ndarray]:
+def _places(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return where in a recorded row, and where in the model's own positions, each value of a joint is."""
+    for name in ("speeds", "torques"):
+        if getattr(log, name).shape[1] != len(robot.joints):
+            raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
     source: list[int] = []
     target: list[int] = []
-    for name in (*ARM_JOINTS, *FINGER_JOINTS, *objects):
+    for name in (*robot.joints, *robot.gripper.joints, *objects):
         joint = model.joint(name)
         size = 7 if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else 1
-        first = about.joints.get(name)
-        if first is None or not 0 <= first <= width - size:
-            raise LogError(f"the log is broken: it does not say where in a frame {name!r} is")
+        first = log.about.joints.get(name)
+        if first is None or not 0 <= first <= log.qpos.shape[1] - size:
+            raise LogError(f"the log is broken: a frame has no position of {name!r}")
         source += range(first, first + size)
         target += range(int(joint.qposadr[0]), int(joint.qposadr[0]) + size)
     return np.array(source), np.array(target)
 
 
-def _roles(model: mujoco.MjModel) -> _Roles:
-    root = int(model.body("link0").id)
-    robot = np.zeros(model.nbody, dtype=bool)
-    for body in range(1, model.nbody):
-        robot[body] = body == root or robot[model.body_parentid[body]]
-    fingers = [int(model.joint(name).bodyid[0]) for name in FINGER_JOINTS]
-    of_robot = robot[model.geom_bodyid]
+def _roles(robot: Robot, model: mujoco.MjModel) -> _Roles:
+    fingers = [int(model.joint(name).bodyid[0]) for name in robot.gripper.joints]
+    of_robot = robot.bodies(model)[model.geom_bodyid]
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     still = model.body_weldid[model.geom_bodyid] == 0
     return _Roles(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from sim.robots.panda import PADS
 from sim.world.scene import Scene
 
 WORLD, HANDLED, ALOFT, ROBOT = range(4)
@@ -15,7 +14,7 @@ HOLD_FORCE = 0.5
 """Least contact force of each pad on a held object, N: its weight; a firm grip has 15 N."""
 
 
-class Watch:
+class ContactMonitor:
     """Roles of the bodies, and their latest contacts.
 
     Attributes:
@@ -25,10 +24,10 @@ class Watch:
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Assign the tree of bodies below `link0` to the robot, and all others to the world."""
+        """Assign its own bodies to the robot, and all others to the world."""
         self._model = model = scene.mujoco
-        self._pads = [model.geom(name).id for name in PADS]
-        self._roles: list[int] = np.where(_below(model, "link0"), ROBOT, WORLD)[model.geom_bodyid].tolist()
+        self._pads = [model.geom(name).id for name in scene.robot.gripper.pads]
+        self._roles: list[int] = np.where(scene.robot.bodies(model), ROBOT, WORLD)[model.geom_bodyid].tolist()
         self.handled: str | None = None
         self.pad_forces = np.zeros(2)
         self.pressed = -np.inf
@@ -51,7 +50,7 @@ class Watch:
         if obj != self.handled:
             self.handled, self.pressed = obj, -np.inf
 
-    def look(self, data: mujoco.MjData) -> list[tuple[str, str]]:
+    def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Update from a state just simulated; return the unwanted contacts as `touches` does."""
         presses, touches = self._sort(data)
         self.pad_forces = np.zeros(2)
@@ -88,12 +87,3 @@ class Watch:
                 moving, other = (self._model.body(self._model.geom_bodyid[geom]).name for geom in (high, low))
                 touches.append((moving, other))
         return presses, touches
-
-
-def _below(model: mujoco.MjModel, name: str) -> np.ndarray:
-    """Return (nbody,) bool: the body of that name and all that hang from it."""
-    root = model.body(name).id
-    inside = np.zeros(model.nbody, dtype=bool)
-    for body in range(1, model.nbody):
-        inside[body] = body == root or inside[model.body_parentid[body]]
-    return inside

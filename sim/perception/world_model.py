@@ -1,8 +1,8 @@
 """World model: a planning model and a scene that agree with an observation.
 
-An object off every location gets a temporary location of its own, from which it can be taken and to which nothing can
-be moved. Locations also express what it obstructs: nothing is released where it lies in the way, and an object below it
-cannot be taken before it is gone.
+An object off every location gets a temporary location of its own: it can be taken from there, and nothing can be put
+there. It also obstructs others: nothing is released at a location that it overlaps, and an object below it cannot be
+taken first.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Mani
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import NOWHERE, carriers, footprint, hand_over, resting
 from sim.perception.sensors import Poses, on_table
-from sim.world.places import FINGER_DEPTH, FINGER_HALF, Slot
+from sim.world.places import Slot
 from sim.world.scene import Scene
 from sim.world.shapes import extent
 
@@ -30,8 +30,8 @@ class Regrounded:
     """The world as it is observed.
 
     Attributes:
-        scene: the scene with its model, to which locations and objects may have been added, and which begins here;
-            what fell from the table is no longer in it.
+        scene: the scene with its model, which begins here; it may have more locations and objects, and has none that
+            fell from the table.
         state: where everything is.
         lost: objects out of the arm's reach.
     """
@@ -153,6 +153,7 @@ def _is_free_beside(scene: Scene, poses: Poses, slot: Slot, obj: str) -> bool:
     block = Rectangle(slot.position[:2], size.half + OBJECT_GAP_M, slot.yaw)
     if overlap(block, other):
         return False
-    fingers = np.array([size.opening / 2 + FINGER_DEPTH, FINGER_HALF])
+    gripper = scene.robot.gripper
+    fingers = np.array([size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
     lines = (slot.yaw, slot.yaw + np.pi / 2)
     return any(not overlap(Rectangle(slot.position[:2], fingers, line), other) for line in lines)

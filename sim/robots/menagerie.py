@@ -7,13 +7,15 @@ import importlib
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import mujoco
 
 from sim.errors import RobotError
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, MAX_WIDTH, TCP, panda_spec
+from sim.geometry.mjcf import HIDDEN
+from sim.robots.panda import PANDA, panda_spec
 
 REPOSITORY = "https://github.com/deepmind/mujoco_menagerie.git"
 """Where robot_descriptions fetches from; git's own settings may send it elsewhere."""
@@ -29,8 +31,8 @@ FINGERS = ("left_finger", "right_finger")
 ALTERNATIVE = "the robot `default` needs no download"
 
 
-def menagerie_spec() -> mujoco.MjSpec:
-    """Return Menagerie's Panda with the interface of `sim.robots.panda.panda_spec`.
+def menagerie_spec(meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return Menagerie's Panda with the names of our own; it has its own meshes, whatever is asked for.
 
     Bodies, inertia, joints, limits, arm gains and shapes are Menagerie's. Ours are the names of the actuators, gravity
     compensation, the tool's site, the gripper's command in metres with a force that holds a block (Menagerie's own
@@ -50,8 +52,8 @@ def menagerie_spec() -> mujoco.MjSpec:
     _name_actuators(spec)
     _set_grip(spec)
     _set_contacts(spec)
-    spec.body("hand").add_site(name=TCP, pos=panda_spec(meshes=False).site(TCP).pos)
-    for name in ARM_JOINTS + FINGER_JOINTS:
+    spec.body("hand").add_site(name=PANDA.tool, pos=panda_spec(meshes=False).site(PANDA.tool).pos)
+    for name in PANDA.joints + PANDA.gripper.joints:
         spec.joint(name).parent.gravcomp = 1
     spec.body("hand").gravcomp = 1
     return spec
@@ -63,7 +65,7 @@ def fetch() -> Path:
     Raises:
         RobotError: robot_descriptions or git is missing, or nothing is cached and the repository out of reach.
     """
-    with _environment(GIT_SETTINGS), contextlib.redirect_stdout(sys.stderr):
+    with patch.dict(os.environ, GIT_SETTINGS), contextlib.redirect_stdout(sys.stderr):
         try:
             if not _cached():
                 _check_reachable()
@@ -84,20 +86,6 @@ def fetch() -> Path:
     if not path.is_file():
         raise RobotError(f"the robot `menagerie` is not where it should be, {path}; {ALTERNATIVE}")
     return path
-
-
-@contextlib.contextmanager
-def _environment(settings: dict[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in settings}
-    os.environ.update(settings)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def _cached() -> bool:
@@ -135,20 +123,23 @@ def _summary(error: Exception) -> str:
 
 def _check(spec: mujoco.MjSpec, path: Path) -> None:
     """Raise `RobotError` unless all that the adaptation takes for granted is there."""
-    wanted = {"joint": (spec.joint, ARM_JOINTS + FINGER_JOINTS), "body": (spec.body, ("link0", "hand", *FINGERS))}
+    wanted = {
+        "joint": (spec.joint, PANDA.joints + PANDA.gripper.joints),
+        "body": (spec.body, (PANDA.base, "hand", *FINGERS)),
+    }
     for kind, (find, names) in wanted.items():
         for name in names:
             if find(name) is None:
                 raise RobotError(f"{path}: the robot `menagerie` has no {kind} {name!r}; {ALTERNATIVE}")
     driven = {actuator.target for actuator in spec.actuators}
-    for name in (*ARM_JOINTS, "split"):
+    for name in (*PANDA.joints, "split"):
         if name not in driven:
             raise RobotError(f"{path}: the robot `menagerie` has no actuator of {name!r}; {ALTERNATIVE}")
 
 
 def _name_actuators(spec: mujoco.MjSpec) -> None:
     for actuator in spec.actuators:
-        actuator.name = actuator.target if actuator.target in ARM_JOINTS else GRIPPER
+        actuator.name = actuator.target if actuator.target in PANDA.joints else PANDA.gripper.actuator
 
 
 def _set_grip(spec: mujoco.MjSpec) -> None:
@@ -157,11 +148,11 @@ def _set_grip(spec: mujoco.MjSpec) -> None:
     Its tendon `split` is half the width long and gives each finger half of its force; ours is the width and gives
     all. Hence twice the force per command, four times per length.
     """
-    own = panda_spec(meshes=False).actuator(GRIPPER)
-    gripper = spec.actuator(GRIPPER)
+    own = panda_spec(meshes=False).actuator(PANDA.gripper.actuator)
+    gripper = spec.actuator(PANDA.gripper.actuator)
     gripper.gainprm[0] = 2 * own.gainprm[0]
     gripper.biasprm[:3] = 4 * own.biasprm[:3]
-    gripper.ctrlrange = [0.0, MAX_WIDTH]
+    gripper.ctrlrange = [0.0, PANDA.gripper.opening_m]
     gripper.forcerange = 2 * own.forcerange
 
 
@@ -181,3 +172,6 @@ def _set_contacts(spec: mujoco.MjSpec) -> None:
             geom.contype, geom.conaffinity, geom.group = source.contype, source.conaffinity, HIDDEN
             geom.friction, geom.condim, geom.priority = source.friction, source.condim, source.priority
             geom.solref, geom.solimp = source.solref, source.solimp
+
+
+MENAGERIE_PANDA = replace(PANDA, name="menagerie", mjcf=menagerie_spec)

@@ -1,4 +1,4 @@
-"""The Franka Panda: names, limits, and its MJCF dressed with meshes where they are installed."""
+"""The Franka Panda, and its MJCF dressed with meshes where they are installed."""
 
 from __future__ import annotations
 
@@ -8,47 +8,15 @@ import mujoco
 import numpy as np
 import trimesh
 
-from sim.geometry.solids import Solid
+from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
 from sim.robots.meshes import mesh_folder, surfaces
-
-ARM_JOINTS = tuple(f"joint{i}" for i in range(1, 8))
-"""Arm joints from base to wrist; the position actuators bear the same names (commands in rad)."""
-
-FINGER_JOINTS = ("finger_joint1", "finger_joint2")
-"""Sliding joints of the fingers, 0 .. 0.04 m each; kept equal by a constraint."""
-
-GRIPPER = "gripper"
-"""Actuator of both fingers; its command is the width between the pads in m, 0 .. `MAX_WIDTH`."""
-
-MAX_WIDTH = 0.08
-"""Width between the pads of the open hand, m."""
-
-WRIST = "wrist"
-"""The camera on the hand."""
-
-TCP = "tcp"
-"""Site midway between the pads: z points out of the hand, the fingers close along y."""
-
-PADS = ("left_pad", "right_pad")
-"""Geoms that touch what is grasped."""
-
-VELOCITY_LIMITS = np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61])
-"""(7,) greatest joint speeds, rad/s (Franka Control Interface documentation, limits for Panda)."""
-
-TORQUE_LIMITS = np.array([87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0])
-"""(7,) greatest joint torques, N m (the same page)."""
-
-HOME = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4])
-"""(7,) rad, Franka's ready pose: the hand points down in front of the base."""
-
-VISIBLE, HIDDEN = 2, 3
-"""Geom groups: what is drawn, and what only collides."""
+from sim.robots.robot import Gripper, Robot
 
 MJCF = Path(__file__).parents[2] / "assets" / "panda.xml"
 
 
-def panda_spec(*, meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot, its base frame at the origin; materials `panda_shell`, ... are left to the caller.
+def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return the robot, its base frame at the origin.
 
     Args:
         meshes: dress it with meshes, or leave it its capsules; None for meshes where they are installed.
@@ -89,14 +57,41 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
             geom.rgba = [0.5, 0.5, 0.5, 1]
 
 
-def add_solid(spec: mujoco.MjSpec, name: str, solid: Solid) -> None:
-    """Add a mesh that is drawn with the solid's own normals."""
-    mesh = spec.add_mesh(name=name, uservert=solid.vertices.ravel(), userface=solid.faces.ravel())
-    mesh.usernormal, mesh.userfacenormal = solid.normals.ravel(), solid.faces.ravel()
-    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-
-
 def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: str, *, group: int) -> mujoco.MjsGeom:
     geom = body.add_geom(spec.find_default("panda"))
     geom.type, geom.meshname, geom.group = mujoco.mjtGeom.mjGEOM_MESH, mesh, group
     return geom
+
+
+PANDA = Robot(
+    name="default",
+    mjcf=panda_spec,
+    base="link0",
+    joints=tuple(f"joint{i}" for i in range(1, 8)),
+    # Franka Control Interface documentation, "Limits for Panda".
+    velocity_limits=np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61]),
+    torque_limits=np.array([87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0]),
+    # Franka's ready pose.
+    home=np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]),
+    tool="tcp",
+    gripper=Gripper(
+        actuator="gripper",
+        joints=("finger_joint1", "finger_joint2"),
+        pads=("left_pad", "right_pad"),
+        # Franka's hand data sheet.
+        opening_m=0.08,
+        # The command 15 mm below a width presses with 15 N on each pad; a third of that is a firm grip.
+        squeeze_m=0.015,
+        firm_force_n=5.0,
+        # Of the collision shapes, with 2 to 7 mm of clearance.
+        finger_depth_m=0.027,
+        finger_half_width_m=0.0145,
+        fingertip_m=0.014,
+        palm_height_m=0.030,
+        palm_half_width_m=0.038,
+    ),
+    # Nearer to the axis the hand meets the robot's foot.
+    nearest_m=0.32,
+    # The base turns 166 degrees, part of which the wrist needs.
+    max_bearing_rad=np.radians(150),
+)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from sim.robots.panda import ARM_JOINTS
+from sim.robots.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,13 @@ class EffortMeter:
         total: so far.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, robot: Robot, data: mujoco.MjData) -> None:
         """Begin with nothing at a state."""
-        self._dofs = [int(model.joint(name).dofadr[0]) for name in ARM_JOINTS]
+        self._dofs = robot.dofs(data.model)
         self._looked = float(data.time)
         self.total = Effort()
 
-    def look(self, data: mujoco.MjData) -> None:
+    def update(self, data: mujoco.MjData) -> None:
         """Add the time since the last update, at the speeds and torques of a state just simulated."""
         period = float(data.time) - self._looked
         speeds = data.qvel[self._dofs]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
-from sim.robots.panda import ARM_JOINTS, PADS
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene
 
@@ -16,28 +17,20 @@ class Recorder:
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
         model = scene.mujoco
-        first = int(model.joint(ARM_JOINTS[0]).dofadr[0])
-        self._arm = slice(first, first + len(ARM_JOINTS))
-        self._angles = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
-        self._low, self._high = np.array([model.joint(name).range for name in ARM_JOINTS]).T
-        self._pads = {model.geom(name).id: i for i, name in enumerate(PADS)}
+        self._dofs, self._angles = scene.robot.dofs(model), scene.robot.qpos(model)
+        self._low, self._high = scene.robot.ranges(model).T
+        self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
+        self._frames: list[dict[str, Any]] = []
         self._begin_frame()
-        self._times: list[float] = []
-        self._qpos: list[np.ndarray] = []
-        self._glow: list[int] = []
-        self._speeds: list[np.ndarray] = []
-        self._torques: list[np.ndarray] = []
-        self._margins: list[np.ndarray] = []
-        self._pad_forces: list[np.ndarray] = []
 
     def is_due(self, data: mujoco.MjData) -> bool:
         """Return whether the time has come for another frame."""
-        return bool(data.time * FRAME_RATE >= len(self._times) - 1e-6)
+        return bool(data.time * FRAME_RATE >= len(self._frames) - 1e-6)
 
     def feel(self, data: mujoco.MjData) -> None:
         """Update the greatest speeds and torques and the least joint margins with a state just simulated."""
-        np.maximum(self._speed, np.abs(data.qvel[self._arm]), out=self._speed)
-        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._arm]), out=self._torque)
+        np.maximum(self._speed, np.abs(data.qvel[self._dofs]), out=self._speed)
+        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._dofs]), out=self._torque)
         np.minimum(self._margin, self._margins_of(data), out=self._margin)
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
@@ -47,37 +40,33 @@ class Recorder:
             data: the present state.
             glow: index of the marking location at work, -1 for none.
         """
-        self._times.append(float(data.time))
-        self._qpos.append(data.qpos.copy())
-        self._glow.append(glow)
-        self._speeds.append(self._speed)
-        self._torques.append(self._torque)
-        self._margins.append(np.minimum(self._margin, self._margins_of(data)))
-        self._pad_forces.append(self._press(data))
+        frame = {
+            "times": float(data.time),
+            "qpos": data.qpos.copy(),
+            "glow": glow,
+            "speeds": self._speed,
+            "torques": self._torque,
+            "margins": np.minimum(self._margin, self._margins_of(data)),
+            "pad_forces": self._press(data),
+        }
+        self._frames.append(frame)
         self._begin_frame()
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """What was recorded, by the names it has in a `Rollout`; loads since the last frame are added to it."""
-        speeds, torques, margins = np.array(self._speeds), np.array(self._torques), np.array(self._margins)
-        np.maximum(speeds[-1], self._speed, out=speeds[-1])
-        np.maximum(torques[-1], self._torque, out=torques[-1])
-        np.minimum(margins[-1], self._margin, out=margins[-1])
-        return {
-            "times": np.array(self._times),
-            "qpos": np.array(self._qpos),
-            "glow": np.array(self._glow),
-            "speeds": speeds,
-            "torques": torques,
-            "margins": margins,
-            "pad_forces": np.array(self._pad_forces),
-        }
+        arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
+        for name, load in (("speeds", self._speed), ("torques", self._torque)):
+            arrays[name][-1] = np.maximum(arrays[name][-1], load)
+        arrays["margins"][-1] = np.minimum(arrays["margins"][-1], self._margin)
+        return arrays
 
     def _begin_frame(self) -> None:
-        self._speed, self._torque, self._margin = np.zeros(7), np.zeros(7), np.full(7, np.inf)
+        n = len(self._dofs)
+        self._speed, self._torque, self._margin = np.zeros(n), np.zeros(n), np.full(n, np.inf)
 
     def _margins_of(self, data: mujoco.MjData) -> np.ndarray:
-        """Return the (7,) distances of the arm's joints from the nearer ends of their ranges, rad."""
+        """Return the (n,) distances of the arm's joints from the nearer ends of their ranges, rad."""
         q = data.qpos[self._angles]
         return np.minimum(q - self._low, self._high - q)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from prefplan.exact_costs import Number
 from prefplan.models.manipulation.model import ManipulationState
-from sim.robots.panda import TORQUE_LIMITS, VELOCITY_LIMITS
+from sim.robots.robot import Robot
 from sim.simulation.effort import Effort
 
 FRAME_RATE = 30
@@ -66,14 +66,15 @@ class Rollout:
         times: (T,) s, when each recorded state was taken; `FRAME_RATE` a second.
         qpos: (T, nq) recorded positions of the scene's MuJoCo model.
         glow: (T,) index into the model's locations of the marking location at work, -1 for none.
-        speeds: (T, 7) greatest speed of each arm joint since the frame before, rad/s.
-        torques: (T, 7) greatest torque of each arm joint since the frame before, N m.
-        margins: (T, 7) least distance of each arm joint from an end of its range since the frame before, rad; negative
+        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
+        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
+        margins: (T, n) least distance of each arm joint from an end of its range since the frame before, rad; negative
             beyond it.
         pad_forces: (T, 2) with which the left and the right pad were pressed, N.
         sim_seconds: simulated time in all.
         wall_seconds: real time in all.
         placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
+        robot: whose arm has the n joints.
     """
 
     completed: bool
@@ -90,18 +91,19 @@ class Rollout:
     sim_seconds: float
     wall_seconds: float
     placement_error: float
+    robot: Robot
 
     @property
     def speed_share(self) -> np.ndarray:
-        """(7,) greatest speed of each arm joint, as a share of its limit."""
-        return self.speeds.max(axis=0) / VELOCITY_LIMITS
+        """(n,) greatest speed of each arm joint, as a share of its limit."""
+        return self.speeds.max(axis=0) / self.robot.velocity_limits
 
     @property
     def torque_share(self) -> np.ndarray:
-        """(7,) greatest torque of each arm joint, as a share of its limit."""
-        return self.torques.max(axis=0) / TORQUE_LIMITS
+        """(n,) greatest torque of each arm joint, as a share of its limit."""
+        return self.torques.max(axis=0) / self.robot.torque_limits
 
     @property
     def joint_margin(self) -> np.ndarray:
-        """(7,) least distance of each arm joint from an end of its range, rad."""
+        """(n,) least distance of each arm joint from an end of its range, rad."""
         return self.margins.min(axis=0)

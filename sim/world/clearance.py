@@ -1,73 +1,36 @@
-"""Feasibility of a layout: every slot within reach, locations apart, and clearance for the hand at each of them."""
+"""Feasibility of a layout: locations apart, every slot within reach, and no collision of the robot at any of them."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
 
+import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.world.arm_clearance import arm_meets
-from sim.world.places import (
-    ARM_LENGTH,
-    CARRYING_HEIGHT,
-    FINGER_DEPTH,
-    FINGER_HALF,
-    FINGER_TIPS,
-    LAMP_DISTANCES,
-    LAMP_HALF,
-    LAMP_HEAD,
-    LAMP_TOP,
-    NEAREST,
-    OBJECT_GAP,
-    PALM_CLEARANCE,
-    PALM_HALF,
-    SHOULDER_HEIGHT,
-    WIDEST,
-    WRIST_HEIGHT,
-    WRIST_OFFSET,
-    Slot,
-    Station,
-)
+from sim.motion.kinematics import Arm
+from sim.robots.robot import Gripper
+from sim.world.furniture import add_station, yaw_quat
+from sim.world.materials import add_studio
+from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF, LAMP_HEAD_M, LAMP_TOP_M, OBJECT_GAP_M, Slot, Station
 from sim.world.shapes import CUBE_EDGE, Extent
 
+CARRYING_HEIGHT_M = 0.08
+"""Least height of the tool over the tops of other objects as it carries one over them."""
+
+CLEARANCE_M = 0.004
+"""Least clearance of the robot at a slot from fixtures and from objects in other slots."""
+
 MAX_START_TURN_RAD = np.radians(5)
-"""Objects may start turned by this much, rad."""
+"""Objects may start turned by this much."""
+
+LAMP = "lamp head"
+"""Body that stands for the head of a lamp wherever it might be put."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
-
-
-def check_reach(slots: Slots, size: Extent) -> None:
-    """Raise `SimulationError` for a slot out of the hand's reach from above."""
-    tallest = max((float(slot.position[2]) + size.high for row in slots.values() for slot in row), default=0.0)
-    for row in slots.values():
-        for slot in row:
-            where = f"locations.{slot.location}"
-            x, y, z = slot.position + [0.0, 0.0, size.high / 2]
-            distance = float(np.hypot(x, y))
-            reach = min(reach_at(z), reach_at(tallest + CARRYING_HEIGHT))
-            if distance > reach:
-                over = f" when it passes over a stack {tallest:.2f} m high" if reach < reach_at(z) else ""
-                raise SimulationError(
-                    f"{where}: {distance:.2f} m from the robot's base, beyond its reach of {reach:.2f} m{over}"
-                )
-            if distance < NEAREST:
-                raise SimulationError(
-                    f"{where}: {distance:.2f} m from the robot's base, too near: at least {NEAREST:.2f} m"
-                )
-            if abs(np.arctan2(y, x)) > WIDEST:
-                raise SimulationError(
-                    f"{where}: behind the robot, which turns {np.degrees(WIDEST):.0f} degrees to either side"
-                )
-
-
-def reach_at(height: float) -> float:
-    """Return how far from the base's axis the fingers of a hand that points down get, at a height, m."""
-    rise = height + WRIST_HEIGHT - SHOULDER_HEIGHT
-    return WRIST_OFFSET + float(np.sqrt(max(0.0, ARM_LENGTH**2 - rise**2)))
 
 
 def check_apart(stations: Sequence[Station], size: Extent) -> None:
@@ -81,92 +44,141 @@ def check_apart(stations: Sequence[Station], size: Extent) -> None:
                 )
 
 
-def check_fingers(model: ManipulationModel, stations: Sequence[Station], slots: Slots, size: Extent) -> None:
-    """Raise `SimulationError` for a slot at which the hand would collide with an object or a fixture elsewhere."""
-    for station in stations:
-        for other in stations:
-            if other is not station and _fingers_meet(station, other, size):
-                raise SimulationError(
-                    f"locations.{station.name}: no room for the fingers beside {other.name!r}; move them apart"
-                )
+def configurations(arm: Arm, model: ManipulationModel, slots: Slots, size: Extent) -> list[tuple[str, np.ndarray]]:
+    """Return the location of every slot, and a configuration in which the hand takes the lowest object there.
+
+    Raises:
+        SimulationError: a slot is out of the hand's reach from above.
+    """
+    robot = arm.robot
     flat = [slot for row in slots.values() for slot in row]
+    tallest = max((float(slot.position[2]) + size.high for slot in flat), default=0.0)
+    found = []
     for slot in flat:
-        for beside in flat:
-            here, there = slot.location, beside.location
-            if here == there or _rests_on(model, here, there) or _rests_on(model, there, here):
-                continue
-            spread = _storeys(model, slot.location) * (size.high - size.low)
-            if _hand_meets(slot, beside, size, lowest=slot.position[2] - spread):
-                raise SimulationError(
-                    f"locations.{slot.location}: no room for the hand beside an object at {beside.location!r}; "
-                    "move them apart"
-                )
-            tool = slot.position + [0.0, 0.0, size.low / 2]
-            if arm_meets(tool, _footprint(beside, size), beside.position[2] + size.high):
-                raise SimulationError(
-                    f"locations.{slot.location}: no room for the arm over an object at {beside.location!r}, between it "
-                    "and the base; move them apart"
-                )
+        distance = float(np.hypot(*slot.position[:2]))
+        where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
+        if distance < robot.nearest_m:
+            raise SimulationError(f"{where}, too near: at least {robot.nearest_m:.2f} m")
+        if abs(np.arctan2(slot.position[1], slot.position[0])) > robot.max_bearing_rad:
+            raise SimulationError(
+                f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way"
+            )
+        # What lies on several storeys is lowest when the lowest objects carry it.
+        spread = _storeys(model, slot.location) * (size.high - size.low)
+        q = reach(arm, slot, float(slot.position[2]) - spread + size.low / 2)
+        if q is None:
+            raise SimulationError(f"{where}, beyond its reach")
+        if reach(arm, slot, tallest + CARRYING_HEIGHT_M) is None:
+            raise SimulationError(f"{where}, beyond its reach when it passes over a stack {tallest:.2f} m high")
+        found.append((slot.location, q))
+    return found
 
 
-def blocked(station: Station, others: Sequence[Station], size: Extent) -> bool:
+def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
+    """Return a configuration with the tool at a height over a slot, m, on its closing line; None if there is none."""
+    try:
+        return arm.reach(np.array([*slot.position[:2], height]), [slot.yaw, slot.yaw + np.pi])[0]
+    except SimulationError:
+        return None
+
+
+class RobotAtSlots:
+    """The robot at each slot of a layout, among its fixtures and an object in every other slot."""
+
+    def __init__(self, arm: Arm, model: ManipulationModel, stations: Sequence[Station], slots: Slots, size: Extent):
+        """Compile the fixtures, the objects and the robot.
+
+        Raises:
+            SimulationError: a slot is out of the hand's reach from above.
+        """
+        self._manipulation, self._robot, self._opening = model, arm.robot, size.opening
+        self._configurations = configurations(arm, model, slots, size)
+        spec = arm.robot.spec()
+        add_studio(spec, target=np.zeros(3), span=1.0)  # for the materials of the fixtures
+        for station in stations:
+            add_station(spec, station)
+        self._locations = {f"{station.name}_base": (station.name, repr(station.name)) for station in stations}
+        for slot in (slot for row in slots.values() for slot in row):
+            name = f"{slot.location} {slot.index}"
+            self._locations[name] = (slot.location, f"an object at {slot.location!r}")
+            half = np.array([*size.half, size.high / 2])
+            body = spec.worldbody.add_body(name=name, pos=slot.position + [0, 0, half[2]], quat=yaw_quat(slot.yaw))
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
+        lamp = spec.worldbody.add_body(name=LAMP, mocap=True, pos=[0, 0, -10])
+        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
+        spec.compiler.discardvisual = True
+        self._model = spec.compile()
+        self._model.geom_margin[:] = self._model.body_margin[:] = CLEARANCE_M
+        self._data = mujoco.MjData(self._model)
+
+    def check(self) -> None:
+        """Raise `SimulationError` for a slot at which the robot would collide with something elsewhere."""
+        for location, q in self._configurations:
+            for link, other in self._touches(q):
+                there, words = self._locations[other]
+                if there == location or self._stacked(location, there):
+                    continue
+                raise SimulationError(f"locations.{location}: the robot's {link} would touch {words}; move them apart")
+
+    def clear_of_lamp(self, head: Rectangle) -> bool:
+        """Return whether the robot keeps clear of a lamp's head at every slot."""
+        self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
+        self._data.mocap_quat[0] = yaw_quat(head.yaw)
+        return not any(other == LAMP for _, q in self._configurations for _, other in self._touches(q))
+
+    def _touches(self, q: np.ndarray) -> list[tuple[str, str]]:
+        """Return names of a body of the robot with the hand open, and of what it is too near to."""
+        model, data = self._model, self._data
+        self._robot.put(data, q, width=self._opening)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        of_robot = self._robot.bodies(model)
+        bodies = model.geom_bodyid[data.contact.geom.reshape(-1, 2)]
+        pairs = [(a, b) if of_robot[a] else (b, a) for a, b in bodies]
+        return [(model.body(link).name, model.body(other).name) for link, other in pairs]
+
+    def _stacked(self, location: str, other: str) -> bool:
+        """Return whether one location lies above the other."""
+        return _rests_on(self._manipulation, location, other) or _rests_on(self._manipulation, other, location)
+
+
+def blocked(station: Station, others: Sequence[Station], gripper: Gripper, size: Extent) -> bool:
     """Return whether the fingers at a station would collide with another station, or the reverse."""
-    return any(_fingers_meet(station, other, size) or _fingers_meet(other, station, size) for other in others)
+    return any(
+        _fingers_meet(station, other, gripper, size) or _fingers_meet(other, station, gripper, size) for other in others
+    )
 
 
-def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, size: Extent) -> np.ndarray:
-    """Return the (2,) foot of a station's lamp: clear of the hand and the arm, the farther from the base the better."""
+def lamp_foot(
+    station: Station, stations: Sequence[Station], slots: Slots, robot: RobotAtSlots, size: Extent
+) -> np.ndarray:
+    """Return the (2,) foot of a station's lamp: clear of the robot, the farther from the base the better."""
     centre = station.outline.centre
     outwards = float(np.arctan2(centre[1], centre[0]))
     turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])
-    for distance, turn in itertools.product(LAMP_DISTANCES, turns):
+    for distance, turn in itertools.product(LAMP_DISTANCES_M, turns):
         direction = np.array([np.cos(outwards + turn), np.sin(outwards + turn)])
         reach = max(float((slot.position[:2] - centre) @ direction) for slot in station.slots)
         foot = centre + direction * (reach + distance)
         stand = Rectangle(foot, np.full(2, LAMP_HALF), outwards + turn)
-        head = Rectangle(foot, LAMP_HEAD, outwards + turn)
-        if any(_lamp_meets(head, slot, size) for row in slots.values() for slot in row):
+        nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in slots.values() for slot in row)
+        if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF / 2 or any(overlap(stand, _covered(at, size)) for at in stations):
             continue
-        if not any(overlap(stand, _covered(other, size)) for other in stations):
+        if robot.clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
             return foot
     raise SimulationError(
-        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES[0]:.2f} m away; move other locations off"
+        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES_M[0]:.2f} m away; move other locations off"
     )
+
+
+def _fingers_meet(station: Station, other: Station, gripper: Gripper, size: Extent) -> bool:
+    half = np.array([size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
+    return any(overlap(Rectangle(slot.position[:2], half, slot.yaw), other.outline) for slot in station.slots)
 
 
 def _covered(station: Station, size: Extent) -> Rectangle:
     swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
-    return station.outline.grown(OBJECT_GAP / 2 + swing)
-
-
-def _fingers(slot: Slot, size: Extent) -> Rectangle:
-    return Rectangle(slot.position[:2], np.array([size.opening / 2 + FINGER_DEPTH, FINGER_HALF]), slot.yaw)
-
-
-def _fingers_meet(station: Station, other: Station, size: Extent) -> bool:
-    return any(overlap(_fingers(slot, size), other.outline) for slot in station.slots)
-
-
-def _lamp_meets(head: Rectangle, slot: Slot, size: Extent) -> bool:
-    """Return whether the hand or the arm at a slot would collide with a lamp's head."""
-    if np.hypot(*(slot.position[:2] - head.centre)) < LAMP_DISTANCES[0] - LAMP_HALF / 2:
-        return True
-    if overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), head):
-        return True
-    return arm_meets(slot.position + [0.0, 0.0, size.low / 2], head, LAMP_TOP)
-
-
-def _footprint(slot: Slot, size: Extent) -> Rectangle:
-    return Rectangle(slot.position[:2], size.half, slot.yaw)
-
-
-def _hand_meets(slot: Slot, other: Slot, size: Extent, *, lowest: float) -> bool:
-    """Return whether the hand at a slot, whose surface is not below `lowest`, collides with an object in another."""
-    footprint = _footprint(other, size)
-    top, middle = other.position[2] + size.high, lowest + size.low / 2
-    if top > middle + PALM_CLEARANCE and overlap(Rectangle(slot.position[:2], PALM_HALF, slot.yaw), footprint):
-        return True
-    return top > middle - FINGER_TIPS and overlap(_fingers(slot, size), footprint)
+    return station.outline.grown(OBJECT_GAP_M / 2 + swing)
 
 
 def _storeys(model: ManipulationModel, location: str) -> int:

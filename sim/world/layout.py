@@ -10,23 +10,22 @@ from prefplan.errors import choices
 from prefplan.models.manipulation.model import Location, ManipulationModel
 from sim.errors import SimulationError
 from sim.geometry.rectangle import Rectangle
-from sim.world.clearance import blocked, check_apart, check_fingers, check_reach, lamp_foot
+from sim.motion.kinematics import Arm
+from sim.robots.robot import Gripper, Robot
+from sim.world.clearance import RobotAtSlots, blocked, check_apart, lamp_foot, reach
 from sim.world.places import (
-    BIN_MARGIN,
-    FINGER_DEPTH,
+    BIN_MARGIN_M,
     FLOOR,
     KINDS,
-    PAD_MARGIN,
-    PALM_CLEARANCE,
-    PALM_HALF,
-    PLATE_MARGIN,
-    ROW_GAP,
-    SUPPORT_OVERLAP,
+    PAD_MARGIN_M,
+    PLATE_MARGIN_M,
+    ROW_GAP_M,
+    SUPPORT_OVERLAP_M,
     Slot,
     Station,
     TableLayout,
 )
-from sim.world.shapes import Extent, extent, shapes_of
+from sim.world.shapes import Extent, ObjectShape, extent, shapes_of
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""
@@ -35,37 +34,41 @@ NEIGHBOUR_DISTANCE_M = 0.12
 """A location nearer than this to another keeps its fingers out of the gap between them, m."""
 
 
-def arrange(model: ManipulationModel) -> TableLayout:
-    """Return where everything goes.
+def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
+    """Return where everything goes, such that a robot can work there.
 
     Raises:
         SimulationError: a location out of reach, of an unknown kind, without a definite place, or in the way of
             another, or an object that the hand cannot take. The message starts with the location's or the object's key.
     """
-    size = extent(shapes_of(model).values())
+    shapes = shapes_of(model, robot.gripper)
+    size = extent(shapes.values())
     grounded = [place for place in model.locations if place.at is not None]
-    stations = {place.name: _station(place, _yaws(place, grounded)[0], size) for place in grounded}
+    arm = Arm(robot)
+    stations = {place.name: _station(place, _yaws(place, grounded)[0], robot.gripper, size) for place in grounded}
     for place in grounded:
         others = [station for name, station in stations.items() if name != place.name]
-        options = [_station(place, yaw, size) for yaw in _yaws(place, grounded)]
-        stations[place.name] = next((option for option in options if not blocked(option, others, size)), options[0])
+        options = [_station(place, yaw, robot.gripper, size) for yaw in _yaws(place, grounded)]
+        free = (option for option in options if not blocked(option, others, robot.gripper, size))
+        stations[place.name] = next((option for option in free if _within_reach(arm, option, size)), options[0])
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
-        _stack(place, model, slots, size)
-    check_reach(slots, size)
-    check_apart(list(stations.values()), size)
-    check_fingers(model, list(stations.values()), slots, size)
-    for place in grounded:
-        if place.marks and stations[place.name].kind != "stove":
-            foot = lamp_foot(stations[place.name], list(stations.values()), slots, size)
-            stations[place.name] = replace(stations[place.name], lamp=foot)
+        _stack(place, model, slots, shapes)
+    fixed = list(stations.values())
+    check_apart(fixed, size)
+    at_slots = RobotAtSlots(arm, model, fixed, slots, size)
+    at_slots.check()
+    for name, station in stations.items():
+        if model.location(name).marks and station.kind != "stove":
+            stations[name] = replace(station, lamp=lamp_foot(station, fixed, slots, at_slots, size))
     return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
 
 
 def _yaws(place: Location, grounded: list[Location]) -> list[float]:
-    """Return closing lines to try: past a near neighbour rather than towards it, else along y, else along x."""
-    yaws = [np.pi / 2, 0.0]
+    """Return closing lines to try: past a near neighbour, along y, along x, across the arm and along it."""
     here = np.array(place.at)
+    bearing = float(np.arctan2(here[1], here[0]))
+    yaws = [np.pi / 2, 0.0, bearing + np.pi / 2, bearing]
     apart = [np.array(other.at) - here for other in grounded if other.name != place.name]
     nearest = min(apart, key=np.linalg.norm, default=np.full(2, np.inf))
     if np.linalg.norm(nearest) < NEIGHBOUR_DISTANCE_M:
@@ -73,13 +76,17 @@ def _yaws(place: Location, grounded: list[Location]) -> list[float]:
     return yaws
 
 
-def _station(place: Location, yaw: float, size: Extent) -> Station:
+def _within_reach(arm: Arm, station: Station, size: Extent) -> bool:
+    return all(reach(arm, slot, float(slot.position[2]) + size.low / 2) is not None for slot in station.slots)
+
+
+def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Station:
     kind = place.kind or ("pad" if place.marks else "spot")
     if kind not in KINDS:
         raise SimulationError(f"locations.{place.name}.kind: unknown kind {kind!r} {choices(kind, KINDS)}")
     centre = np.array(place.at, dtype=float)
     across = np.array([-np.sin(yaw), np.cos(yaw)])
-    offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(size)
+    offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)
     slots = tuple(
         Slot(place.name, i, np.array([*(centre + offset * across), FLOOR[kind]]), yaw)
         for i, offset in enumerate(offsets)
@@ -87,24 +94,26 @@ def _station(place: Location, yaw: float, size: Extent) -> Station:
     row = np.array([0.0, offsets[-1]])
     half = size.half + row
     if kind in ("pad", "stove"):
-        half = half + PAD_MARGIN
+        half = half + PAD_MARGIN_M
     elif kind == "bin":
-        inside = size.opening / 2 + FINGER_DEPTH + 0.004
-        half = np.maximum(half + BIN_MARGIN, inside)
+        inside = size.opening / 2 + gripper.finger_depth_m + 0.004
+        half = np.maximum(half + BIN_MARGIN_M, inside)
     elif kind == "plate":
-        half = float(np.hypot(*size.half)) + PLATE_MARGIN + row
+        half = float(np.hypot(*size.half)) + PLATE_MARGIN_M + row
     return Station(place.name, kind, Rectangle(centre, half, yaw), slots)
 
 
-def _pitch(size: Extent) -> float:
+def _pitch(gripper: Gripper, size: Extent) -> float:
     """Return the distance between neighbouring slots, m: the palm over a low object passes beside a high one."""
-    pitch = 2 * float(size.half[1]) + ROW_GAP
-    if size.high > size.low / 2 + PALM_CLEARANCE:
-        pitch = max(pitch, float(size.half[1] + PALM_HALF[1]))
+    pitch = 2 * float(size.half[1]) + ROW_GAP_M
+    if size.high > size.low / 2 + gripper.palm_height_m:
+        pitch = max(pitch, float(size.half[1] + gripper.palm_half_width_m))
     return pitch
 
 
-def _stack(place: Location, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], size: Extent) -> None:
+def _stack(
+    place: Location, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
+) -> None:
     """Add the slot of a location on others, theirs first: midway between them and one object higher."""
     if place.name in slots:
         return
@@ -115,34 +124,32 @@ def _stack(place: Location, model: ManipulationModel, slots: dict[str, tuple[Slo
         key = "kind" if place.kind else "marks"
         raise SimulationError(f"{where}.{key}: only a location on the table can have one")
     for support in place.on:
-        _stack(model.location(support), model, slots, size)
+        _stack(model.location(support), model, slots, shapes)
         if len(slots[support]) > 1:
             raise SimulationError(
                 f"{where}.on: {support!r} has room for {len(slots[support])}, so nothing has a fixed place on it"
             )
-    below = [slots[support][0] for support in place.on]
+    below, size = [slots[support][0] for support in place.on], extent(shapes.values())
     position = np.mean([slot.position for slot in below], axis=0)
     for slot in below:
         if abs(slot.position[2] - position[2]) > 1e-6:
             raise SimulationError(f"{where}.on: {below[0].location!r} and {slot.location!r} differ in height")
         apart = position[:2] - slot.position[:2]
-        if (
-            np.abs(Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes @ apart).max()
-            > 2 * size.slim - SUPPORT_OVERLAP
-        ):
+        axes = Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes
+        if np.abs(axes @ apart).max() > 2 * size.slim - SUPPORT_OVERLAP_M:
             raise SimulationError(
                 f"{where}.on: its middle is {np.hypot(*apart):.3f} m from {slot.location!r}, "
                 f"so an object of {2 * size.slim:.3f} m would not rest on it"
             )
     if len(below) > 1:
-        _check_level(place, model)
+        _check_level(place, model, shapes)
     yaw = below[0].yaw
     slots[place.name] = (Slot(place.name, 0, position + [0.0, 0.0, size.high], yaw),)
 
 
-def _check_level(place: Location, model: ManipulationModel) -> None:
+def _check_level(place: Location, model: ManipulationModel, shapes: dict[str, ObjectShape]) -> None:
     """Raise `SimulationError` if objects of different heights may lie under a location that rests on several."""
-    heights = {name: shape.height for name, shape in shapes_of(model).items()}
+    heights = {name: shape.height for name, shape in shapes.items()}
     under = [obj.name for obj in model.objects if not obj.fixed or obj.start in place.on]
     low, high = (choose(under, key=heights.__getitem__, default=None) for choose in (min, max))
     if low and high and heights[high] - heights[low] > MAX_HEIGHT_DIFFERENCE_M:

@@ -8,55 +8,28 @@ import numpy as np
 
 from sim.geometry.rectangle import Rectangle
 
-SHOULDER_HEIGHT, ARM_LENGTH = 0.333, 0.7185
-"""The shoulder above the table, and from there to the wrist with the arm all but straight, m."""
-
-WRIST_OFFSET, WRIST_HEIGHT = 0.088, 0.2104
-"""The wrist of a hand that points down: nearer to the base than the fingers, and above them, m."""
-
-CARRYING_HEIGHT = 0.08
-"""The fingers, holding an object by its middle, pass over others at least this high above their tops, m."""
-
-NEAREST = 0.32
-"""Nearest horizontal distance from the base at which the hand, pointing down, clears the robot's foot, m."""
-
-WIDEST = np.radians(150)
-"""Greatest bearing from straight ahead, rad: the base turns 166 degrees, part of which the wrist needs."""
-
-ROW_GAP = 0.019
+ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
 
-OBJECT_GAP = 0.014
+OBJECT_GAP_M = 0.014
 """Least distance between cubes of different locations, m: both may start 5 mm and 5 degrees off."""
 
-FINGER_DEPTH, FINGER_HALF = 0.027, 0.0145
-"""Of a finger, along the closing line from its pad outwards and half its width across, with 4 mm to spare, m."""
-
-FINGER_TIPS = 0.014
-"""How far the finger tips reach below the centre of the object between them, with 5 mm to spare, m."""
-
-PALM_HALF = np.array([0.110, 0.038])
-"""Half the palm seen from above with 5 mm to spare, m."""
-
-PALM_CLEARANCE = 0.030
-"""The palm's height over the centre of the object in the fingers, with 7 mm to spare, m."""
-
-BIN_MARGIN = 0.0125
+BIN_MARGIN_M = 0.0125
 """From the last object of a row to a bin's wall, m."""
 
-PAD_MARGIN = 0.0375
+PAD_MARGIN_M = 0.0375
 """From an object to the edge of a pad or of a stove, m."""
 
-PLATE_MARGIN = 0.020
+PLATE_MARGIN_M = 0.020
 """From the corner of an object to the edge of a plate, m."""
 
-SUPPORT_OVERLAP = 0.010
+SUPPORT_OVERLAP_M = 0.010
 """Least length by which an object rests on each of its supports, m."""
 
-LAMP_DISTANCES = (0.19, 0.24, 0.29)
+LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
 """From the nearest slot to a lamp's post, the nearer the better, m: the hand hit one at 11 cm and cleared 17 cm."""
 
-LAMP_TOP, LAMP_HEAD = 0.235, np.array([0.045, 0.086])
+LAMP_TOP_M, LAMP_HEAD_M = 0.235, np.array([0.045, 0.086])
 """Top of a lamp's head above the table, and half of what it covers of it with 6 mm to spare, m."""
 
 LAMP_HALF = 0.04

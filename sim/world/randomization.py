@@ -11,7 +11,6 @@ import numpy as np
 
 from prefplan.errors import choices
 from sim.errors import SimulationError
-from sim.robots.panda import PADS
 from sim.world.scene import Scene
 
 UNITS = {"position": 0.001, "angle": math.pi / 180, "friction": 1.0, "mass": 1.0, "noise": 0.001}
@@ -105,7 +104,7 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
         body.inertia *= 1 + mass
     # The pads' friction alone counts where they press an object, both being of one make.
     grip = 1 + rng.uniform(-1, 1) * perturbation.friction
-    for pad in PADS:
+    for pad in scene.robot.gripper.pads:
         model.geom(pad).friction[0] *= grip
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return replace(scene, mujoco=model)

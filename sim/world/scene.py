@@ -10,11 +10,12 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from prefplan.models.manipulation.slots import slots_at_start
 from sim.errors import SimulationError
-from sim.robots.catalogue import robot_spec
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HIDDEN, HOME, MAX_WIDTH, TCP, WRIST
+from sim.geometry.mjcf import HIDDEN
+from sim.robots.catalogue import robot_named
+from sim.robots.robot import Robot
 from sim.world.furniture import add_object, add_station, add_table, table_for, yaw_quat
 from sim.world.layout import arrange
-from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_finishes, add_studio
+from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_studio
 from sim.world.places import Slot
 from sim.world.shapes import ObjectShape, shape_of, shapes_of
 
@@ -26,6 +27,9 @@ AZIMUTH, ELEVATION = 156.0, -21.5
 
 FOCUS_HEIGHT = 0.21
 """Height of the picture's middle above the table: half the arm at work, m."""
+
+WRIST = "wrist"
+"""The camera on the hand."""
 
 WRIST_EYE, WRIST_AIM = np.array([-0.16, 0.0, -0.02]), np.array([0.0, 0.0, 0.02])
 """Where the camera on the hand is, in the hand's frame, and where it looks, seen from the tool's middle, m."""
@@ -51,7 +55,7 @@ class Scene:
     """A compiled scene.
 
     Names in `mujoco`: an object's body, its free joint and its colliding geom bear the object's name; the robot's names
-    are in `sim.robots.panda`; `table` is the table's geom.
+    are in `robot`; `table` is the table's geom.
 
     Attributes:
         model: what it was built from.
@@ -62,7 +66,7 @@ class Scene:
         temporary: locations that the scenario does not have, of objects that lie off every location.
         focus: (3,) middle of the picture: over the table's middle, m.
         span: half the table's longer side, m.
-        robot: which of `sim.robots.catalogue.ROBOTS` works in it.
+        robot: works in it.
     """
 
     model: ManipulationModel
@@ -71,40 +75,47 @@ class Scene:
     shapes: dict[str, ObjectShape]
     focus: np.ndarray
     span: float
-    robot: str = "default"
+    robot: Robot
     spares: tuple[str, ...] = ()
     temporary: frozenset[str] = frozenset()
 
+    @property
+    def dressed(self) -> bool:
+        """Whether the robot collides with meshes rather than plain shapes."""
+        of_robot = self.robot.bodies(self.mujoco)[self.mujoco.geom_bodyid]
+        return bool((self.mujoco.geom_type[of_robot] == mujoco.mjtGeom.mjGEOM_MESH).any())
+
 
 def build_scene(
-    model: ManipulationModel, *, robot: str = "default", spares: int = 0, meshes: bool | None = None
+    model: ManipulationModel, *, robot: Robot | str = "default", spares: int = 0, meshes: bool | None = None
 ) -> Scene:
     """Build the scene of a manipulation model.
 
     Args:
         model: any locations and objects.
-        robot: one of `sim.robots.catalogue.ROBOTS`.
+        robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`.
         spares: number of grey cubes in store below the table.
-        meshes: dress the default robot with meshes; None for where they are installed.
+        meshes: draw the robot with meshes; None for where they are installed.
 
     Raises:
         RobotError: the robot is unknown or cannot be had.
         SimulationError: a location out of reach or in the way of another, or an object that the hand cannot take;
             the message starts with its key.
     """
-    shapes, layout = shapes_of(model), arrange(model)
-    spec = robot_spec(robot, meshes=meshes)
+    if isinstance(robot, str):
+        robot = robot_named(robot)
+    shapes, layout = shapes_of(model, robot.gripper), arrange(model, robot)
+    spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)
-    _add_wrist_camera(spec)
+    _add_wrist_camera(spec, robot)
     table = table_for(layout.stations)
     focus = np.array([*table.centre, FOCUS_HEIGHT])
-    add_finishes(spec)
-    add_studio(spec, target=focus, span=float(table.half.max()), view=_direction(AZIMUTH, ELEVATION))
+    add_studio(spec, target=focus, span=float(table.half.max()))
     add_table(spec, table, layout.stations)
     for station in layout.stations:
         add_station(spec, station)
-    for i, (obj, slot) in enumerate(start_slots(model, layout.slots).items()):
+    for i, (obj, slot) in enumerate(start_slots(model, layout.slots, shapes).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
         add_object(spec, obj, shapes[obj], slot.position + [0.0, 0.0, shapes[obj].half[2]], slot.yaw, rgba)
     names = _spare_names(model, spares)
@@ -112,7 +123,7 @@ def build_scene(
         shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
         shelf.pos = STORE - [0.0, 0.0, 0.01]
     for i, name in enumerate(names):
-        shapes[name] = shape_of(Object(name, ""))
+        shapes[name] = shape_of(Object(name, ""), robot.gripper)
         add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
     return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot, names)
 
@@ -132,7 +143,9 @@ def _stored(shape: ObjectShape, index: int) -> np.ndarray:
     return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
 
 
-def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) -> dict[str, Slot]:
+def start_slots(
+    model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
+) -> dict[str, Slot]:
     """Return the slot in which each object starts, as high as what starts below it says.
 
     Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
@@ -141,7 +154,6 @@ def start_slots(model: ManipulationModel, slots: dict[str, tuple[Slot, ...]]) ->
     capacities = {name: len(row) for name, row in slots.items()}
     indices = slots_at_start(places, dict(model.initial_state.slots), capacities)
     found = {obj: slots[place][indices[obj]] for obj, place in places}
-    shapes = shapes_of(model)
     first = {obj.start: obj.name for obj in reversed(model.objects)}
 
     def floor(location: str) -> float:
@@ -171,15 +183,10 @@ def initial_state(
         SimulationError: moved so far, the objects almost always overlap.
     """
     data = mujoco.MjData(scene.mujoco)
-    for name, value in zip(ARM_JOINTS, HOME, strict=True):
-        data.joint(name).qpos[0] = value
-        data.actuator(name).ctrl[0] = value
-    for name in FINGER_JOINTS:
-        data.joint(name).qpos[0] = MAX_WIDTH / 2
-    data.actuator(GRIPPER).ctrl[0] = MAX_WIDTH
+    scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
     rng = None if seed is None else np.random.default_rng(seed)
     for _ in range(MAX_DRAWS):
-        for obj, slot in start_slots(scene.model, scene.slots).items():
+        for obj, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
             off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
             pose = data.joint(obj).qpos
             pose[:2] = slot.position[:2] + off[:2]
@@ -204,18 +211,12 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
 
 
-def _add_wrist_camera(spec: mujoco.MjSpec) -> None:
+def _add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
     """Add a camera above the hand's flat side, which looks at what is between the fingers."""
-    tool = spec.site(TCP)
+    tool = spec.site(robot.tool)
     ahead = tool.pos + WRIST_AIM - WRIST_EYE
     ahead /= np.linalg.norm(ahead)
     right = np.array([0.0, -1.0, 0.0])
     view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE, fovy=WRIST_FIELD)
     view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
     view.alt.xyaxes = [*right, *np.cross(right, ahead)]
-
-
-def _direction(azimuth: float, elevation: float) -> np.ndarray:
-    """Return the (3,) unit vector of two angles in degrees."""
-    turn, rise = np.radians([azimuth, elevation])
-    return np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])

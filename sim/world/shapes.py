@@ -11,7 +11,7 @@ import numpy as np
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
-from sim.robots.panda import MAX_WIDTH
+from sim.robots.robot import Gripper
 
 SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"), "cylinder": ("diameter", "height")}
 """Kinds of objects, and what their `size` says."""
@@ -19,11 +19,8 @@ SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"
 CUBE_EDGE = 0.045
 """Edge of an object of no given size, m: the open hand takes it with clearance on both sides."""
 
-NARROWEST, WIDEST = 0.020, 0.065
-"""Width of an object along the closing line, m: below, the fingers cannot press it; above, they do not fit round it."""
-
-LOWEST, HIGHEST = 0.028, 0.060
-"""Height of an object, m: below, the finger tips would touch the surface; above, the palm the object."""
+MIN_HELD_WIDTH_M = 0.005
+"""Least commanded width of the hand that holds an object."""
 
 LONGEST = 0.120
 """Length of an object across the closing line, m: a longer one turns between the fingers."""
@@ -67,7 +64,7 @@ class Grip:
     @property
     def opening(self) -> float:
         """Width of the hand that opens for it, m."""
-        return min(MAX_WIDTH, self.width + 2 * PAD_CLEARANCE_M) if self.narrow else opening(self.width)
+        return self.width + 2 * PAD_CLEARANCE_M if self.narrow else opening(self.width)
 
 
 @dataclass(frozen=True)
@@ -135,20 +132,20 @@ class Extent:
 
 def opening(width: float) -> float:
     """Return how wide the hand opens round what has a width, m."""
-    return min(MAX_WIDTH, max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M))
+    return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
 
 
-def shapes_of(model: ManipulationModel) -> dict[str, ObjectShape]:
+def shapes_of(model: ManipulationModel, gripper: Gripper) -> dict[str, ObjectShape]:
     """Return the shape of every object.
 
     Raises:
         SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
     """
-    return {obj.name: shape_of(obj) for obj in model.objects}
+    return {obj.name: shape_of(obj, gripper) for obj in model.objects}
 
 
-def shape_of(obj: Object) -> ObjectShape:
-    """Return the shape of an object.
+def shape_of(obj: Object, gripper: Gripper) -> ObjectShape:
+    """Return the shape of an object, and how a gripper takes it.
 
     Raises:
         SimulationError: as in `shapes_of`.
@@ -156,6 +153,9 @@ def shape_of(obj: Object) -> ObjectShape:
     where = f"objects.{obj.name}"
     if obj.kind not in SIZES:
         raise SimulationError(f"{where}.kind: unknown kind {obj.kind!r} {choices(obj.kind, SIZES)}")
+    narrowest, widest = gripper.squeeze_m + MIN_HELD_WIDTH_M, gripper.opening_m - 2 * PAD_CLEARANCE_M
+    # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
+    lowest, highest = 2 * gripper.fingertip_m, 2 * gripper.palm_height_m
     size = _checked_size(obj, where)
     if obj.kind == "cylinder":
         diameter, height = size
@@ -163,20 +163,20 @@ def shape_of(obj: Object) -> ObjectShape:
         volume = math.pi / 4 * diameter**2 * height
     else:
         x, y, height = size * 3 if len(size) == 1 else size
-        along, across = (y, x) if NARROWEST <= y <= WIDEST else (x, y)
+        along, across = (y, x) if narrowest <= y <= widest else (x, y)
         volume = x * y * height
-    if not NARROWEST <= along <= WIDEST:
+    if not narrowest <= along <= widest:
         raise SimulationError(
-            f"{where}.size: {along:g} m wide, but the fingers take what is {NARROWEST:g} to {WIDEST:g} m wide"
+            f"{where}.size: {along:g} m wide, but the fingers take what is {narrowest:g} to {widest:g} m wide"
         )
-    if not LOWEST <= height <= HIGHEST:
+    if not lowest <= height <= highest:
         raise SimulationError(
-            f"{where}.size: {height:g} m high, but the hand takes what is {LOWEST:g} to {HIGHEST:g} m high"
+            f"{where}.size: {height:g} m high, but the hand takes what is {lowest:g} to {highest:g} m high"
         )
     if across > LONGEST:
         raise SimulationError(f"{where}.size: {across:g} m long, but the hand holds what is up to {LONGEST:g} m long")
     widths = {0.0: along, math.pi / 2: across}
-    grips = tuple(Grip(turn, width) for turn, width in widths.items() if NARROWEST <= width <= WIDEST)
+    grips = tuple(Grip(turn, width) for turn, width in widths.items() if narrowest <= width <= widest)
     symmetry = 0.0 if obj.kind == "cylinder" else math.pi / 2 if along == across else math.pi
     mass = min(max(DENSITY * volume, LIGHTEST), HEAVIEST)
     return ObjectShape(obj.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
@@ -184,7 +184,9 @@ def shape_of(obj: Object) -> ObjectShape:
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:
     """Return the bounds on the dimensions of shapes; for none, those of a cube of usual size."""
-    known = list(shapes) or [shape_of(Object("cube", ""))]
+    known = list(shapes)
+    if not known:
+        return Extent(np.full(2, CUBE_EDGE / 2), CUBE_EDGE / 2, CUBE_EDGE, CUBE_EDGE, opening(CUBE_EDGE))
     half = np.array([shape.half for shape in known])
     return Extent(
         half=half[:, :2].max(axis=0),

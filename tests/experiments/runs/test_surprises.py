@@ -76,9 +76,9 @@ def assert_consistent(outcome: Outcome) -> None:
     """Fail unless the plan that was followed last is what was done, and worth what it says."""
     assert outcome.rollout.completed, outcome.rollout.reason
     assert outcome.executed == outcome.plan.actions
-    assert outcome.books.cost == outcome.plan.cost
+    assert outcome.ledger.final.cost == outcome.plan.cost
     assert outcome.task_costs == outcome.plan.task_costs
-    assert outcome.books.satisfied[-1] == {"phi1", "phi2"}
+    assert outcome.ledger.final.satisfied == {"phi1", "phi2"}
 
 
 @pytest.mark.slow
@@ -230,7 +230,7 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
     def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
         tool = cell.arm.tool(references[-1]).position
         over_desk = np.hypot(*(tool - desk)[:2]) < 0.01
-        jug_on_shelf = np.hypot(*(cell.see("jug").position - shelf)[:2]) < 0.01
+        jug_on_shelf = np.hypot(*(cell.observe("jug").position - shelf)[:2]) < 0.01
         return {blocker} if over_desk and jug_on_shelf else check(cell, references)
 
     monkeypatch.setattr(transfer, "obstacles_on", obstacles_on)
@@ -239,7 +239,7 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
     assert f"the way is blocked by {blocker}" in str(told(outcome, "replan")[0]["reason"])
     assert [action for action in outcome.executed if action == "transit desk"] == ["transit desk"] * 2
     assert outcome.executed.index("grasp jug") < outcome.executed.index("grasp cup")
-    assert outcome.pursuit.replans == 1 and outcome.books.satisfied[-1] == {"tidy", "other"}
+    assert outcome.pursuit.replans == 1 and outcome.ledger.final.satisfied == {"tidy", "other"}
 
 
 def test_a_task_violated_beyond_repair_ends_the_run_with_what_can_still_be_done(
@@ -263,7 +263,7 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     assert outcome.rollout.completed, outcome.rollout.reason
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]
     assert [bought.task for bought in outcome.plan.relaxations] == ["tidy"]
-    assert outcome.books.satisfied[-1] == {"other"} and outcome.pursuit.violated == ()
+    assert outcome.ledger.final.satisfied == {"other"} and outcome.pursuit.violated == ()
 
 
 def test_what_fell_from_the_table_and_is_not_needed_does_not_matter(

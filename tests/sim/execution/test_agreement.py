@@ -12,11 +12,12 @@ import pytest
 from scenario_texts import CUP
 
 from prefplan import ManipulationModel
+from prefplan.claims import Claims
 from prefplan.scenario.decode import loads
-from sim.evidence.log import Claims, Log, log_of
+from sim.evidence.log import Log, log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import Execution
-from sim.execution.fault_injection import SLIP_GAP, SLIP_TIME
+from sim.execution.fault_injection import SLIP_DURATION_S, SLIP_GAP_M
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
 from sim.world.scene import Scene, build_scene, initial_state
@@ -67,17 +68,17 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
     assert isinstance(model, ManipulationModel)
     scene = build_scene(model)
     plain = Execution(scene, initial_state(scene))
-    assert plain.carry_out("transit desk") and plain.carry_out("grasp cup")
+    assert plain.step("transit desk") and plain.step("grasp cup")
     begin = plain.steps[-1].end - before
     run = Execution(scene, initial_state(scene))
 
     def slip() -> None:
-        if begin <= run.cell.data.time < begin + SLIP_TIME:
-            run.cell.gripping = CUBE_EDGE + SLIP_GAP
+        if begin <= run.cell.data.time < begin + SLIP_DURATION_S:
+            run.cell.gripper.width = CUBE_EDGE + SLIP_GAP_M
 
     run.cell.disturb = slip
-    assert run.carry_out("transit desk")
-    assert run.carry_out("grasp cup") == (before < 0)
+    assert run.step("transit desk")
+    assert run.step("grasp cup") == (before < 0)
     if before > 0:
         assert "expected cup in the hand" in str(run.reason)
     claims = Claims(completed=False, cost=4, task_costs={"tidy": 4}, violation_costs={}, preference=None)

@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 
 from sim.errors import SimulationError
-from sim.motion.kinematics import CONTROL_PERIOD, Arm, ToolPose, arch, duration, smooth_step, wrap
-from sim.robots.panda import HOME, VELOCITY_LIMITS
-from sim.world.places import NEAREST
+from sim.motion.kinematics import Arm
+from sim.motion.trajectory import CONTROL_PERIOD, ToolPose, arch, duration, smooth_step, wrap
+from sim.robots.panda import PANDA
 
 PLACES = [(0.50, 0.0, 0.07), (0.45, 0.30, 0.03), (0.38, -0.30, 0.15), (0.75, 0.2, 0.03), (-0.2, 0.5, 0.05)]
 
 
 @pytest.fixture(scope="module")
 def arm() -> Arm:
-    return Arm()
+    return Arm(PANDA)
 
 
 def test_wrap_is_the_nearest_equivalent() -> None:
@@ -79,13 +79,13 @@ def test_a_slower_pace_takes_longer() -> None:
 
 def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
     low, high = arm.model.jnt_range.T
-    q = HOME
+    q = PANDA.home
     for place in PLACES:
         position = np.array(place)
         goal, yaw = arm.reach(position, [0.3, 0.3 + np.pi])
         references = arm.move(q, goal, position, yaw, height=0.2)
         speeds = np.diff(references, axis=0, prepend=q[None]) / CONTROL_PERIOD
-        assert (np.abs(speeds) <= VELOCITY_LIMITS).all()
+        assert (np.abs(speeds) <= PANDA.velocity_limits).all()
         assert np.abs(speeds[[0, -1]]).max() < 0.05, "it should start and end at rest"
         assert np.abs(np.diff(speeds, axis=0) / CONTROL_PERIOD).max() < 15, "accelerations should be smooth"
         assert (references > low).all() and (references < high).all()
@@ -95,7 +95,7 @@ def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
 
 def test_the_elbow_does_not_wander(arm: Arm) -> None:
     there, yaw = arm.reach(np.array(PLACES[1]), [0.0, np.pi])
-    q = HOME
+    q = PANDA.home
     for place in (PLACES[0], PLACES[2], PLACES[1]) * 3:
         goal, taken = arm.reach(np.array(place), [0.0, np.pi])
         q = arm.move(q, goal, np.array(place), taken, height=0.2)[-1]
@@ -106,7 +106,7 @@ def test_the_tool_stays_upright_on_the_way(arm: Arm) -> None:
     position = np.array(PLACES[2])
     goal, yaw = arm.reach(position, [np.pi / 2, -np.pi / 2])
     data = mujoco.MjData(arm.model)
-    for q in arm.move(HOME, goal, position, yaw, height=0.2)[::10]:
+    for q in arm.move(PANDA.home, goal, position, yaw, height=0.2)[::10]:
         data.qpos[:] = q
         mujoco.mj_kinematics(arm.model, data)
         assert data.site("tcp").xmat[8] < -np.cos(np.radians(1))
@@ -125,7 +125,7 @@ def test_from_high_up_the_tool_comes_down_on_its_way_out() -> None:
 def test_a_path_drawn_in_passes_nearer_to_the_base_but_not_too_near() -> None:
     start, goal = ToolPose(np.array([0.6, 0.2, 0.2]), 0.0), ToolPose(np.array([0.6, -0.2, 0.2]), 0.0)
     end = float(np.hypot(0.6, 0.2))
-    for drawn_in, nearest in ((0.0, end), (0.15, end - 0.15), (0.5, NEAREST)):
-        radii = np.hypot(*arch(start, goal, 0.0, drawn_in=drawn_in).positions[:, :2].T)
+    for drawn_in, nearest in ((0.0, end), (0.15, end - 0.15), (0.5, 0.32)):
+        radii = np.hypot(*arch(start, goal, 0.0, drawn_in=drawn_in, nearest=0.32).positions[:, :2].T)
         assert radii.min() == pytest.approx(nearest, abs=1e-3)
         assert radii[-1] == pytest.approx(end)

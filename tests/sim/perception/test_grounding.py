@@ -13,7 +13,7 @@ from sim.motion.kinematics import Arm
 from sim.perception.grounding import NOWHERE, mismatch, slot_of
 from sim.perception.grounding import observe as observe_poses
 from sim.perception.sensors import object_pose, true_poses
-from sim.robots.panda import ARM_JOINTS
+from sim.robots.panda import PANDA
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
 
@@ -93,9 +93,8 @@ def test_what_is_held_rests_nowhere(scene: Scene, arrange: Arrange) -> None:
 
 def test_the_hand_is_where_it_was_sent_unless_it_is_not(scene: Scene, arrange: Arrange) -> None:
     data = arrange()
-    q, _ = Arm().reach(np.array([0.45, 0.30, 0.15]), [np.pi / 2])
-    for name, value in zip(ARM_JOINTS, q, strict=True):
-        data.joint(name).qpos[0] = value
+    q, _ = Arm(PANDA).reach(np.array([0.45, 0.30, 0.15]), [np.pi / 2])
+    PANDA.put(data, q, width=0.0)
     mujoco.mj_forward(scene.mujoco, data)
     assert observe(scene, data, hand="san", held=None).hand == "san"
     assert observe(scene, data, hand="bin1", held=None).hand == "san"

@@ -17,9 +17,9 @@ from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import RobotError
 from sim.execution.executor import execute
 from sim.motion.kinematics import Arm
-from sim.robots.catalogue import arm_spec, robot_spec
-from sim.robots.menagerie import REPOSITORY, fetch, menagerie_spec
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH, PADS, TCP, panda_spec
+from sim.robots.catalogue import robot_named
+from sim.robots.menagerie import MENAGERIE_PANDA, REPOSITORY, fetch, menagerie_spec
+from sim.robots.panda import PANDA, panda_spec
 from sim.world.scene import Scene, build_scene
 
 STAND_IN = Path(__file__).parent / "menagerie"
@@ -102,9 +102,9 @@ def test_fetching_says_nothing_on_standard_output(
 
 def test_kinematics_and_limits_are_those_of_our_own_panda(panda: mujoco.MjModel) -> None:
     own = panda_spec(meshes=False).compile()
-    for name in (*ARM_JOINTS, *FINGER_JOINTS):
+    for name in (*PANDA.joints, *PANDA.gripper.joints):
         assert panda.joint(name).range == pytest.approx(own.joint(name).range)
-    for name in ARM_JOINTS:
+    for name in PANDA.joints:
         for field in ("ctrlrange", "forcerange"):
             assert getattr(panda.actuator(name), field) == pytest.approx(getattr(own.actuator(name), field))
     theirs, ours = mujoco.MjData(panda), mujoco.MjData(own)
@@ -114,42 +114,39 @@ def test_kinematics_and_limits_are_those_of_our_own_panda(panda: mujoco.MjModel)
         mujoco.mj_kinematics(panda, theirs)
         mujoco.mj_kinematics(own, ours)
         # Menagerie rounds the hand's orientation to seven digits.
-        assert theirs.site(TCP).xpos == pytest.approx(ours.site(TCP).xpos, abs=1e-7)
-        assert theirs.site(TCP).xmat == pytest.approx(ours.site(TCP).xmat, abs=1e-6)
+        assert theirs.site(PANDA.tool).xpos == pytest.approx(ours.site(PANDA.tool).xpos, abs=1e-7)
+        assert theirs.site(PANDA.tool).xmat == pytest.approx(ours.site(PANDA.tool).xmat, abs=1e-6)
 
 
 def test_it_holds_its_pose_and_closes_its_fingers_to_the_commanded_width(panda: mujoco.MjModel) -> None:
     data = mujoco.MjData(panda)
-    for name, value in zip(ARM_JOINTS, HOME, strict=True):
-        data.joint(name).qpos[0] = data.actuator(name).ctrl[0] = value
-    for name in FINGER_JOINTS:
-        data.joint(name).qpos[0] = MAX_WIDTH / 2
-    data.actuator(GRIPPER).ctrl[0] = 0.03
+    PANDA.put(data, PANDA.home, width=PANDA.gripper.opening_m)
+    data.actuator(PANDA.gripper.actuator).ctrl[0] = 0.03
     mujoco.mj_step(panda, data, 1000)
-    assert [data.joint(name).qpos[0] for name in ARM_JOINTS] == pytest.approx(HOME, abs=1e-3)
-    assert [data.joint(name).qpos[0] for name in FINGER_JOINTS] == pytest.approx([0.015, 0.015], abs=5e-4)
+    assert [data.joint(name).qpos[0] for name in PANDA.joints] == pytest.approx(PANDA.home, abs=1e-3)
+    assert [data.joint(name).qpos[0] for name in PANDA.gripper.joints] == pytest.approx([0.015, 0.015], abs=5e-4)
 
 
 def test_only_pads_boxes_and_hulls_collide_and_no_part_of_the_robot_touches_another(panda: mujoco.MjModel) -> None:
     fingers = {panda.body(name).id for name in ("left_finger", "right_finger")}
     colliding = [geom for geom in map(panda.geom, range(panda.ngeom)) if geom.contype[0] or geom.conaffinity[0]]
     assert {geom.name for geom in colliding if int(geom.bodyid[0]) in fingers} == {
-        *PADS,
+        *PANDA.gripper.pads,
         "left_finger_shape",
         "right_finger_shape",
     }
     assert {(int(geom.contype[0]), int(geom.conaffinity[0])) for geom in colliding} == {(2, 1)}
     own = panda_spec(meshes=False).compile()
-    for pad in PADS:
+    for pad in PANDA.gripper.pads:
         for field in ("pos", "size", "friction", "solref", "solimp", "condim", "priority"):
             assert getattr(panda.geom(pad), field) == pytest.approx(getattr(own.geom(pad), field))
 
 
 def test_the_arm_of_either_robot_reaches_the_same_way(menagerie: Path) -> None:
     place = np.array([0.5, 0.1, 0.1])
-    ours, theirs = (Arm(robot).reach(place, [0.0])[0] for robot in ("default", "menagerie"))
+    ours, theirs = (Arm(robot).reach(place, [0.0])[0] for robot in (PANDA, MENAGERIE_PANDA))
     assert theirs == pytest.approx(ours, abs=1e-4)
-    assert arm_spec("menagerie").compile().nmesh == 0
+    assert MENAGERIE_PANDA.kinematics().nmesh == 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -169,14 +166,14 @@ def test_without_network_and_cache_the_error_names_the_default_robot(
     isolate(monkeypatch, tmp_path, "")
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
     with pytest.raises(RobotError, match="cannot be fetched: transport 'https' not allowed; the robot `default` needs"):
-        robot_spec("menagerie")
+        MENAGERIE_PANDA.spec()
 
 
 def test_a_commit_that_does_not_exist_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(monkeypatch, tmp_path)
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", "1" * 40)
     with pytest.raises(RobotError, match="cannot be fetched: .*1{40}; the robot `default`"):
-        robot_spec("menagerie")
+        MENAGERIE_PANDA.spec()
 
 
 def test_a_repository_that_never_answers_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,7 +181,7 @@ def test_a_repository_that_never_answers_is_given_up(tmp_path: Path, monkeypatch
     isolate(monkeypatch, tmp_path, f'[url "ext::sleep 30 "]\n\tinsteadOf = {REPOSITORY}\n')
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "ext")
     with pytest.raises(RobotError, match="does not answer within 0.5 s; the robot `default`"):
-        robot_spec("menagerie")
+        MENAGERIE_PANDA.spec()
 
 
 def test_missing_robot_descriptions_and_git_are_named(
@@ -193,11 +190,11 @@ def test_missing_robot_descriptions_and_git_are_named(
     monkeypatch.setitem(sys.modules, "robot_descriptions", None)
     monkeypatch.delitem(sys.modules, DESCRIPTION, raising=False)
     with pytest.raises(RobotError, match=r"pip install '\.\[menagerie\]', in a clone"):
-        robot_spec("menagerie")
+        MENAGERIE_PANDA.spec()
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(RobotError, match="git, which is not installed; the robot `default`"):
-        robot_spec("menagerie")
+        MENAGERIE_PANDA.spec()
 
 
 @pytest.mark.parametrize(
@@ -216,10 +213,10 @@ def test_another_robot_in_its_place_is_refused(
     path.write_text(path.read_text().replace(name, other))
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", commit(repository))
     with pytest.raises(RobotError, match=named) as caught:
-        robot_spec("menagerie")
+        MENAGERIE_PANDA.spec()
     assert "panda.xml" in str(caught.value)
 
 
 def test_an_unknown_robot_is_refused() -> None:
     with pytest.raises(RobotError, match=r"unknown robot 'menagery' \(did you mean 'menagerie'\?\)"):
-        robot_spec("menagery")
+        robot_named("menagery")

@@ -4,10 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.robots.catalogue import robot_spec
 from sim.robots.meshes import mesh_folder
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, HOME, MAX_WIDTH, PADS, TCP, TORQUE_LIMITS, panda_spec
-from sim.world.materials import add_finishes
+from sim.robots.panda import PANDA, panda_spec
 
 # Franka Control Interface documentation, "Denavit-Hartenberg parameters", Craig's convention.
 DH_A = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)
@@ -22,18 +20,13 @@ def panda(request: pytest.FixtureRequest) -> mujoco.MjModel:
     if request.param and mesh_folder() is None:
         pytest.skip("the meshes are not installed")
     spec = panda_spec(meshes=request.param)
-    add_finishes(spec)
     return spec.compile()
 
 
 @pytest.fixture
 def at_home(panda: mujoco.MjModel) -> mujoco.MjData:
     data = mujoco.MjData(panda)
-    for name, value in zip(ARM_JOINTS, HOME, strict=True):
-        data.joint(name).qpos[0] = data.actuator(name).ctrl[0] = value
-    for name in FINGER_JOINTS:
-        data.joint(name).qpos[0] = MAX_WIDTH / 2
-    data.actuator(GRIPPER).ctrl[0] = MAX_WIDTH
+    PANDA.put(data, PANDA.home, width=PANDA.gripper.opening_m)
     mujoco.mj_forward(panda, data)
     return data
 
@@ -53,21 +46,19 @@ def dh_tool(q: np.ndarray) -> np.ndarray:
 def test_forward_kinematics_agree_with_the_published_parameters(panda: mujoco.MjModel) -> None:
     rng = np.random.default_rng(0)
     data = mujoco.MjData(panda)
-    limits = np.array([panda.joint(name).range for name in ARM_JOINTS])
-    for q in rng.uniform(*limits.T, size=(1000, 7)):
-        for name, value in zip(ARM_JOINTS, q, strict=True):
-            data.joint(name).qpos[0] = value
+    for q in rng.uniform(*PANDA.ranges(panda).T, size=(1000, 7)):
+        data.qpos[PANDA.qpos(panda)] = q
         mujoco.mj_kinematics(panda, data)
         expected = dh_tool(q)
-        assert np.abs(data.site(TCP).xpos - expected[:3, 3]).max() < 1e-9
-        assert np.abs(data.site(TCP).xmat.reshape(3, 3) - expected[:3, :3]).max() < 1e-9
+        assert np.abs(data.site(PANDA.tool).xpos - expected[:3, 3]).max() < 1e-9
+        assert np.abs(data.site(PANDA.tool).xmat.reshape(3, 3) - expected[:3, :3]).max() < 1e-9
 
 
 def test_position_and_torque_limits_are_the_published_ones(panda: mujoco.MjModel) -> None:
     wide = 2.8973
     expected = [(-wide, wide), (-1.7628, 1.7628), (-wide, wide), (-3.0718, -0.0698)]
     expected += [(-wide, wide), (-0.0175, 3.7525), (-wide, wide)]
-    for name, limits, torque in zip(ARM_JOINTS, expected, [87] * 4 + [12] * 3, strict=True):
+    for name, limits, torque in zip(PANDA.joints, expected, [87] * 4 + [12] * 3, strict=True):
         assert panda.joint(name).range == pytest.approx(limits)
         assert panda.actuator(name).ctrlrange == pytest.approx(limits)
         assert panda.actuator(name).forcerange == pytest.approx((-torque, torque))
@@ -77,18 +68,17 @@ def test_meshes_change_neither_inertia_nor_pads() -> None:
     if mesh_folder() is None:
         pytest.skip("the meshes are not installed")
     spec = panda_spec(meshes=True)
-    add_finishes(spec)
     dressed, plain = spec.compile(), panda_spec(meshes=False).compile()
     assert dressed.body_mass == pytest.approx(plain.body_mass)
     assert dressed.body_inertia == pytest.approx(plain.body_inertia)
-    for pad in PADS:
+    for pad in PANDA.gripper.pads:
         for field in ("pos", "size", "friction", "solref", "solimp"):
             assert getattr(dressed.geom(pad), field) == pytest.approx(getattr(plain.geom(pad), field))
 
 
 def test_the_tool_lies_between_the_pads_and_the_fingers_close_along_its_y(at_home: mujoco.MjData) -> None:
-    left, right = (at_home.geom(pad).xpos for pad in PADS)
-    tool = at_home.site(TCP)
+    left, right = (at_home.geom(pad).xpos for pad in PANDA.gripper.pads)
+    tool = at_home.site(PANDA.tool)
     assert (left + right) / 2 == pytest.approx(tool.xpos, abs=1e-6)
     across = (left - right) / np.linalg.norm(left - right)
     assert abs(across @ tool.xmat.reshape(3, 3)[:, 1]) == pytest.approx(1, abs=1e-9)
@@ -98,32 +88,30 @@ def test_the_tool_lies_between_the_pads_and_the_fingers_close_along_its_y(at_hom
 def test_the_arm_holds_its_pose_against_gravity(panda: mujoco.MjModel, at_home: mujoco.MjData) -> None:
     for _ in range(500):
         mujoco.mj_step(panda, at_home)
-    q = [at_home.joint(name).qpos[0] for name in ARM_JOINTS]
-    assert q == pytest.approx(HOME, abs=1e-3)
+    assert at_home.qpos[PANDA.qpos(panda)] == pytest.approx(PANDA.home, abs=1e-3)
 
 
 def test_the_motors_give_no_more_than_they_can_whatever_they_are_told() -> None:
     """Bearing the hand's weight, 2.3 N m at joint 6, counts, whether it is with the command or against it."""
-    model = robot_spec(meshes=False).compile()
+    model = PANDA.spec(meshes=False).compile()
     data = mujoco.MjData(model)
-    for name, value in zip(ARM_JOINTS, HOME, strict=True):
-        data.joint(name).qpos[0] = value
-    motors = [model.actuator(name).id for name in ARM_JOINTS]
-    dofs = [int(model.joint(name).dofadr[0]) for name in ARM_JOINTS]
+    PANDA.put(data, PANDA.home, width=PANDA.gripper.opening_m)
+    motors = [model.actuator(name).id for name in PANDA.joints]
+    dofs = PANDA.dofs(model)
     for direction, wrist in ((-1.0, -9.7), (1.0, 12.0)):
-        data.ctrl[motors] = HOME + direction
+        data.ctrl[motors] = PANDA.home + direction
         mujoco.mj_forward(model, data)
         torques = data.qfrc_actuator[dofs]
-        assert np.all(np.abs(torques) <= TORQUE_LIMITS + 1e-9)
+        assert np.all(np.abs(torques) <= PANDA.torque_limits + 1e-9)
         assert torques[5] == pytest.approx(wrist, abs=0.1)
         assert not data.qfrc_passive[dofs].any(), "nothing else bears the arm"
 
 
 def test_the_fingers_close_together_to_the_commanded_width(panda: mujoco.MjModel, at_home: mujoco.MjData) -> None:
-    at_home.actuator(GRIPPER).ctrl[0] = 0.03
+    at_home.actuator(PANDA.gripper.actuator).ctrl[0] = 0.03
     for _ in range(1000):
         mujoco.mj_step(panda, at_home)
-    left, right = (at_home.joint(name).qpos[0] for name in FINGER_JOINTS)
+    left, right = (at_home.joint(name).qpos[0] for name in PANDA.gripper.joints)
     assert left == pytest.approx(right, abs=5e-4)
     assert left + right == pytest.approx(0.03, abs=1e-3)
 

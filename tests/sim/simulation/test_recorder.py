@@ -6,7 +6,7 @@ import pytest
 
 from sim.execution.executor import execute
 from sim.motion.kinematics import Arm
-from sim.robots.panda import ARM_JOINTS, FINGER_JOINTS, GRIPPER, TORQUE_LIMITS
+from sim.robots.panda import PANDA
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Rollout
 from sim.world.scene import Scene, initial_state
@@ -38,18 +38,15 @@ def test_loads_after_the_last_frame_count_too(scene: Scene) -> None:
     mujoco.mj_forward(scene.mujoco, data)
     recorder.feel(data)
     torques = recorder.arrays["torques"]
-    assert torques.shape == (1, 7) and (torques / TORQUE_LIMITS).max() > 0.9
+    assert torques.shape == (1, 7) and (torques / PANDA.torque_limits).max() > 0.9
 
 
 def test_whatever_presses_a_pad_is_felt(scene: Scene) -> None:
     data, recorder = initial_state(scene), Recorder(scene)
     recorder.record(data, glow=-1)
-    q, _ = Arm().reach(np.array([0.50, 0.0, 0.0675]), [0.0, np.pi])
-    for name, value in zip(ARM_JOINTS, q, strict=True):
-        data.joint(name).qpos[0] = value
-    for name in FINGER_JOINTS:
-        data.joint(name).qpos[0] = 0.022
-    data.actuator(GRIPPER).ctrl[0] = 0.0
+    q, _ = Arm(PANDA).reach(np.array([0.50, 0.0, 0.0675]), [0.0, np.pi])
+    PANDA.put(data, q, width=0.044)
+    data.actuator(PANDA.gripper.actuator).ctrl[0] = 0.0
     mujoco.mj_forward(scene.mujoco, data)
     recorder.record(data, glow=-1)
     forces = recorder.arrays["pad_forces"]

@@ -8,9 +8,11 @@ from small_models import TOWER
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import object_pose, true_poses
-from sim.robots.panda import PADS, TORQUE_LIMITS, VELOCITY_LIMITS
+from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import GLOW_TIME, SkillError, perform
+from sim.skills.catalogue import perform
+from sim.skills.release import GLOW_DURATION_S
+from sim.skills.skill import SkillError
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
 
@@ -26,7 +28,7 @@ def assert_clean(cell: Workcell) -> None:
     """Fail if a limit was passed or anything was touched that should not be."""
     assert [event for event in cell.events if event.kind == "contact"] == []
     frames = cell.recorder.arrays
-    assert np.all(frames["speeds"] < VELOCITY_LIMITS) and np.all(frames["torques"] < TORQUE_LIMITS)
+    assert np.all(frames["speeds"] < PANDA.velocity_limits) and np.all(frames["torques"] < PANDA.torque_limits)
 
 
 def assert_placed(cell: Workcell, thing: str, location: str) -> None:
@@ -111,7 +113,7 @@ def test_a_marking_location_glows_while_it_works(scene: Scene) -> None:
     glow = cell.recorder.arrays["glow"]
     index = list(scene.slots).index("san")
     assert set(glow) == {-1, index}
-    assert np.sum(glow == index) == pytest.approx(GLOW_TIME * 30, abs=2)
+    assert np.sum(glow == index) == pytest.approx(GLOW_DURATION_S * 30, abs=2)
     assert np.all(np.diff(np.flatnonzero(glow == index)) == 1)
 
 
@@ -122,7 +124,7 @@ def test_grasping_what_is_not_there_is_refused(scene: Scene) -> None:
 
 
 def test_an_object_too_slippery_to_lift_is_noticed(own_scene: Scene) -> None:
-    for pad in PADS:
+    for pad in PANDA.gripper.pads:
         own_scene.mujoco.geom(pad).friction[:] = [0.01, 0.0, 0.0]
     cell = run(own_scene, "transit top")
     with pytest.raises(SkillError, match="both finger pads: pink is not held"):
@@ -132,7 +134,7 @@ def test_an_object_too_slippery_to_lift_is_noticed(own_scene: Scene) -> None:
 
 def test_an_object_lost_on_the_way_is_noticed(own_scene: Scene) -> None:
     cell = run(own_scene, "transit top", "grasp pink")
-    for pad in PADS:
+    for pad in PANDA.gripper.pads:
         own_scene.mujoco.geom(pad).friction[:] = [0.01, 0.0, 0.0]
     with pytest.raises(SkillError, match="both finger pads: pink is not held"):
         perform(cell, "transport pink bin1")

@@ -8,7 +8,6 @@ import pytest
 
 from sim.errors import SimulationError
 from sim.execution.executor import execute
-from sim.robots.panda import PADS
 from sim.world.randomization import NONE, Perturbation, perturbed, read_perturbation
 from sim.world.scene import Scene, initial_state
 
@@ -61,7 +60,8 @@ def test_friction_and_mass_stay_within_their_shares_and_follow_the_seed(scene: S
         model, again = (perturbed(scene, amounts, seed=seed).mujoco for _ in range(2))
         assert np.array_equal(model.geom_friction, again.geom_friction)
         assert np.array_equal(model.body_mass, again.body_mass)
-        friction = [model.geom(name).friction[0] / scene.mujoco.geom(name).friction[0] for name in (*BLOCKS, *PADS)]
+        geoms = (*BLOCKS, *scene.robot.gripper.pads)
+        friction = [model.geom(name).friction[0] / scene.mujoco.geom(name).friction[0] for name in geoms]
         mass = [model.body(name).mass[0] / scene.mujoco.body(name).mass[0] for name in BLOCKS]
         inertia = [model.body(name).inertia[0] / scene.mujoco.body(name).inertia[0] for name in BLOCKS]
         assert np.allclose(mass, inertia)
@@ -75,7 +75,7 @@ def test_the_nominal_scene_stays_as_it_is_and_so_do_the_robot_and_the_start_pose
     before = scene.mujoco.geom_friction.copy(), scene.mujoco.body_mass.copy()
     other = perturbed(scene, Perturbation(friction=0.2, mass=0.2), seed=1)
     assert np.array_equal(before[0], scene.mujoco.geom_friction) and np.array_equal(before[1], scene.mujoco.body_mass)
-    robot = [scene.mujoco.body(f"link{i}").id for i in range(8)]
+    robot = scene.robot.bodies(scene.mujoco)
     assert np.array_equal(other.mujoco.body_mass[robot], before[1][robot])
     assert np.array_equal(initial_state(scene, seed=1).qpos, initial_state(other, seed=1).qpos)
     assert perturbed(scene, Perturbation(), seed=1) is scene

@@ -8,6 +8,7 @@ import pytest
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.execution.executor import execute
+from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene
 
@@ -15,7 +16,7 @@ COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
 
 def random_model(rng: np.random.Generator) -> ManipulationModel:
-    """Return a model that the arm can work in, drawn anew until there is one."""
+    """Return a model that the arm can work in, drawn again until there is one."""
     while True:
         places: list[Location] = []
         for i in range(int(rng.integers(3, 6))):
@@ -60,22 +61,22 @@ def _random_place(name: str, rng: np.random.Generator) -> Location:
 
 def _random_objects(locations: tuple[Location, ...], rng: np.random.Generator) -> tuple[Object, ...]:
     """Return two to four objects, towers filled from below and rather than other places."""
-    room = {place.name: place.capacity for place in locations}
+    spaces = {place.name: place.capacity for place in locations}
     objects = []
     for i in range(int(rng.integers(2, 5))):
-        free = [place for place in locations if room[place.name] and all(room[name] == 0 for name in place.on)]
+        free = [place for place in locations if spaces[place.name] and all(spaces[name] == 0 for name in place.on)]
         if not free:
             break
         weights = np.array([3.0 if place.on else 1.0 for place in free])
         place = free[rng.choice(len(free), p=weights / weights.sum())]
-        room[place.name] -= 1
-        objects.append(Object(f"thing{i}", place.name))
+        spaces[place.name] -= 1
+        objects.append(Object(f"obj{i}", place.name))
     return tuple(objects)
 
 
 def _fits(model: ManipulationModel) -> bool:
     try:
-        arrange(model)
+        arrange(model, PANDA)
     except SimulationError:
         return False
     return True

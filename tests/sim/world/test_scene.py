@@ -9,6 +9,7 @@ import pytest
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
+from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.places import FLOOR, TableLayout
 from sim.world.scene import Scene, build_scene, initial_state, start_slots
@@ -22,7 +23,7 @@ HALF = np.array([0.0, 0.0, CUBE_EDGE / 2])
 @pytest.fixture
 def layout_of() -> Callable[..., TableLayout]:
     def make(*locations: Location) -> TableLayout:
-        return arrange(ManipulationModel("home", COSTS, locations, ()))
+        return arrange(ManipulationModel("home", COSTS, locations, ()), PANDA)
 
     return make
 
@@ -60,7 +61,8 @@ def test_fingers_close_past_a_near_neighbour_rather_than_into_the_gap(scene: Sce
 
 def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
     data = initial_state(scene)
-    occupant = {slot.position.tobytes(): name for name, slot in start_slots(scene.model, scene.slots).items()}
+    starts = start_slots(scene.model, scene.slots, scene.shapes)
+    occupant = {slot.position.tobytes(): name for name, slot in starts.items()}
     for slot in (slot for row in scene.slots.values() for slot in row):
         name = occupant.get(slot.position.tobytes())
         inside = -1 if name is None else data.body(name).id
@@ -75,9 +77,9 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("locations", "message"),
     [
-        ([Location("far", at=(1.2, 0.0))], r"locations\.far: 1\.20 m .* beyond its reach of 0\.80 m$"),
+        ([Location("far", at=(1.2, 0.0))], r"locations\.far: 1\.20 m .* beyond its reach$"),
         ([Location("near", at=(0.1, 0.0))], r"locations\.near: 0\.10 m .* too near"),
-        ([Location("back", at=(-0.5, 0.05))], r"locations\.back: behind the robot"),
+        ([Location("back", at=(-0.5, 0.05))], r"locations\.back: 0\.50 m from the robot's base, behind it"),
         ([Location("box", at=(0.5, 0.0), kind="bim")], r"locations\.box\.kind: .*did you mean 'bin'\?"),
         (
             [Location("a", at=(0.5, 0.0)), Location("b", at=(0.5, 0.05))],
@@ -116,7 +118,7 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
         ),
         (
             [Location(f"s{i}", at=(0.5 + 0.06 * (i % 3), 0.06 * (i // 3 - 1))) for i in range(9)],
-            r"locations\.s\d: no room for the (fingers|hand) beside",
+            r"locations\.s\d: the robot's (left_finger|right_finger|hand) would touch an object at 's\d'; move",
         ),
     ],
 )
@@ -136,7 +138,7 @@ def test_a_tall_stack_lowers_the_reach_of_the_hand_that_passes_over_it(layout_of
 
 
 def test_a_lamp_keeps_out_of_the_hands_way(arch_model: ManipulationModel) -> None:
-    layout = arrange(arch_model)
+    layout = arrange(arch_model, PANDA)
     lamps = [station.lamp for station in layout.stations if station.lamp is not None]
     assert len(lamps) == 1
     for slot in (slot for row in layout.slots.values() for slot in row):
@@ -156,15 +158,15 @@ def test_a_lamp_gives_way_to_other_locations(layout_of: Callable[..., TableLayou
 def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
     data = initial_state(scene)
     settle(scene, data, 1.0)
-    for thing, slot in start_slots(scene.model, scene.slots).items():
-        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
+    for obj, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
+        assert data.body(obj).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_perturbed_start_stays_within_bounds_and_stands(scene: Scene, seed: int) -> None:
     data = initial_state(scene, seed=seed)
-    places = {name: data.body(name).xpos.copy() for name in start_slots(scene.model, scene.slots)}
-    for name, slot in start_slots(scene.model, scene.slots).items():
+    places = {name: data.body(name).xpos.copy() for name in start_slots(scene.model, scene.slots, scene.shapes)}
+    for name, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
         off = places[name] - slot.position - HALF
         assert np.abs(off[:2]).max() <= 0.005 and off[2] == pytest.approx(0)
         turn = 2 * np.arctan2(data.body(name).xquat[3], data.body(name).xquat[0]) - slot.yaw
@@ -190,8 +192,8 @@ def test_nothing_but_contact_holds_an_object(scene: Scene) -> None:
         int(model.eq_obj2id[0]),
     }
     assert model.nexclude == 0
-    for thing in scene.model.objects:
-        assert model.joint(thing.name).type == mujoco.mjtJoint.mjJNT_FREE
+    for obj in scene.model.objects:
+        assert model.joint(obj.name).type == mujoco.mjtJoint.mjJNT_FREE
 
 
 def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> None:
@@ -206,9 +208,9 @@ def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> N
 
 
 def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationModel) -> None:
-    plain = replace(arch_model, objects=tuple(Object(thing.name, thing.start) for thing in arch_model.objects))
+    plain = replace(arch_model, objects=tuple(Object(obj.name, obj.start) for obj in arch_model.objects))
     scene = build_scene(plain, meshes=False)
-    colours = {tuple(scene.mujoco.mat(thing.name).rgba) for thing in plain.objects}
+    colours = {tuple(scene.mujoco.mat(obj.name).rgba) for obj in plain.objects}
     assert len(colours) == 3
 
 
@@ -227,8 +229,8 @@ def test_any_number_of_locations_and_objects(layout_of: Callable[..., TableLayou
     scene = build_scene(model, meshes=False)
     data = initial_state(scene, seed=1)
     settle(scene, data, 0.5)
-    for thing, slot in start_slots(model, scene.slots).items():
-        assert data.body(thing).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
+    for obj, slot in start_slots(model, scene.slots, scene.shapes).items():
+        assert data.body(obj).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
     assert {"wash_glow", "dry_glow"} <= {scene.mujoco.mat(i).name for i in range(scene.mujoco.nmat)}
 
 
@@ -249,9 +251,9 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
     scene = build_scene(model, meshes=False)
     data = initial_state(scene, seed=1)
     settle(scene, data, 1.0)
-    for thing, slot in start_slots(model, scene.slots).items():
-        assert data.body(thing).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[thing].half[2], abs=1e-3)
-        assert data.body(thing).xmat[8] == pytest.approx(1.0, abs=1e-3)
+    for obj, slot in start_slots(model, scene.slots, scene.shapes).items():
+        assert data.body(obj).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[obj].half[2], abs=1e-3)
+        assert data.body(obj).xmat[8] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., TableLayout]) -> None:

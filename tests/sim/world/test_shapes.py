@@ -11,7 +11,7 @@ from sim.errors import SimulationError
 from sim.execution.executor import execute
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import object_pose, true_poses
-from sim.robots.panda import MAX_WIDTH
+from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE, HEAVIEST, LIGHTEST, extent, shape_of
@@ -54,7 +54,7 @@ def model_of(thing: Object) -> ManipulationModel:
 
 
 def laid_out(*things: Object, locations: tuple[Location, ...] = (Location("spot", at=(0.5, 0.0)),)) -> None:
-    arrange(ManipulationModel("home", COSTS, locations, things))
+    arrange(ManipulationModel("home", COSTS, locations, things), PANDA)
 
 
 def assert_carried_round(thing: Object, seed: int) -> None:
@@ -90,22 +90,24 @@ def test_extreme_sizes_are_taken_and_put_down_everywhere(name: str) -> None:
     ],
 )
 def test_the_hand_closes_along_y_unless_only_x_fits(thing: Object, half: list[float], widths: list[float]) -> None:
-    shape = shape_of(thing)
+    shape = shape_of(thing, PANDA.gripper)
     assert shape.half == pytest.approx(half)
     assert [grip.width for grip in shape.grips] == pytest.approx(widths)
-    assert all(grip.width + 0.01 <= grip.opening <= MAX_WIDTH for grip in shape.grips)
+    assert all(grip.width + 0.01 <= grip.opening <= PANDA.gripper.opening_m for grip in shape.grips)
 
 
 def test_masses_follow_the_volume_within_limits() -> None:
-    assert shape_of(THINGS["cube"]).mass == pytest.approx(0.055)
-    assert shape_of(THINGS["tin"]).mass == pytest.approx(0.055 * np.pi / 4 * 0.055**2 * 0.06 / CUBE_EDGE**3)
-    assert shape_of(THINGS["thin rod"]).mass == LIGHTEST
-    assert shape_of(THINGS["largest box"]).mass == HEAVIEST
+    assert shape_of(THINGS["cube"], PANDA.gripper).mass == pytest.approx(0.055)
+    assert shape_of(THINGS["tin"], PANDA.gripper).mass == pytest.approx(
+        0.055 * np.pi / 4 * 0.055**2 * 0.06 / CUBE_EDGE**3
+    )
+    assert shape_of(THINGS["thin rod"], PANDA.gripper).mass == LIGHTEST
+    assert shape_of(THINGS["largest box"], PANDA.gripper).mass == HEAVIEST
 
 
 def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
     turn = np.radians(80)
-    cube, box, tin = (shape_of(THINGS[name]) for name in ("cube", "box", "tin"))
+    cube, box, tin = (shape_of(THINGS[name], PANDA.gripper) for name in ("cube", "box", "tin"))
     assert cube.yaw_near(turn, 0.0) == pytest.approx(np.radians(-10))
     assert box.yaw_near(turn, 0.0) == pytest.approx(turn)
     assert box.yaw_near(np.radians(170), 0.0) == pytest.approx(np.radians(-10))
@@ -153,7 +155,7 @@ def test_slots_grow_with_the_largest_object() -> None:
     distances = []
     for things in ((), (THINGS["box"],), (THINGS["largest box"],)):
         model = ManipulationModel("home", COSTS, row, tuple(replace(thing, start="row") for thing in things))
-        first, second = arrange(model).slots["row"]
+        first, second = arrange(model, PANDA).slots["row"]
         distances.append(float(np.hypot(*(second.position - first.position)[:2])))
     assert distances == pytest.approx([0.064, 0.075 + 0.019, 0.12 + 0.019])
 
@@ -208,8 +210,8 @@ def test_the_extent_of_nothing_is_a_cubes() -> None:
 def test_what_is_tilted_reaches_farther_down() -> None:
     c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
     rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    cube = shape_of(Object("cup", "desk"))
-    can = shape_of(Object("can", "desk", kind="cylinder", size=(0.04, 0.05)))
+    cube = shape_of(Object("cup", "desk"), PANDA.gripper)
+    can = shape_of(Object("can", "desk", kind="cylinder", size=(0.04, 0.05)), PANDA.gripper)
     for shape, across, up in ((cube, 0.0225, 0.0225), (can, 0.02, 0.025)):
         assert shape.depth(np.eye(3)) == pytest.approx(up)
         assert shape.depth(rotation) == pytest.approx(s * across + c * up)

@@ -1,0 +1,122 @@
+"""Trajectories of the tool: straight and arching, with smooth steps in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+CONTROL_PERIOD = 0.01
+"""Time between two joint references, s."""
+
+SPEED, ACCELERATION = 0.60, 2.5
+"""Of the tool at most, m/s and m/s^2: a loaded block stays far from slipping (15 N hold 0.55 N)."""
+
+TURN_SPEED, TURN_ACCELERATION = 1.6, 6.0
+"""Of the tool about the vertical at most, rad/s and rad/s^2."""
+
+MIN_DURATION_S = 0.15
+"""Shortest duration of a movement, s."""
+
+_FASTEST = 1.875
+_HARDEST = 10 / np.sqrt(3)
+"""Peak speed and acceleration of the smooth step below, in lengths per duration (squared)."""
+
+
+@dataclass(frozen=True)
+class ToolPose:
+    """The hand pointing straight down.
+
+    Attributes:
+        position: (3,) of the point between the pads, m.
+        yaw: heading about z of the line along which the fingers close, rad.
+    """
+
+    position: np.ndarray
+    yaw: float
+
+
+@dataclass(frozen=True)
+class ToolPath:
+    """A movement of the hand, sampled every `CONTROL_PERIOD`; the last sample is the goal.
+
+    Attributes:
+        positions: (N, 3) m.
+        yaws: (N,) rad, continuous.
+        progress: (N,) share of the whole done, 0 .. 1.
+    """
+
+    positions: np.ndarray
+    yaws: np.ndarray
+    progress: np.ndarray
+
+
+def wrap(angle: float, period: float = 2 * np.pi) -> float:
+    """Return the equivalent of an angle that is nearest to zero, rad."""
+    return float((angle + period / 2) % period - period / 2)
+
+
+def smooth_step(u: np.ndarray) -> np.ndarray:
+    """Return a step from 0 to 1 for u from 0 to 1 of least jerk: at rest, without acceleration, at both ends."""
+    u = np.clip(u, 0.0, 1.0)
+    return u**3 * (10 - 15 * u + 6 * u**2)
+
+
+def duration(length: float, speed: float, acceleration: float) -> float:
+    """Return how long a smooth step of a length takes within a speed and an acceleration, s."""
+    return float(max(_FASTEST * length / speed, np.sqrt(_HARDEST * length / acceleration)))
+
+
+def arch(
+    start: ToolPose,
+    goal: ToolPose,
+    turn: float,
+    *,
+    height: float | None = None,
+    drawn_in: float = 0.0,
+    nearest: float = 0.0,
+    pace: float = 1.0,
+) -> ToolPath:
+    """Return a path that raises the tool, carries it over along an arc about the robot's base and lowers it.
+
+    The parts run into one another: the tool is within a fifth of the full height when it starts to the side,
+    and almost above the goal before it comes down. Rising and lowering alone are straight.
+
+    Args:
+        start: where it is.
+        goal: where it shall be.
+        turn: change of the yaw along the path, rad; goal.yaw up to whole turns.
+        height: to pass at, m, or higher for a higher goal; from above it the tool descends along the path, since high
+            up the arm reaches less far. None: as high as the higher end.
+        drawn_in: how much nearer to the base midway, m.
+        nearest: least distance from the base midway between the ends, m.
+        pace: 1 for the usual speed, less for slower.
+    """
+    top = max(goal.position[2], start.position[2] if height is None else height)
+    rise, sink, drop = max(0.0, top - start.position[2]), max(0.0, start.position[2] - top), top - goal.position[2]
+    (r0, phi0), (r1, phi1) = _polar(start.position), _polar(goal.position)
+    sweep = phi1 - phi0  # never wrapped: the arm turns past its front, not past the stop of its first joint
+    drawn_in = max(0.0, min(drawn_in, (r0 + r1) / 2 - nearest))
+    across = float(np.linalg.norm([r1 - r0, max(r0, r1) * sweep, sink, 2 * drawn_in]))
+
+    times = [duration(length, SPEED, ACCELERATION) for length in (rise, across, drop)]
+    times[1] = max(times[1], duration(abs(turn), TURN_SPEED, TURN_ACCELERATION))
+    up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
+    begin_over = 0.7 * up
+    begin_down = begin_over + (0.75 * over if up or over else 0.0)
+    total = max(up, begin_over + over, begin_down + down)
+
+    t = np.arange(1, max(2, int(np.ceil(total / CONTROL_PERIOD))) + 1) * CONTROL_PERIOD
+    raised, carried, lowered = (
+        smooth_step((t - begin) / span) if span else np.ones_like(t)
+        for begin, span in ((0.0, up), (begin_over, over), (begin_down, down))
+    )
+    radius = r0 + (r1 - r0) * carried - drawn_in * np.sin(np.pi * carried) ** 2
+    angle = phi0 + sweep * carried
+    z = start.position[2] + rise * raised - sink * carried - drop * lowered
+    positions = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
+    return ToolPath(positions, start.yaw + turn * carried, smooth_step(t / t[-1]))
+
+
+def _polar(position: np.ndarray) -> tuple[float, float]:
+    return float(np.hypot(position[0], position[1])), float(np.arctan2(position[1], position[0]))

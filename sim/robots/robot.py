@@ -1,0 +1,126 @@
+"""What the simulation has to know of a robot: its joints, limits and gripper, and where its MJCF comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Gripper:
+    """Two fingers that close along the y axis of the tool frame.
+
+    Attributes:
+        actuator: drives the fingers; its command is the width between the pads, m.
+        joints: sliding joints of the fingers; each moves by an equal share of the width.
+        pads: geoms of the left and the right pad, the only ones that may touch what is grasped.
+        opening_m: greatest width between the pads.
+        squeeze_m: how much narrower than a held object the command is.
+        firm_force_n: least contact force on each pad in a firm grip.
+        finger_depth_m: of a finger, from its pad outwards along y, clearance included.
+        finger_half_width_m: of a finger along x, clearance included.
+        fingertip_m: how far the finger tips reach below the tool frame, clearance included.
+        palm_height_m: of the palm over the tool frame, clearance subtracted.
+        palm_half_width_m: of the palm along x, clearance included.
+    """
+
+    actuator: str
+    joints: tuple[str, ...]
+    pads: tuple[str, str]
+    opening_m: float
+    squeeze_m: float
+    firm_force_n: float
+    finger_depth_m: float
+    finger_half_width_m: float
+    fingertip_m: float
+    palm_height_m: float
+    palm_half_width_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot arm with a gripper, its base at the origin and the table top at z = 0.
+
+    Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. Its MJCF has its
+    defaults in a class of its own, since the main class applies to the whole scene.
+
+    Attributes:
+        name: as in logs.
+        mjcf: a function of a module, which returns its MjSpec; the argument says whether it has meshes, None for where
+            they are installed.
+        base: its first body.
+        joints: of the arm, n in number, from base to wrist. Position actuators bear the same names.
+        velocity_limits: (n,) rad/s, m/s for a sliding joint.
+        torque_limits: (n,) N m, N for a sliding joint.
+        home: (n,) rad or m: the tool points down in front of the base.
+        tool: site between the pads: z points out of the hand, the fingers close along y.
+        gripper: its hand.
+        nearest_m: least distance of the tool from the axis of the base.
+        max_bearing_rad: greatest bearing of the tool from the x axis.
+    """
+
+    name: str
+    mjcf: Callable[[bool | None], mujoco.MjSpec]
+    base: str
+    joints: tuple[str, ...]
+    velocity_limits: np.ndarray
+    torque_limits: np.ndarray
+    home: np.ndarray
+    tool: str
+    gripper: Gripper
+    nearest_m: float = 0.0
+    max_bearing_rad: float = np.pi
+
+    def spec(self, *, meshes: bool | None = None) -> mujoco.MjSpec:
+        """Return the robot, with motors that carry the arm's weight within their torque limits, as real ones do.
+
+        Raises:
+            RobotError: its MJCF cannot be had.
+        """
+        spec = self.mjcf(meshes)
+        for name, limit in zip(self.joints, self.torque_limits, strict=True):
+            joint = spec.joint(name)
+            joint.actgravcomp = True
+            joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
+            joint.actfrcrange = [-limit, limit]
+        return spec
+
+    def kinematics(self) -> mujoco.MjModel:
+        """Return the arm alone, without geoms, fingers and actuators."""
+        spec = self.spec(meshes=False)
+        for name in self.gripper.joints:
+            spec.delete(spec.joint(name).parent)
+        for element in (*spec.geoms, *spec.meshes):
+            spec.delete(element)
+        # MuJoCo takes inertias from the geoms where there are no others, and refuses moving bodies without.
+        for body in spec.bodies[1:]:
+            if not body.explicitinertial:
+                body.mass, body.inertia, body.explicitinertial = 1.0, np.ones(3), True
+        return spec.compile()
+
+    def bodies(self, model: mujoco.MjModel) -> np.ndarray:
+        """Return (nbody,) bool: which bodies of a scene are the robot's."""
+        return np.asarray(model.body_rootid == model.body(self.base).id)
+
+    def qpos(self, model: mujoco.MjModel) -> np.ndarray:
+        """Return the (n,) places of the arm's joints in the scene's positions."""
+        return np.array([model.joint(name).qposadr[0] for name in self.joints])
+
+    def dofs(self, model: mujoco.MjModel) -> np.ndarray:
+        """Return the (n,) places of the arm's joints in the scene's velocities."""
+        return np.array([model.joint(name).dofadr[0] for name in self.joints])
+
+    def ranges(self, model: mujoco.MjModel) -> np.ndarray:
+        """Return the (n, 2) ends of the ranges of the arm's joints, rad or m."""
+        return np.array([model.joint(name).range for name in self.joints])
+
+    def put(self, data: mujoco.MjData, q: np.ndarray, *, width: float) -> None:
+        """Put the arm at (n,) joint angles and the fingers at a width between the pads, m; command both to stay."""
+        for name, value in zip(self.joints, q, strict=True):
+            data.joint(name).qpos[0] = data.actuator(name).ctrl[0] = value
+        for name in self.gripper.joints:
+            data.joint(name).qpos[0] = width / len(self.gripper.joints)
+        data.actuator(self.gripper.actuator).ctrl[0] = width
