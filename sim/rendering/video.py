@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import imageio_ffmpeg
-import mediapy
 import numpy as np
 from joblib import Parallel, cpu_count, delayed
 
@@ -193,6 +192,8 @@ def _render_part(
     """Render consecutive frames into a video of their own, with one thread, and return how many there are."""
     os.environ["LP_NUM_THREADS"] = "1"
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    import mediapy  # loads matplotlib's pyplot: 0.4 s that only videos need
+
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     encoding = f"-preset {quality.preset} -threads 1"
     shown = None
