@@ -1,9 +1,9 @@
-# make demo   plan, carry out and film the paper's manipulation case study
+# make demo   plan the paper's manipulation case study, carry it out and make videos
 # make test   run every test
-# make lint   check style and types
-# make paper  do the paper's examples, case studies and table again, on one page
-# make docs   build the tutorial and the reference into build/docs
-# make setup  what the others call first: a virtual environment in .venv
+# make lint   check style, types and imports
+# make paper  compute the paper's examples, case studies and table again, on one page
+# make docs   build the tutorial, the guide and the reference into build/docs
+# make setup  make the virtual environment .venv; the other targets call it first
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -21,8 +21,10 @@ $(READY): pyproject.toml .ci/setup
 demo: $(READY)
 	$(BIN)/python experiments/case_study_3.py
 
+# Each worker takes neighbouring tests, so that few of the fixtures of a file are made twice.
 test: $(READY)
-	$(BIN)/python -m pytest -n auto
+	@echo "Running every test: about 6 minutes on 2 cores"
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -15,9 +15,8 @@ from experiments.cli.console import Console
 from experiments.cli.files import make_folder
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
-from experiments.paper.arm import ABOUT, TITLE, planned
-from experiments.paper.findings import Study
-from experiments.paper.show import show
+from experiments.paper.arm import ABOUT, TITLE, compare_plans
+from experiments.paper.study import Study
 from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
 from experiments.runs.carry_out import Tell, carry_out, scene_of
@@ -40,7 +39,9 @@ def main() -> int:
     front = pareto_front(scenario.problem())
     output.show_front(console, scenario, front)
     console.print()
-    show(console, Study(TITLE, ABOUT, tuple(planned(scenario, front))))
+    study = Study(TITLE, ABOUT)
+    compare_plans(study, scenario, front)
+    study.show(console)
     scene = scene_of(scenario)
     make_folder(OUT)
     outcomes, recordings = [], {}
@@ -71,7 +72,7 @@ def main() -> int:
 
 def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Tell) -> tuple[Outcome, Recording | None]:
     """Carry a plan out; leave a video and records of what came of it in `OUT`, unless it was interrupted."""
-    outcome = carry_out(scenario, scene, plan, film=OUT / f"{name}.mp4", tell=tell)
+    outcome = carry_out(scenario, scene, plan, video=OUT / f"{name}.mp4", tell=tell)
     return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, OUT / name)
 
 

@@ -23,14 +23,12 @@ class Limits:
     Attributes:
         seconds: time, from when this was made.
         bytes: memory of the search.
-        expansions: labels expanded.
-        ended: `time`, `memory`, `expansions` or `interrupt` once that stopped a search.
+        ended: `time`, `memory` or `interrupt` once that stopped a search.
         complete_below: all goals of lower cost (internal units) have been found.
     """
 
     seconds: float = math.inf
     bytes: float = math.inf
-    expansions: float = math.inf
     ended: str | None = None
     complete_below: float = 0
     _began: float = field(default_factory=time.perf_counter)

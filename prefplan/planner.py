@@ -284,15 +284,8 @@ class Planner:
 
     def _tightest(self, prepared: Prepared, limits: Limits, max_cost: float) -> Search:
         """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
-        while True:
-            alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
-            limits.expansions = prepared.deepening_expansions
-            cheapest = next(alone.goals(limits), None)
-            limits.expansions = math.inf
-            if limits.ended != "expansions":
-                break
-            limits.ended = None
-            prepared.deepen()
+        alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
+        cheapest = next(alone.goals(limits), None)
         if cheapest is None:
             return alone
         return BiObjectiveSearch(prepared, max_mu=Fraction(cheapest.mu), max_cost=cheapest.cost)

@@ -21,9 +21,9 @@ except (AttributeError, ImportError, OSError, RuntimeError):
         os.environ["MUJOCO_GL"] = _wanted
 
 _HOMES = {
+    "prefplan.claims": ("Check",),
     "sim.errors": ("LogError", "RenderingError", "RobotError", "SimulationError"),
     "sim.evidence.certificate": ("Certificate", "certify"),
-    "sim.evidence.check": ("Check",),
     "sim.evidence.log": ("Log", "read_log"),
     "sim.execution.closed_loop": ("ClosedLoop", "Pursuit"),
     "sim.execution.executor": ("Execution", "execute"),
@@ -34,6 +34,9 @@ _HOMES = {
     "sim.rendering.video": ("render_frame", "render_video"),
     "sim.robots.robot": ("Gripper", "Robot"),
     "sim.simulation.rollout": ("Event", "Rollout", "Step"),
+    "sim.simulation.workcell": ("Workcell",),
+    "sim.skills.catalogue": ("SKILLS",),
+    "sim.skills.skill": ("Skill", "SkillError"),
     "sim.world.randomization": ("Perturbation", "perturbed"),
     "sim.world.scene": ("Scene", "build_scene", "initial_state"),
 }

@@ -1,12 +1,12 @@
 """What `import sim` offers; loaded on demand, see `__init__.py`."""
 
+from prefplan.claims import Check as Check
 from sim.errors import LogError as LogError
 from sim.errors import RenderingError as RenderingError
 from sim.errors import RobotError as RobotError
 from sim.errors import SimulationError as SimulationError
 from sim.evidence.certificate import Certificate as Certificate
 from sim.evidence.certificate import certify as certify
-from sim.evidence.check import Check as Check
 from sim.evidence.log import Log as Log
 from sim.evidence.log import read_log as read_log
 from sim.execution.closed_loop import ClosedLoop as ClosedLoop
@@ -31,6 +31,10 @@ from sim.robots.robot import Robot as Robot
 from sim.simulation.rollout import Event as Event
 from sim.simulation.rollout import Rollout as Rollout
 from sim.simulation.rollout import Step as Step
+from sim.simulation.workcell import Workcell as Workcell
+from sim.skills.catalogue import SKILLS as SKILLS
+from sim.skills.skill import Skill as Skill
+from sim.skills.skill import SkillError as SkillError
 from sim.world.randomization import Perturbation as Perturbation
 from sim.world.randomization import perturbed as perturbed
 from sim.world.scene import Scene as Scene

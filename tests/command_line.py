@@ -1,4 +1,4 @@
-"""What tests of the command line share: a call of the program, what comes of it, and a scenario."""
+"""What tests of the command line share: a call of the program, and what comes of it."""
 
 from __future__ import annotations
 
@@ -30,34 +30,6 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> Result:
     status = main(arguments)
     captured = capsys.readouterr()
     return Result(status, captured.out, captured.err)
-
-
-DETOUR = """
-[model]
-kind = "graph"
-start = "s"
-propositions = ["never"]
-transitions = [
-  { from = "s", to = "shop", cost = 1 },
-  { from = "shop", to = "bank", cost = 2.5 },
-  { from = "s", to = "bank", cost = 3 },
-  { from = "bank", to = "shop", cost = 2 },
-]
-[model.labels]
-shop = ["bread"]
-bank = ["money"]
-
-[[tasks]]
-name = "pay"
-formula = "F money"
-
-[[tasks]]
-name = "buy"
-formula = "F bread"
-
-[preference]
-kind = "order"
-"""
 
 
 def assert_is_error(result: Result, message: str) -> None:

@@ -1,23 +1,43 @@
-"""Logs of plans that were carried out, forgeries of them, and what a certificate says against those."""
+"""Logs of plans that were carried out, forgeries of them, and what a certificate refutes."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from experiments.runs.carry_out import carry_out, scene_of
-from experiments.runs.evidence import evidence
-from prefplan import Scenario, pareto_front
+from prefplan import ManipulationModel, Scenario, cheapest_plan
+from prefplan.claims import Claims
+from prefplan.replanning import continue_cheaply
 from sim.evidence.certificate import certify
-from sim.evidence.log import ARRAYS, Log
+from sim.evidence.log import ARRAYS, Log, log_of
+from sim.execution.closed_loop import ClosedLoop
+from sim.execution.executor import Execution
+from sim.execution.faults import Fault
+from sim.world.scene import build_scene, initial_state
 
 
-def log_of_plan(scenario: Scenario, *, index: int = 0, seed: int | None = None) -> Log:
-    scene = scene_of(scenario)
-    plan = pareto_front(scenario.problem())[index]
-    return evidence(scenario, scene, carry_out(scenario, scene, plan, seed=seed), setting={"seed": seed})
+def log_of_run(scenario: Scenario, *, seed: int | None = None, faults: Sequence[Fault] = ()) -> Log:
+    """Return the log of the cheapest plan, carried out to its end."""
+    assert isinstance(scenario.model, ManipulationModel)
+    problem = scenario.problem()
+    scene = build_scene(scenario.model, spares=sum(fault.kind == "foreign" for fault in faults))
+    start = initial_state(scene, seed=seed)
+    run = Execution(scene, start, system=problem.system, faults=faults, seed=seed)
+    loop = ClosedLoop(run, problem, cheapest_plan(problem), go_on=continue_cheaply)
+    loop.pursue()
+    plan = loop.plan
+    claims = Claims(
+        completed=True,
+        cost=plan.cost,
+        task_costs=dict(plan.task_costs),
+        violation_costs=dict(plan.violation_costs),
+        preference=plan.preference,
+        relaxations=plan.relaxations,
+    )
+    return log_of(scene, run.rollout(), claims, scenario=scenario.name, text=scenario.text, setting={"seed": seed})
 
 
 def claiming(log: Log, **claims: Any) -> Log:
@@ -29,27 +49,27 @@ def telling(log: Log, **about: Any) -> Log:
 
 
 def refutations(log: Log) -> dict[str, str]:
-    """Return what is refuted: words by name."""
+    """Return the words of each refuted check, by its name."""
     return {check.name: check.words for check in certify(log).refuted}
 
 
-def moved(log: Log, thing: str, position: tuple[float, ...], *, since: float, until: float = np.inf) -> Log:
+def moved(log: Log, obj: str, position: tuple[float, ...], *, since: float, until: float = np.inf) -> Log:
     """Return a log in which an object lies elsewhere for a while."""
     qpos = log.qpos.copy()
-    first = log.about.joints[thing]
+    first = log.about.joints[obj]
     frames = (log.times >= since) & (log.times < until)
     qpos[frames, first : first + 7] = [*position, 1, 0, 0, 0]
     return replace(log, qpos=qpos)
 
 
 def cut(log: Log, time: float) -> Log:
-    """Return a log of which only the frames up to a time are left."""
+    """Return a log that ends at a time."""
     keep = log.times <= time
     arrays = {name: getattr(log, name)[keep] for name in ARRAYS}
     return replace(log, **arrays)
 
 
 def without_action(log: Log, k: int) -> Log:
-    """Return a log from whose account action k, counted from 1, was dropped."""
+    """Return a log whose list of actions lacks action k, counted from 1."""
     actions = log.about.actions
     return telling(log, actions=actions[: k - 1] + actions[k:])

@@ -1,4 +1,4 @@
-"""Make the README's pictures of Case Study 3 by the cheapest and by the preferred plan: a moment, and a short film."""
+"""Make the README's pictures of Case Study 3: a frame of the cheapest and the preferred plan, and a video of both."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from sim.simulation.rollout import FRAME_RATE
 OUT = Path(__file__).parents[1]
 
 SHOWN = (880, 495)
-"""Stored, (width, height) in pixels."""
+"""Size of a stored frame, (width, height) in pixels."""
 
 QUALITY = 84
-"""Of the JPEG files: about 50 kB each."""
+"""Quality of the JPEG files: about 50 kB each."""
 
 BEFORE = FRAME_RATE // 2
-"""How many frames before the sanitizer's last one."""
+"""Frames between the stored one and the last one of the sanitizer's light."""
 
 FILMED = (640, 360)
-"""Each of the two films side by side, (width, height) in pixels."""
+"""Size of each of the two videos, (width, height) in pixels."""
 
 FPS, SPEED = 4, 4
-"""Pictures a second that are rendered, and how many times as quick they are shown."""
+"""Rendered frames per second, and how many times faster they are shown."""
 
 
 def main() -> None:
-    """Carry both plans out; keep of each a moment at which the sanitizer does its last work, and a film of both."""
+    """Carry out both plans; keep a frame of each while the sanitizer works last, and a video of both."""
     scenario = scenarios.find("case_study_3")
     scene = scene_of(scenario)
     front = pareto_front(scenario.problem())
@@ -49,7 +49,7 @@ def main() -> None:
             rollout = outcome.rollout
             moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
             lamp = scene.model.locations[rollout.glow[moment]].name
-            texts = captions(scenario.tasks, rollout, outcome.books, plan=plan)
+            texts = captions(outcome)
             caption = caption_at(texts, float(rollout.times[moment]))
             frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
             picture = Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)

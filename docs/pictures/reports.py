@@ -1,4 +1,4 @@
-"""Make the README's pictures of reports, one of a grid and one of two films in step, as Chromium shows them."""
+"""Make the README's screenshots of reports in Chromium: a grid, and two videos side by side."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from pathlib import Path
 from PIL import Image
 from selenium import webdriver
 
-from experiments.cli import main as prefplan
+from experiments.commands.command_line import main as prefplan
 
 OUT = Path(__file__).parents[1]
 
 REPORTS = Path("out", "readme")
-"""Where the reports are kept; what they filmed is not filmed again."""
+"""Folder of the reports; their videos are not made again."""
 
 WIDTH = 1280
-"""Of the page, in its pixels."""
+"""Width of the page, pixels."""
 
 SHOWN = 1000
 """Width of the stored picture, pixels."""
 
 QUALITY = 82
-"""Of the JPEG files: at most 200 kB each."""
+"""Quality of the JPEG files: at most 200 kB each."""
 
 PICTURES = (
-    # name, scenario, what is chosen, first element shown, page pixels below its top, simulated seconds
+    # name, scenario, chosen plans, first element shown, height from its top in pixels, simulated seconds
     ("report_grid", "case_study_1", "#plan=4", "main", 1420, 14.0),
-    ("report_films", "case_study_3", "#plan=1&with=0", "#plan", 1270, 10.0),
+    ("report_videos", "case_study_3", "#plan=1&with=0", "#plan", 1270, 10.0),
 )
 
 
@@ -68,7 +68,7 @@ def _taken(browser: webdriver.Chrome, address: str, top: str, height: int, momen
         moment,
         top,
     )
-    time.sleep(2)  # for the films to be where they were sought
+    time.sleep(2)  # until the videos have reached that moment
     return Image.open(io.BytesIO(browser.get_screenshot_as_png()))
 
 

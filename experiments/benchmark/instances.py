@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from experiments.benchmark.facts import FORMULAS, KNOWN, Cell
+from experiments.benchmark.published import FORMULAS, KNOWN_FRONTS, Cell
 from prefplan import Front, GridModel, Order, Problem, Task
 
 SIZE = 10
+
+Points = tuple[tuple[float, ...], ...]
+"""(cost, preference) of every point of a front."""
 
 RANDOM, PAPER = "random cells", "paper's formulas"
 FAMILIES = (RANDOM, PAPER)
@@ -39,11 +42,15 @@ def on_grid(formulas: Sequence[str]) -> Problem:
     return Problem(model.transition_system(), tasks, Order())
 
 
-def known(name: str) -> Problem:
-    """Return one of the instances whose fronts are known."""
-    return on_grid([formula(*cells) for cells in KNOWN[name][0]])
+def known() -> Iterator[tuple[str, Problem, Points]]:
+    """Yield the instances whose fronts are known: the line that defines each, the instance and its front."""
+    for line in KNOWN_FRONTS.split("\n")[1:-1]:
+        tasks, _, front = line.partition(": ")
+        cells = [[(int(xy[0]), int(xy[1])) for xy in task.split()] for task in tasks.split(",")]
+        points = [(float(cost), float(mu)) for cost, mu in re.findall(r"\((\d+),(\d+)\)", front)]
+        yield line, on_grid([formula(*abc) for abc in cells]), tuple(points)
 
 
-def points(front: Front) -> tuple[tuple[float, float], ...]:
+def points(front: Front) -> Points:
     """Return a front as (cost, preference)."""
     return tuple((float(plan.cost), float(plan.preference)) for plan in front)

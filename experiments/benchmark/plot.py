@@ -1,4 +1,4 @@
-"""A picture of the benchmark: time against the number of tasks, the paper's published times among them."""
+"""A figure of the benchmark: time against the number of tasks, with the times that the paper published."""
 
 from __future__ import annotations
 
@@ -8,19 +8,17 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from experiments.benchmark.facts import PUBLISHED
 from experiments.benchmark.instances import FAMILIES
+from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS
 from experiments.benchmark.summary import TITLES
 from experiments.figures.figures import drawing
 
-COLOURS = {OURS: "C0", MAX_MIN: "C1", BARE: "C2"}
-
-MARKS = {OURS: "o", MAX_MIN: "s", BARE: "D"}
-"""So that the methods can be told apart without colours too."""
-
 SIZE = (9.5, 8.0)
-"""Inches."""
+"""Width and height, inches."""
+
+STYLES = {OURS: ("C0", "o"), MAX_MIN: ("C1", "s"), BARE: ("C2", "D")}
+"""Colour and marker; markers tell the methods apart without colours."""
 
 NAMES = {OURS: "prefplan", MAX_MIN: "paper's method, our kernels", BARE: "the same without heuristic"}
 
@@ -28,7 +26,7 @@ PUBLISHED_NAMES = {MAX_MIN: "paper, published", BARE: "paper, published, without
 
 
 def draw(report: Mapping[str, Any], path: Path) -> None:
-    """Write a picture with one panel for each family of instances and kind of planning."""
+    """Write a figure with one panel for each family of instances and kind of planning."""
     with drawing(path, size=SIZE) as figure:
         panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
         for row, family in zip(panels, FAMILIES, strict=True):
@@ -47,24 +45,18 @@ def draw(report: Mapping[str, Any], path: Path) -> None:
 
 
 def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
-    """Draw medians with their spread up to the maximum; an arrow stands on a median that is a lower bound."""
-    for method, colour in COLOURS.items():
-        some = [cell for cell in cells if cell["method"] == method]
-        tasks = [cell["tasks"] for cell in some]
-        median = [cell["seconds"]["median"] for cell in some]
-        least, largest = ([cell["seconds"][name] for cell in some] for name in ("min", "max"))
-        axes.plot(tasks, median, f"{MARKS[method]}-", color=colour, label=NAMES[method])
-        axes.fill_between(tasks, least, largest, color=colour, alpha=0.15, linewidth=0)
-        cut = [cell for cell in some if "median" in cell["seconds"]["at_least"]]
-        axes.plot(
-            [cell["tasks"] for cell in cut],
-            [cell["seconds"]["median"] for cell in cut],
-            "^",
-            color=colour,
-            markersize=10,
-            label="at least: some were stopped" if cut else None,
-        )
+    """Draw medians with their range; an arrow stands on a median that is a lower bound."""
+    for method, (colour, marker) in STYLES.items():
+        shown = [cell for cell in cells if cell["method"] == method]
+        tasks = [cell["tasks"] for cell in shown]
+        median, least, most = ([cell["seconds"][name] for cell in shown] for name in ("median", "min", "max"))
+        axes.plot(tasks, median, f"{marker}-", color=colour, label=NAMES[method])
+        axes.fill_between(tasks, least, most, color=colour, alpha=0.15, linewidth=0)
+        cut = [(cell["tasks"], cell["seconds"]["median"]) for cell in shown if "median" in cell["seconds"]["at_least"]]
+        if cut:
+            label = "lower bound: runs were stopped"
+            axes.plot(*zip(*cut, strict=True), "^", color=colour, markersize=10, label=label)
     for method, name in PUBLISHED_NAMES.items():
         times = PUBLISHED[kind, method]
-        axes.plot(list(times), list(times.values()), "--", color=COLOURS[method], linewidth=1, label=name)
+        axes.plot(list(times), list(times.values()), "--", color=STYLES[method][0], linewidth=1, label=name)
     axes.set_yscale("log")

@@ -1,18 +1,17 @@
-"""Runs of the benchmark: one way to plan, on one instance, in a process of its own."""
+"""Runs of the benchmark: one method on one instance, in a process of its own."""
 
 from __future__ import annotations
 
 import math
-import multiprocessing
 import resource
 import sys
 import time
-from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from multiprocessing import get_context
 
-from experiments.benchmark.facts import KNOWN
-from experiments.benchmark.instances import RANDOM, instance, known, points
+from experiments.benchmark.instances import RANDOM, Points, instance, known, points
 from prefplan import Options, Planner, Problem
 from prefplan.front import UnfinishedError
 from prefplan.heuristics.preprocessing import Prepared
@@ -24,7 +23,7 @@ SINGLE, FRONT = "single", "front"
 KINDS = (SINGLE, FRONT)
 
 OURS, MAX_MIN, BARE = "ours", "max-min", "no heuristic"
-"""Our search, and the yardstick with the paper's heuristic and with none: its method, in our compiled kernels."""
+"""Our search, and the yardstick (the method of the paper in our compiled kernels) with its heuristic and with none."""
 
 YARDSTICKS = {
     MAX_MIN: Options(heuristic=1, preference_bound=False, contraction=False),
@@ -32,13 +31,9 @@ YARDSTICKS = {
 }
 
 MAX_BYTES = 8e9
-"""Memory of any search: what a laptop of 16 GB has to spare."""
+"""Memory limit of every search: what a laptop with 16 GB has to spare."""
 
-UNIT_OF_PEAK = 1 if sys.platform == "darwin" else 1024
-"""Bytes that the system counts peak memory in."""
-
-POLL_PERIOD = 0.2
-"""Seconds between two looks at a process that runs."""
+MAXRSS_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024
 
 
 @dataclass(frozen=True)
@@ -46,12 +41,12 @@ class BenchmarkRun:
     """What to time.
 
     Attributes:
-        family: where the instance comes from.
-        kind: the single plan of least cost, or the front.
-        method: how it is planned.
-        tasks: N.
-        seed: which instance.
-        max_seconds: time after which it is ended.
+        family: of the instance, one of `FAMILIES`.
+        kind: `SINGLE` for the plan of least cost, `FRONT` for the front.
+        method: `OURS` or one of `YARDSTICKS`.
+        tasks: number of tasks, N.
+        seed: of the instance.
+        max_seconds: time limit.
     """
 
     family: str
@@ -64,14 +59,14 @@ class BenchmarkRun:
 
 @dataclass(frozen=True)
 class Timing:
-    """What a run took.
+    """Time and memory of a run.
 
     Attributes:
         seconds: product, heuristics and search; a lower bound if the run was ended.
-        expanded: labels expanded, as far as that was told before the run was ended.
-        peak_bytes: peak memory of the process, beyond that before the run.
+        expanded: labels expanded until the end.
+        peak_bytes: peak memory of the process beyond `baseline_bytes`.
         baseline_bytes: memory of the process before the run, with everything loaded and compiled.
-        points: (cost, preference) of the front; of a single plan the cost only. None if the run was ended.
+        points: of the front; the cost alone of a single plan. None if the run was ended.
         ended: None, or what ended the run: `time`, `memory`, or `killed` by the system.
     """
 
@@ -79,70 +74,56 @@ class Timing:
     expanded: int
     peak_bytes: int
     baseline_bytes: int
-    points: tuple[tuple[float, ...], ...] | None
+    points: Points | None
     ended: str | None
 
 
 def warm_up() -> None:
-    """Plan a small instance in all ways, so that later runs find everything loaded and compiled."""
+    """Plan a small instance with all methods, so that later runs find everything loaded and compiled."""
     for method in (OURS, *YARDSTICKS):
         for plan in (_single, _front):
             plan(method, instance(RANDOM, 3, 0), math.inf)
 
 
 def wrong_fronts() -> list[str]:
-    """Return those of the known instances whose front our engine gets wrong, with what it says."""
-    wrong = []
-    for name, (_, expected) in KNOWN.items():
-        found = points(Planner(known(name)).front())
-        if found != expected:
-            wrong.append(f"{name}: found {found}, known is {expected}")
-    return wrong
+    """Return those known instances whose front our search gets wrong, with the front found."""
+    return [
+        f"{line}, but found {found}"
+        for line, problem, expected in known()
+        if (found := points(Planner(problem).front())) != expected
+    ]
 
 
-def carry_out(run: BenchmarkRun, tick: Callable[[], None]) -> Timing:
-    """Carry a run out in a fork of this process, calling `tick` now and then.
-
-    A fork starts with everything loaded and compiled, and its memory is counted anew.
-    """
-    context = multiprocessing.get_context("fork")
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_send, args=(sender, run), daemon=True)
+def carry_out(run: BenchmarkRun) -> Timing:
+    """Carry a run out in a fork of this process: everything is loaded and compiled, and memory is counted from 0."""
     began = time.perf_counter()
-    process.start()
-    sender.close()
-    try:
-        while not receiver.poll(POLL_PERIOD):
-            tick()
-        outcome: Timing = receiver.recv()
-    except EOFError:
-        outcome = Timing(time.perf_counter() - began, 0, 0, 0, None, "killed")
-    finally:
-        process.kill()
-        process.join()
-        receiver.close()
-    return outcome
+    with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
+        try:
+            return pool.submit(_measure, run).result()
+        except BrokenProcessPool:
+            return Timing(time.perf_counter() - began, 0, 0, 0, None, "killed")
 
 
-def _send(sender: Connection, run: BenchmarkRun) -> None:
+def _measure(run: BenchmarkRun) -> Timing:
     plan = _front if run.kind == FRONT else _single
-    # A fork's first use of each page of memory copies it, which should not count.
+    # A fork copies each page of memory at its first use, which should not count.
     plan(run.method, instance(RANDOM, 3, 0), math.inf)
     problem = instance(run.family, run.tasks, run.seed)
     baseline = _peak()
     seconds, expanded, found, ended = plan(run.method, problem, run.max_seconds)
-    sender.send(Timing(seconds, expanded, _peak() - baseline, baseline, found, ended))
+    return Timing(seconds, expanded, _peak() - baseline, baseline, found, ended)
 
 
 def _peak() -> int:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * UNIT_OF_PEAK
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * MAXRSS_UNIT_BYTES
 
 
-Planned = tuple[float, int, tuple[tuple[float, ...], ...] | None, str | None]
+Planned = tuple[float, int, Points | None, str | None]
+"""Seconds, labels expanded, points and what ended the run, as in `Timing`."""
 
 
 def _front(method: str, problem: Problem, max_seconds: float) -> Planned:
-    """Plan the front: the yardstick is BOA* over the whole product, without a bound of mu's growth."""
+    """Plan the front: the yardstick is BOA* over the whole product, without a bound on the second objective."""
     planner = Planner(problem, options=YARDSTICKS.get(method))
     front = planner.front(max_seconds=max_seconds, max_memory=MAX_BYTES)
     stats = planner.stats

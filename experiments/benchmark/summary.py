@@ -1,13 +1,18 @@
-"""What the benchmark's runs came to: medians, maxima, ratios, and a table of them."""
+"""Statistics of the benchmark's runs: medians, maxima, ratios, and a table of them."""
 
 from __future__ import annotations
 
+import io
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from experiments.benchmark.facts import PUBLISHED
-from experiments.benchmark.instances import FAMILIES
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from experiments.benchmark.instances import FAMILIES, Points
+from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, OURS, SINGLE, BenchmarkRun, Timing
 
 MEGABYTE = 1e6
@@ -18,8 +23,8 @@ Results = Mapping[BenchmarkRun, Timing]
 
 
 def disagreements(results: Results) -> list[str]:
-    """Return the instances on which two methods that ran to their end disagree about the front, or the least cost."""
-    found: dict[tuple[str, str, int, int], dict[str, tuple[tuple[float, ...], ...]]] = {}
+    """Return the instances on which two methods that were not ended find different fronts, or least costs."""
+    found: dict[tuple[str, str, int, int], dict[str, Points]] = {}
     for run, outcome in results.items():
         if outcome.points is not None:
             found.setdefault((run.family, run.kind, run.tasks, run.seed), {})[run.method] = outcome.points
@@ -30,7 +35,7 @@ def disagreements(results: Results) -> list[str]:
 
 
 def cells(results: Results) -> list[dict[str, Any]]:
-    """Return what all runs of one family, kind, size and method came to, cell by cell."""
+    """Return statistics of all runs of one family, kind, size and method, cell by cell."""
     groups: dict[tuple[str, str, int, str], dict[int, Timing]] = {}
     for run, outcome in results.items():
         groups.setdefault((run.family, run.kind, run.tasks, run.method), {})[run.seed] = outcome
@@ -61,7 +66,7 @@ def _cell(by_seed: Mapping[int, Timing]) -> dict[str, Any]:
 
 
 def _ratio(yardstick: Mapping[int, Timing], ours: Mapping[int, Timing]) -> dict[str, Any] | None:
-    """Return how many times longer than ours the yardstick took on the same instances."""
+    """Return the time of the yardstick over ours on the same instances."""
     both = [seed for seed in yardstick if seed in ours and ours[seed].ended is None]
     if not both:
         return None
@@ -69,9 +74,9 @@ def _ratio(yardstick: Mapping[int, Timing], ours: Mapping[int, Timing]) -> dict[
 
 
 def _spread(values: Iterable[tuple[float, bool]]) -> dict[str, Any]:
-    """Return median, mean, least and largest of values, of which some are lower bounds only.
+    """Return median, mean, minimum and maximum of (value, whether it is only a lower bound).
 
-    `at_least` names the statistics that are lower bounds for that.
+    `at_least` names the statistics that are lower bounds for that reason.
     """
     known = list(values)
     numbers = [value for value, _ in known]
@@ -95,76 +100,59 @@ def _rounded(value: float) -> float:
     return float(f"{value:.3g}") if abs(value) < 1000 else round(value)
 
 
+COLUMNS = (
+    ("ours: s", OURS, "seconds", "median"),
+    ("max s", OURS, "seconds", "max"),
+    ("expanded", OURS, "expanded", "median"),
+    ("MB", OURS, "peak_mb", "median"),
+    ("max-min: s", MAX_MIN, "seconds", "median"),
+    ("max s", MAX_MIN, "seconds", "max"),
+    ("expanded", MAX_MIN, "expanded", "median"),
+    ("MB", MAX_MIN, "peak_mb", "median"),
+    ("x ours", MAX_MIN, "ratio_to_ours", "median"),
+    ("no h: s", BARE, "seconds", "median"),
+    ("MB", BARE, "peak_mb", "median"),
+    ("x ours", BARE, "ratio_to_ours", "median"),
+)
+"""Columns of the tables: heading, method, entry of the cell, and statistic."""
+
+
 def markdown(report: Mapping[str, Any]) -> str:
     """Return the results as a page: a table for each family of instances and kind of planning."""
     machine = report["machine"]
-    lines = ["# The benchmark of the paper's Table I, again", "", report["about"], ""]
-    lines += [
+    lines = [
+        "# The benchmark of the paper's Table I",
+        "",
+        report["about"],
+        "",
         f"{report['date']}, {machine['cpu']}, {machine['cores']} cores, Python {machine['python']}, "
         f"numba {machine['numba']}.",
         "",
+        *(f"- {note}" for note in report["notes"]),
+        "",
     ]
-    lines += [*(f"- {note}" for note in report["notes"]), ""]
     for family in FAMILIES:
         for kind in KINDS:
-            some = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
-            if some:
-                lines += [f"## {TITLES[kind].capitalize()}, {family}", "", *_table(some), ""]
+            found = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
+            if found:
+                lines += [f"## {TITLES[kind].capitalize()}, {family}", "", _table(kind, found), ""]
     return "\n".join(lines)
 
 
-HEADINGS = (
-    "N",
-    "ours: s",
-    "max s",
-    "expanded",
-    "MB",
-    "max-min: s",
-    "max s",
-    "expanded",
-    "MB",
-    "x ours",
-    "no h: s",
-    "MB",
-    "x ours",
-    "paper, h: s",
-    "paper, no h: s",
-)
+def _table(kind: str, found: Sequence[Mapping[str, Any]]) -> str:
+    by_place = {(cell["tasks"], cell["method"]): cell for cell in found}
+    table = Table(box=box.MARKDOWN)
+    for heading in ("N", *(heading for heading, *_ in COLUMNS), "paper, h: s", "paper, no h: s"):
+        table.add_column(heading, justify="right")
+    for tasks in sorted({cell["tasks"] for cell in found}):
+        cells = [_show(by_place.get((tasks, method)), what, statistic) for _, method, what, statistic in COLUMNS]
+        table.add_row(str(tasks), *cells, *(str(PUBLISHED[kind, method].get(tasks, "")) for method in (MAX_MIN, BARE)))
+    text = io.StringIO()
+    Console(width=1000, file=text).print(table)
+    return "\n".join(line.strip() for line in text.getvalue().strip().splitlines())
 
 
-def _table(some: Sequence[Mapping[str, Any]]) -> list[str]:
-    by_place = {(cell["tasks"], cell["method"]): cell for cell in some}
-    rows = [list(HEADINGS)]
-    kind = some[0]["kind"]
-    for tasks in sorted({cell["tasks"] for cell in some}):
-        ours, with_h, bare = (by_place.get((tasks, method)) for method in (OURS, MAX_MIN, BARE))
-        rows.append(
-            [
-                str(tasks),
-                _show(ours, "seconds"),
-                _show(ours, "seconds", "max"),
-                _show(ours, "expanded"),
-                _show(ours, "peak_mb"),
-                _show(with_h, "seconds"),
-                _show(with_h, "seconds", "max"),
-                _show(with_h, "expanded"),
-                _show(with_h, "peak_mb"),
-                _show(with_h, "ratio_to_ours"),
-                _show(bare, "seconds"),
-                _show(bare, "peak_mb"),
-                _show(bare, "ratio_to_ours"),
-                *(str(PUBLISHED[kind, method].get(tasks, "")) for method in (MAX_MIN, BARE)),
-            ]
-        )
-    widths = [max(len(row[column]) for row in rows) for column in range(len(HEADINGS))]
-    lines = [
-        "| " + " | ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) + " |" for row in rows
-    ]
-    lines.insert(1, "|" + "|".join("-" * (width + 1) + ":" for width in widths) + "|")
-    return lines
-
-
-def _show(cell: Mapping[str, Any] | None, what: str, statistic: str = "median") -> str:
+def _show(cell: Mapping[str, Any] | None, what: str, statistic: str) -> str:
     if cell is None or cell[what] is None:
         return ""
     value = cell[what][statistic]

@@ -8,17 +8,13 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import date
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numba
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 import prefplan
 from experiments.benchmark.instances import FAMILIES, RANDOM
@@ -37,23 +33,26 @@ from experiments.benchmark.runs import (
     wrong_fronts,
 )
 from experiments.benchmark.summary import cells, disagreements, markdown
-from experiments.cli.start import INTERRUPTED
+from experiments.cli.files import make_folder
+from experiments.cli.journal import Journal
+from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 
 SIZES = {SINGLE: (2, 3, 4, 5, 6, 7, 8, 10, 12), FRONT: (2, 3, 4, 5, 6, 7, 8, 9, 10)}
-"""Numbers of tasks: the paper's, and on to where minutes or gigabytes end it."""
+"""Numbers of tasks: those of the paper and more, up to minutes or gigabytes."""
 
 MANY = {SINGLE: 12, FRONT: 8}
-"""The most tasks for which all instances are planned; larger ones take minutes, and are but a few on random cells."""
+"""Greatest number of tasks with all instances; larger fronts take minutes: only `FEW_SEEDS`, on random cells."""
 
 FEW_SEEDS = 3
 
 YARDSTICK_SIZE = 8
-"""The most tasks that leave the yardstick a chance to end within its limits."""
+"""Greatest number of tasks that the yardstick can finish within its limits."""
 
 OUR_SECONDS, YARDSTICK_SECONDS = 150, 120
+"""Time limits of a run."""
 
 WRONG = 1
-"""Exit status when an answer is wrong, so that its time means nothing."""
+"""Exit status when a plan or a front is wrong, so that its time means nothing."""
 
 ABOUT = (
     "Tasks `F(a & F(b) & F(c))` on a 10 x 10 grid with unit costs, from its corner, preferred in the order listed; "
@@ -82,15 +81,20 @@ NOTES = (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Carry the benchmark out and return its exit status."""
     options = _options(arguments)
-    options.out.mkdir(parents=True, exist_ok=True)
+    runs = plan_runs(options.tasks, options.seeds, options.yardstick_seeds)
+    journal = options.out / "table1.runs.jsonl"
     try:
+        make_folder(options.out)
         warm_up()
         if wrong := wrong_fronts():
             return _refuse("fronts differ from the known ones, so that times would mean nothing", wrong)
-        results = carry_out_all(plan_runs(options.tasks, options.seeds, options.yardstick_seeds), options.out)
+        results = carry_out_all(runs, journal)
     except KeyboardInterrupt:
-        print(f"interrupted; {_journal(options.out)} has what is done, and the same call goes on", file=sys.stderr)
+        print(f"interrupted; {journal} has the finished runs, the same command goes on", file=sys.stderr)
         return INTERRUPTED
+    except prefplan.PrefplanError as error:
+        print(f"table1: {error}", file=sys.stderr)
+        return BAD_INPUT
     if wrong := disagreements(results):
         return _refuse("two methods disagree, so that times would mean nothing", wrong)
     yardstick, few = (min(options.seeds, most) for most in (options.yardstick_seeds, FEW_SEEDS))
@@ -100,23 +104,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     report = write(results, options.out, [instances, *([options.note] if options.note else [])])
     print(markdown(report))
-    _journal(options.out).unlink(missing_ok=True)
-    return 0
+    journal.unlink()
+    return DONE
 
 
 def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--tasks", type=_span, default=None, help="numbers of tasks, like 2-8 (default: 2-12)")
-    parser.add_argument("--seeds", type=int, default=None, help="instances of each size (default: 10)")
-    parser.add_argument("--yardstick-seeds", type=int, default=None, help="of these, for the yardstick (default: 3)")
+    parser.add_argument("--tasks", type=_span, help="numbers of tasks, like 2-8 (default: 2-12)")
+    parser.add_argument("--seeds", type=int, help="instances of each size (default: 10)")
+    parser.add_argument("--yardstick-seeds", type=int, default=3, help="number of these for the yardstick (default: 3)")
     parser.add_argument("--quick", action="store_true", help="2 to 5 tasks, 3 instances: less than a minute")
     parser.add_argument("--out", type=Path, default=Path("out", "table1"), help="folder (default: out/table1)")
     parser.add_argument("--note", help="remark to keep with the results")
     options = parser.parse_args(arguments)
-    tasks, seeds = ((2, 5), 3) if options.quick else ((2, 12), 10)
-    options.tasks = options.tasks or range(tasks[0], tasks[1] + 1)
-    options.seeds = seeds if options.seeds is None else options.seeds
-    options.yardstick_seeds = 3 if options.yardstick_seeds is None else options.yardstick_seeds
+    options.tasks = options.tasks or (range(2, 6) if options.quick else range(2, 13))
+    if options.seeds is None:
+        options.seeds = 3 if options.quick else 10
     return options
 
 
@@ -145,74 +148,36 @@ def plan_runs(sizes: range, seeds: int, yardstick_seeds: int) -> list[BenchmarkR
     return runs
 
 
-def carry_out_all(runs: Sequence[BenchmarkRun], folder: Path) -> dict[BenchmarkRun, Timing]:
-    """Carry runs out one after the other, except those that an interrupted benchmark has done."""
-    conditions = _conditions()
-    journal = _journal(folder)
-    done = dict(_read(journal, conditions))
-    with journal.open("w") as file, _progress(len(runs)) as advance:
+def carry_out_all(runs: Sequence[BenchmarkRun], path: Path) -> dict[BenchmarkRun, Timing]:
+    """Carry runs out one after the other, except those that an interrupted benchmark finished.
 
-        def keep(run: BenchmarkRun) -> None:
-            entry = {"conditions": conditions, "run": asdict(run), "outcome": asdict(done[run])}
-            print(json.dumps(entry), file=file, flush=True)
+    Args:
+        runs: what to time.
+        path: the journal of finished runs.
 
-        for run in done:
-            keep(run)
-        for run in runs:
-            if run not in done:
-                label = f"{run.kind}, {run.tasks} tasks, {run.method}, seed {run.seed}"
-                done[run] = carry_out(run, partial(advance, 0, label))
-                keep(run)
-            advance(1, "")
-    return {run: done[run] for run in runs}
-
-
-def _journal(folder: Path) -> Path:
-    return folder / "table1.runs.jsonl"
-
-
-def _read(journal: Path, conditions: str) -> Iterator[tuple[BenchmarkRun, Timing]]:
-    """Yield the runs of a journal that were carried out under the same conditions."""
-    for line in journal.read_text().splitlines() if journal.exists() else []:
-        try:
-            entry = json.loads(line)
-        except ValueError:
-            continue
-        if entry["conditions"] == conditions:
-            outcome = entry["outcome"]
-            if outcome["points"] is not None:
-                outcome["points"] = tuple(map(tuple, outcome["points"]))
-            yield BenchmarkRun(**entry["run"]), Timing(**outcome)
-
-
-def _conditions() -> str:
-    """Return a digest of planner and machine: times taken under others must not mix."""
-    digest = hashlib.sha256(json.dumps(_machine()).encode())
-    for source in sorted(Path(prefplan.__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@contextmanager
-def _progress(total: int) -> Iterator[Callable[[int, str], None]]:
-    """Show a bar on stderr if it is a terminal.
-
-    It is drawn by calls only: a thread that draws might hold a lock while the process forks.
+    Raises:
+        PrefplanError: the journal is one of other runs, another planner or another machine.
     """
-    console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    bar = Progress(*columns, console=console, transient=True, auto_refresh=False, disable=not console.is_terminal)
-    with bar:
-        task = bar.add_task("", total=total)
+    conditions = hashlib.sha256(json.dumps([_machine(), [asdict(run) for run in runs]]).encode())
+    for source in sorted(Path(prefplan.__file__).parent.rglob("*.py")):
+        conditions.update(source.read_bytes())
+    header = {"prefplan": prefplan.__version__, "conditions": conditions.hexdigest()}
+    with Journal(path, header, key="run") as journal:
+        for number, run in enumerate(runs):
+            if number not in journal.done:
+                what = f"{run.kind}, {run.tasks} tasks, {run.method}, seed {run.seed}"
+                print(f"run {number} of {len(runs)}: {what}", file=sys.stderr)
+                journal.add({"run": number, "timing": asdict(carry_out(run))})
+        return {run: _timing(journal.done[number]["timing"]) for number, run in enumerate(runs)}
 
-        def advance(done: int, label: str) -> None:
-            bar.update(task, advance=done, description=label, refresh=True)
 
-        yield advance
+def _timing(values: dict[str, Any]) -> Timing:
+    points = values["points"]
+    return Timing(**values | {"points": None if points is None else tuple(map(tuple, points))})
 
 
 def _machine() -> dict[str, Any]:
-    """Return what times depend on."""
+    """Return the hardware and software that times depend on."""
     cpu = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.exists():

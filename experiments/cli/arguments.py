@@ -5,29 +5,21 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
+from pathlib import Path
 from typing import NoReturn
 
 from experiments.cli.completion import complete, scenario_files
 from experiments.cli.status import BAD_INPUT
 
 Command = Callable[[argparse.Namespace], int]
-"""What carries a command out and returns its exit status."""
-
-ROBOTS = ("default", "menagerie")
-"""Those of `sim.robots.catalogue`, which takes a second to load."""
-
-QUALITIES = ("draft", "final")
-"""Those of `sim.rendering.quality`, likewise."""
-
-CAMERAS = ("fixed", "orbit", "wrist")
-"""Those of `sim.rendering.cameras`, likewise."""
+"""Carries a command out and returns its exit status."""
 
 Commands = argparse._SubParsersAction
-"""Where a command adds itself: what `ArgumentParser.add_subparsers` returns."""
+"""Where a command adds itself: the value of `ArgumentParser.add_subparsers`."""
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that answers a wrong call with one sentence, like everything else that is wrong."""
+    """A parser that answers a wrong call with one sentence, like every other error."""
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
@@ -37,14 +29,14 @@ class Parser(argparse.ArgumentParser):
 def add_command(
     commands: Commands[argparse.ArgumentParser], command: Command, summary: str, *examples: str, more: str = ""
 ) -> argparse.ArgumentParser:
-    """Add a command that bears its function's name, but for a `_` at the end, and return its parser.
+    """Add a command with the name of its function, without a `_` at the end, and return its parser.
 
     Args:
         commands: where it is added.
-        command: what carries it out.
-        summary: what it does, in one sentence.
+        command: carries it out.
+        summary: one sentence for the help.
         examples: calls that work, two at least.
-        more: what else its help says at the end, in lines of at most 120 characters.
+        more: text at the end of the help, in lines of at most 120 characters.
     """
     lines = "".join(f"\n  {example}" for example in examples)
     parser = commands.add_parser(
@@ -61,13 +53,15 @@ def add_command(
 def add_scenario(parser: argparse.ArgumentParser) -> None:
     """Add the scenario."""
     scenario = parser.add_argument(
-        "scenario", metavar="SCENARIO", help="name of a scenario that ships, or path of a TOML file"
+        "scenario",
+        metavar="SCENARIO",
+        help="name of a scenario that `prefplan list` shows, or path of a TOML file",
     )
     complete(scenario, scenario_files())
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add the switch that makes a command speak to programs."""
+    """Add the switch for output that programs read."""
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
 
 
@@ -82,7 +76,7 @@ def add_max_cost(parser: argparse.ArgumentParser) -> None:
 
 
 def add_limits(parser: argparse.ArgumentParser, found: str) -> None:
-    """Add the limits of a search's effort, which ends with what it `found` by then."""
+    """Add the limits of a search, which ends with what it has `found` by then."""
     parser.add_argument("--max-seconds", type=seconds, metavar="S", help=f"stop after this time with {found}")
     parser.add_argument(
         "--max-memory", type=number, metavar="MB", help=f"stop before the search takes more memory, with {found}"
@@ -95,7 +89,7 @@ def in_bytes(megabytes: Decimal | None) -> float | None:
 
 
 def add_plan(parser: argparse.ArgumentParser) -> None:
-    """Add which plan of the front is meant."""
+    """Add the choice of a plan of the front."""
     parser.add_argument(
         "--plan",
         type=which_plan,
@@ -106,20 +100,20 @@ def add_plan(parser: argparse.ArgumentParser) -> None:
 
 
 def add_fault(parser: argparse.ArgumentParser) -> None:
-    """Add what shall go wrong; read by `sim.execution.faults`."""
+    """Add the faults of a run; read by `sim.execution.faults`."""
     parser.add_argument(
         "--fault",
         action="append",
         default=[],
         metavar="FAULT",
-        help="make something go wrong from the K-th action on; may be repeated: slip@K, move:OBJECT@K, "
+        help="inject a fault at the K-th action or the next one that it fits; may be repeated: slip@K, move:OBJECT@K, "
         "knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K",
     )
 
 
 def add_perturb(parser: argparse.ArgumentParser) -> None:
-    """Add how much each rollout's world differs from the nominal one; read by `sim.world.randomization`."""
-    keys = "position and noise in mm, angle in degrees, friction and mass in shares"
+    """Add the random differences of a run from the nominal scene; read by `sim.world.randomization`."""
+    keys = "position and noise in mm, angle in degrees, friction and mass as a fraction"
     parser.add_argument(
         "--perturb",
         metavar="KEY=VALUE,...",
@@ -131,27 +125,53 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     """Add the choice of the robot."""
     parser.add_argument(
         "--robot",
-        choices=ROBOTS,
+        metavar="NAME",
         default="default",
-        help="the Panda that ships, or that of MuJoCo Menagerie, which is fetched once with git (default: default)",
+        help="default: the Panda that ships; menagerie: that of MuJoCo Menagerie, which is fetched once with git "
+        "(default: default)",
     )
 
 
-def add_film(parser: argparse.ArgumentParser) -> None:
-    """Add how a film is made."""
-    parser.add_argument("--no-video", action="store_true", help="render nothing")
+def add_video(parser: argparse.ArgumentParser) -> None:
+    """Add how a video is rendered; read by `experiments.cli.simulation_options`."""
+    parser.add_argument("--no-video", action="store_true", help="render no video")
     parser.add_argument(
         "--quality",
-        choices=QUALITIES,
+        metavar="NAME",
         default="draft",
-        help="of the video: 1280 x 720, or 1920 x 1080 with soft shadows at ten times the time (default: draft)",
+        help="draft: 1280 x 720; final: 1920 x 1080 with soft shadows, in ten times the time (default: draft)",
     )
     parser.add_argument(
         "--camera",
-        choices=CAMERAS,
+        metavar="NAME",
         default="fixed",
-        help="before the table, going round its front, or on the hand (default: fixed)",
+        help="fixed: in front of the table; orbit: around its front; wrist: on the hand (default: fixed)",
     )
+
+
+def add_seed(parser: argparse.ArgumentParser, differences: str = "up to 5 mm and 5 degrees") -> None:
+    """Add the seed of a run."""
+    parser.add_argument(
+        "--seed",
+        type=whole,
+        metavar="N",
+        help=f"start each object at a random pose, {differences} off its nominal one (default: nominal poses)",
+    )
+
+
+def add_out(parser: argparse.ArgumentParser, default: str = "out/SCENARIO") -> None:
+    """Add the folder for results."""
+    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the results (default: {default})")
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Add the number of processes."""
+    parser.add_argument("--jobs", type=positive, metavar="N", help="number of processes (default: one per core)")
+
+
+def add_plot(parser: argparse.ArgumentParser) -> None:
+    """Add the file for a figure."""
+    parser.add_argument("--plot", metavar="FILE", help="draw a figure too; the file ends in .png, .svg or .pdf")
 
 
 def number(text: str) -> Decimal:
@@ -171,37 +191,39 @@ def seconds(text: str) -> float:
 
 
 def which_plan(text: str) -> str | int:
-    """Return how a plan of the front is named: `cost`, `preference` or its number."""
+    """Return the name of a plan of the front: `cost`, `preference` or its index."""
     if text in ("cost", "preference"):
         return text
-    if text.isascii() and text.isdigit():
+    if _is_integer(text):
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is neither cost nor preference nor a plan's number, counted from 0")
 
 
-def whole(text: str) -> int:
-    """Return a whole number >= 0."""
-    if text.isascii() and text.isdigit():
+def whole(text: str, *, least: int = 0) -> int:
+    """Return a whole number, not smaller than the least one."""
+    if _is_integer(text) and int(text) >= least:
         return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= 0")
+    raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= {least}")
 
 
 def positive(text: str) -> int:
     """Return a whole number >= 1."""
-    if text.isascii() and text.isdigit() and int(text):
-        return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is not a whole number >= 1")
+    return whole(text, least=1)
+
+
+def _is_integer(text: str) -> bool:
+    return text.isascii() and text.isdigit()
 
 
 def plan_numbers(text: str) -> tuple[int, ...]:
-    """Return the numbers of plans, such as `0,3`, each once and in order."""
+    """Return indices of plans, such as `0,3`, each once and in order."""
     return tuple(sorted({whole(part.strip()) for part in text.split(",")}))
 
 
 def picture_size(text: str) -> tuple[int, int]:
-    """Return (width, height) in pixels, such as `1280x720`, both even as films need it."""
-    width, cross, height = text.partition("x")
-    if not (cross and width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
+    """Return (width, height) in pixels, such as `1280x720`, both even as videos need it."""
+    width, _, height = text.partition("x")
+    if not (_is_integer(width) and _is_integer(height)):
         raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 1280x720")
     size = int(width), int(height)
     if any(side % 2 or not 16 <= side <= 4096 for side in size):

@@ -60,10 +60,7 @@ def draw(automata: Mapping[str, Automaton], path: Path) -> None:
     Raises:
         PrefplanError: one has too many states, or the file cannot be written.
     """
-    # Matplotlib takes a second to load, which whoever wants SVG is spared.
-    from experiments.figures import node_link_figure
-
-    node_link_figure.draw({title: diagram(automaton) for title, automaton in automata.items()}, path)
+    node_link.draw({title: diagram(automaton) for title, automaton in automata.items()}, path)
 
 
 def _kind(automaton: Automaton, state: int) -> tuple[str, str]:

@@ -1,31 +1,25 @@
-"""Layered layout of directed graphs, left to right, with room for the edges' labels.
+"""Layered layout of directed graphs, left to right, with space for the labels of the edges.
 
-After K. Sugiyama, S. Tagawa and M. Toda, "Methods for Visual Understanding of Hierarchical System Structures", IEEE
-Trans. SMC, 1981. Nodes stand in even columns. An edge passes every column between its ends in a box of its own, in
-one of the odd ones with its label, so that nothing ever lies on anything else. The order in each column is that of
-the fewest crossings met in some sweeps; heights are then drawn towards the neighbours' by isotonic regression.
+The label of an edge is a vertex between the ends of the edge, so that the layout keeps labels apart like nodes. Layers
+and order are those of the library `fast_sugiyama` (K. Sugiyama, S. Tagawa and M. Toda, "Methods for Visual
+Understanding of Hierarchical System Structures", IEEE Trans. SMC, 1981). It takes every vertex for a point: here the
+vertices get their sizes.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
-from scipy.optimize import isotonic_regression
-
-SWEEPS = 24
-"""How often the columns are put in a new order, and then their heights drawn together."""
-
-STIFFNESS = 8.0
-"""How much more an edge resists a bend between two columns than where it meets its nodes."""
+from fast_sugiyama import from_edges
 
 
 @dataclass(frozen=True)
 class Box:
-    """Room that something takes about the line through it.
+    """Extent of a node or a label about the line through it.
 
     Attributes:
         width: half to the left, half to the right.
@@ -40,12 +34,12 @@ class Box:
 
 @dataclass(frozen=True)
 class LayeredDrawing:
-    """Where everything lies; x to the right, y downwards, all of it at positive coordinates.
+    """Positions; x to the right, y downwards, all coordinates positive.
 
     Attributes:
-        nodes: (N, 2) middle of every node.
-        routes: for every edge, (P, 2) points on its way from source to target, both left out; it is level in them.
-        labels: (E, 2) middle of the line below every edge's label.
+        nodes: (N, 2) centre of every node.
+        routes: for every edge, (P, 2) points from source to target, without both ends; the edge is level there.
+        labels: (E, 2) centre of the line below the label of every edge.
         size: width and height of the whole.
     """
 
@@ -61,130 +55,72 @@ def place(
     """Lay out a graph whose nodes can all be reached from node 0.
 
     Args:
-        nodes: the room each node takes.
+        nodes: the extent of each node.
         edges: (source, target), without self-loops.
-        labels: the room each edge's label takes.
+        labels: the extent of the label of each edge.
         gap: least distance between columns and within them.
     """
-    rank = _ranks(len(nodes), edges)
-    boxes, column = list(nodes), [2 * r for r in rank]
-    links: list[tuple[int, int]] = []
-    ways, label_of = [], []
-    for (source, target), label in zip(edges, labels, strict=True):
-        left, right = sorted((source, target), key=rank.__getitem__)
-        between = range(2 * rank[left] + 1, 2 * rank[right])
-        middle = between[len(between) // 2 - (len(between) // 2) % 2]
-        way = []
-        for c in between:
-            way.append(len(boxes))
-            boxes.append(label if c == middle else Box(0, 0, 0))
-            column.append(c)
-            if c == middle:
-                label_of.append(way[-1])
-        links += zip([left, *way], [*way, right], strict=True)
-        ways.append(way if left == source else way[::-1])
-    columns = _ordered(column, links)
-    y = _heights(columns, boxes, links, gap[1], nodes=len(nodes))
-    widths = [max(boxes[i].width for i in some) for some in columns]
-    starts = np.cumsum([0, *(width + gap[0] for width in widths)])
-    x = np.array([starts[c] + widths[c] / 2 for c in column])
-    y -= min(y[i] - box.above for i, box in enumerate(boxes))
-    height = max(y[i] + box.below for i, box in enumerate(boxes))
+    if not edges:
+        return LayeredDrawing(
+            np.array([[nodes[0].width / 2, nodes[0].above]]),
+            (),
+            np.empty((0, 2)),
+            (nodes[0].width, nodes[0].above + nodes[0].below),
+        )
+    forward = list(_forward(len(nodes), edges))
+    halves = [half for i, (a, b) in enumerate(forward, start=len(nodes)) for half in ((a, i), (i, b))]
+    ((positions, _, last, links),) = from_edges(halves, vertex_spacing=1, dummy_vertices=True, dummy_size=1.0)
+    boxes = dict(enumerate([*nodes, *labels]))
+    column = {int(vertex): round(last - layer) for vertex, (_, layer) in positions}
+    lines = {int(vertex): -line for vertex, (line, _) in positions}
+    widths = np.zeros(round(last) + 1)
+    for vertex, box in boxes.items():
+        widths[column[vertex]] = max(widths[column[vertex]], box.width)
+    right = np.cumsum(widths + gap[0]) - gap[0]
+    y = _heights(column, lines, boxes, gap[1])
+    before = {int(b): int(a) for a, b in links or ()}
+    after = {int(a): int(b) for a, b in links or ()}
     routes = []
-    for (source, target), way in zip(edges, ways, strict=True):
-        sense = 1 if rank[source] < rank[target] else -1
-        points = [(x[i] + sense * side * widths[column[i]] / 2, y[i]) for i in way for side in (-1, 1)]
-        routes.append(np.array(points))
-    return LayeredDrawing(
-        np.column_stack([x, y])[: len(nodes)],
-        tuple(routes),
-        np.array([(x[i], y[i]) for i in label_of]).reshape(-1, 2),
-        (float(starts[-1] - gap[0]), float(height)),
-    )
+    for i, (edge, (source, _)) in enumerate(zip(forward, edges, strict=True), start=len(nodes)):
+        first = i
+        while before[first] != edge[0]:
+            first = before[first]
+        chain = [first]
+        while after[chain[-1]] != edge[1]:
+            chain.append(after[chain[-1]])
+        points = [(x, y[v]) for v in chain for x in (right[column[v]] - widths[column[v]], right[column[v]])]
+        routes.append(np.array(points if edge[0] == source else points[::-1]))
+    centres = np.array([(right[column[v]] - widths[column[v]] / 2, y[v]) for v in boxes])
+    height = max(y[v] + box.below for v, box in boxes.items())
+    return LayeredDrawing(centres[: len(nodes)], tuple(routes), centres[len(nodes) :], (float(right[-1]), height))
 
 
-def _ranks(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
-    """Return each node's layer: the most edges on a way to it, where edges that close a circle count backwards."""
+def _forward(count: int, edges: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Yield every edge from left to right: edges that close a cycle, back towards node 0, are turned round."""
     graph = nx.DiGraph(edges)
-    graph.add_nodes_from(range(count))
     distance = nx.single_source_shortest_path_length(graph, 0)
-    part = {node: i for i, some in enumerate(nx.strongly_connected_components(graph)) for node in some}
-    ahead = nx.DiGraph()
-    ahead.add_nodes_from(range(count))
+    component = {node: i for i, part in enumerate(nx.strongly_connected_components(graph)) for node in part}
     for source, target in edges:
-        back = part[source] == part[target] and (distance[target], target) < (distance[source], source)
-        ahead.add_edge(*((target, source) if back else (source, target)))
-    rank = [0] * count
-    for node in nx.lexicographical_topological_sort(ahead):
-        for after in ahead.successors(node):
-            rank[after] = max(rank[after], rank[node] + 1)
-    return rank
-
-
-def _ordered(column: Sequence[int], links: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return the members of each column from top to bottom, by the barycentres of their neighbours."""
-    columns: list[list[int]] = [[] for _ in range(max(column) + 1)]
-    for i, c in enumerate(column):
-        columns[c].append(i)
-    before, after = _neighbours(links)
-    place = {i: float(k) for some in columns for k, i in enumerate(some)}
-    best, fewest = [list(some) for some in columns], _crossings(columns, links, column)
-    for sweep in range(SWEEPS):
-        forward = sweep % 2 == 0
-        for some in columns if forward else reversed(columns):
-            beside = before if forward else after
-            centres = {i: np.mean([place[j] for j in beside[i]]) if beside[i] else place[i] for i in some}
-            some.sort(key=lambda i: (centres[i], place[i]))
-            for k, i in enumerate(some):
-                place[i] = k - (len(some) - 1) / 2
-        crossings = _crossings(columns, links, column)
-        if crossings < fewest:
-            best, fewest = [list(some) for some in columns], crossings
-    return best
-
-
-def _neighbours(links: Sequence[tuple[int, int]]) -> tuple[dict[int, list[int]], dict[int, list[int]]]:
-    before, after = defaultdict(list), defaultdict(list)
-    for left, right in links:
-        before[right].append(left)
-        after[left].append(right)
-    return before, after
-
-
-def _crossings(columns: Sequence[Sequence[int]], links: Sequence[tuple[int, int]], column: Sequence[int]) -> int:
-    """Return how many pairs of links cross."""
-    place = {i: k for some in columns for k, i in enumerate(some)}
-    by_gap: dict[int, list[tuple[int, int]]] = defaultdict(list)
-    for left, right in links:
-        by_gap[column[left]].append((place[left], place[right]))
-    count = 0
-    for some in by_gap.values():
-        ends = np.array(some)
-        apart = ends[:, None] - ends[None, :]
-        count += int((apart[..., 0] * apart[..., 1] < 0).sum()) // 2
-    return count
+        back = component[source] == component[target] and (distance[target], target) < (distance[source], source)
+        yield (target, source) if back else (source, target)
 
 
 def _heights(
-    columns: Sequence[Sequence[int]], boxes: Sequence[Box], links: Sequence[tuple[int, int]], gap: float, *, nodes: int
-) -> np.ndarray:
-    """Return the height of every box's line, as near to its neighbours' as the order allows; the first are nodes."""
-    before, after = _neighbours(links)
-    y = np.zeros(len(boxes))
-    offsets = []
-    for some in columns:
-        steps = [boxes[a].below + boxes[b].above + gap for a, b in zip(some, some[1:], strict=False)]
-        offsets.append(np.cumsum([0.0, *steps]))
-        y[list(some)] = offsets[-1] - offsets[-1].mean()
-    for sweep in range(SWEEPS):
-        order = range(len(columns)) if sweep % 2 == 0 else reversed(range(len(columns)))
-        for c in order:
-            some = list(columns[c])
-            wanted, weights = [], []
-            for i in some:
-                near = before[i] + after[i]
-                pull = [STIFFNESS if min(i, j) >= nodes else 1.0 for j in near]
-                wanted.append(np.average(y[near], weights=pull) if near else y[i])
-                weights.append(1.0 + sum(pull))
-            y[some] = isotonic_regression(np.array(wanted) - offsets[c], weights=weights).x + offsets[c]
-    return y
+    column: Mapping[int, int], lines: Mapping[int, float], boxes: Mapping[int, Box], gap: float
+) -> dict[int, float]:
+    """Return the height of every vertex: equal on equal lines, and far enough apart in every column."""
+    point = Box(0, 0, 0)
+    on_line = defaultdict(list)
+    for vertex, line in lines.items():
+        on_line[line].append(vertex)
+    heights: dict[int, float] = {}
+    bottom: dict[int, float] = {}
+    height = 0.0
+    for line in sorted(on_line):
+        vertices = on_line[line]
+        needed = [bottom.get(column[v], 0.0) + boxes.get(v, point).above for v in vertices]
+        height = max(height, *needed)
+        for v in vertices:
+            heights[v] = height
+            bottom[column[v]] = height + boxes.get(v, point).below + gap
+    return heights

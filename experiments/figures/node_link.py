@@ -1,57 +1,75 @@
-"""Node-link diagrams: nodes, and arrows with labels, as geometry that is then drawn as SVG or by Matplotlib."""
+"""Node-link diagrams in SVG: nodes, and arrows with labels."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
+from experiments.cli.files import write_bytes
 from experiments.figures.layered import Box, place
 
 LETTER = 13.0
-"""Size of letters, in units of which a browser shows one as a pixel."""
+"""Font size, px."""
 
 ADVANCE = 0.602 * LETTER
-"""Width of a letter; all are equally wide, so that a label's room is known whatever the font."""
+"""Width of a letter, px; the same for all letters, so that the width of a label is known for every font."""
 
 LINE = 1.25 * LETTER
-"""From one line of text to the next."""
+"""Distance between two lines of text, px."""
 
 FONT = "ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 
 RADIUS = 17.0
-"""Of a node with a short name; one with a long name is a box with ends as round."""
+"""Radius of a node with a short name, px; a node with a long name is a box with ends of this radius."""
 
 LOOP = 30.0
-"""How far a self-loop rises above its node."""
+"""Height of a self-loop above its node, px."""
 
 HEAD = (9.0, 3.6)
-"""Length and half the width of an arrow's head."""
+"""Length and half the width of an arrow head, px."""
 
 WIDEST, WIDEST_LOOP = 36, 9
-"""Letters in a line of a label, if it can be broken; less above a self-loop, for what leaves the node beside it."""
+"""Most letters in a line of a label that can be broken: of an edge, of a self-loop (edges leave the node beside it)."""
 
 MOST_LINES = 6
-"""Of a label; the rest of a longer one is told by its tooltip only."""
+"""Most lines of a label; the tooltip has the whole text."""
 
 GAP = (32.0, 12.0)
-"""Least distance between columns and within them."""
+"""Least distance between columns and within them, px."""
 
 MARGIN = 6.0
+"""Empty border of a diagram, px."""
 
 START = 30.0
-"""Length of the arrow that points at the first node."""
+"""Length of the arrow that points at the first node, px."""
+
+TITLE_LETTER = 15.0
+"""Font size of titles, px; of the same font as all else, as the converter orders several fonts in a PDF at random."""
+
+TITLE = 26.0
+"""Height of the title of a diagram in a file, px."""
+
+APART = 18.0
+"""Distance between two diagrams in a file, px."""
+
+SCALE = 2.1
+"""Pixels of a PNG file per px."""
+
+STYLE = ".plain .body { fill: #fff } .accepting .body { fill: #d9efdc } .dead .body { fill: #f2f2f2 }"
+"""Fill of nodes in a file; on a page the page's own style sheet has it."""
 
 
 @dataclass(frozen=True)
 class Node:
-    """What a node says.
+    """A node.
 
     Attributes:
         name: its id.
-        text: its lines.
+        text: the lines of text in it.
         kind: `plain`, `accepting` or `dead`.
         about: its tooltip.
     """
@@ -64,7 +82,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """What an arrow says: from and to which node, by number, and when."""
+    """An edge between two nodes, given by number, with its label."""
 
     source: int
     target: int
@@ -73,14 +91,14 @@ class Edge:
 
 @dataclass(frozen=True)
 class Arrow:
-    """An edge's place.
+    """A laid out edge.
 
     Attributes:
-        edge: what it is.
-        curve: (1 + 3 n, 2) points of a chain of cubic Bezier curves, which ends at the foot of the arrow's head.
-        head: (3, 2) corners of its head.
-        lines: of its label.
-        at: (2,) middle of the label's lowest base line.
+        edge: the edge.
+        curve: (1 + 3 n, 2) control points of n joined cubic Bezier curves, up to the arrow head.
+        head: (3, 2) corners of the arrow head.
+        lines: the lines of the label.
+        at: (2,) middle of the lowest base line of the label.
     """
 
     edge: Edge
@@ -95,12 +113,13 @@ class Diagram:
     """A laid out diagram; x to the right, y downwards.
 
     Attributes:
-        nodes: what they say; the first is where it starts.
-        middles: (N, 2) where they are.
-        widths: (N,) of the nodes; their height is `heights`.
-        heights: (N,)
-        arrows: the edges; the first one points at the start and belongs to none.
-        size: width and height.
+        nodes: the nodes; the first is the start.
+        middles: (N, 2) centres of the nodes.
+        widths: (N,) widths of the nodes.
+        heights: (N,) heights of the nodes.
+        start: `curve` and `head` of the arrow that points at the start.
+        arrows: the edges.
+        size: width and height of the diagram.
     """
 
     nodes: tuple[Node, ...]
@@ -181,9 +200,46 @@ def svg(diagram: Diagram, *, title: str, prefix: str = "") -> str:
     return "\n".join([*lines, "</svg>"])
 
 
-def corner_radius(height: float) -> float:
-    """Return how round the corners of a node of some height are; those of the least height are circles."""
-    return min(RADIUS, height / 2)
+def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
+    """Write diagrams one below the other, each below its title, as SVG, PNG or PDF by the ending of the file.
+
+    Raises:
+        PrefplanError: the file cannot be written.
+    """
+    width = max(
+        [0.602 * TITLE_LETTER * len(title) + 20 for title in diagrams]
+        + [diagram.size[0] for diagram in diagrams.values()]
+    )
+    lines, top = [], 0.0
+    for number, (title, diagram) in enumerate(diagrams.items()):
+        lines.append(
+            f'<text x="8" y="{top + 17:.1f}" font-family="{FONT}" font-size="{TITLE_LETTER:g}" fill="currentColor">'
+            f"{escape(title)}</text>"
+        )
+        picture = svg(diagram, title=title, prefix=f"d{number}-")
+        lines.append(f'<g transform="translate(0,{top + TITLE:.1f})">{picture}</g>')
+        top += TITLE + diagram.size[1] + APART
+    height = top - APART
+    drawn = "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" width="{width:.0f}" '
+            f'height="{height:.0f}" color="#222"><style>{STYLE}</style><rect width="100%" height="100%" fill="#fff"/>',
+            *lines,
+            "</svg>\n",
+        ]
+    )
+    write_bytes(path, _converted(drawn, path.suffix.lower()))
+
+
+def _converted(picture: str, ending: str) -> bytes:
+    """Return an SVG picture as the content of a file with this ending."""
+    if ending == ".svg":
+        return picture.encode()
+    import matplotlib
+    import vl_convert
+
+    vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
+    return vl_convert.svg_to_png(picture, scale=SCALE) if ending == ".png" else vl_convert.svg_to_pdf(picture)
 
 
 def _lines(label: str, widest: int) -> tuple[str, ...]:
@@ -257,7 +313,7 @@ def _arrow_svg(curve: np.ndarray, head: np.ndarray) -> str:
 
 
 def _box_svg(x: float, y: float, width: float, height: float, extra: str) -> str:
-    radius = corner_radius(height)
+    radius = min(RADIUS, height / 2)
     corner = f'x="{x - width / 2:.1f}" y="{y - height / 2:.1f}"'
     return f'<rect {corner} width="{width:.1f}" height="{height:.1f}" rx="{radius:.1f}" {extra}/>'
 

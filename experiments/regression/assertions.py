@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from experiments import scenarios
+from experiments.cli.choice import choose
 from experiments.cli.output import condense, number
-from experiments.commands.execution.run import choose
 from experiments.regression.front_comparison import Point, compare, side_by_side
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number, exact

@@ -1,4 +1,4 @@
-"""What the page knows: the front, every plan, its timeline, its explanation and its run, as one JSON object."""
+"""The data of the page as one JSON object: the front, and every plan with its ledger, explanations, checks and run."""
 
 from __future__ import annotations
 
@@ -7,27 +7,28 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.cli.output import number, plan_json
 from experiments.report.differences import landmarks
-from experiments.report.explanations import Explanation, Told, explain, explain_cheapest, titles
-from experiments.report.formula_words import words_of
-from experiments.report.plan_checks import check_plan
-from experiments.report.timeline import Timeline, plan_timeline, timeline
-from experiments.report.wishes import wishes
+from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
+from experiments.report.formula_words import titles, words_of
+from experiments.report.preference_words import shares
+from prefplan.claims import Check, Claims, judge
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Front, Plan
+from prefplan.ledger import Ledger
 from prefplan.models.grid import GridModel
-from prefplan.problem import Task
+from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording
 
-MOVE_TIME = 0.25
-"""How long a move on a grid takes on the page, s."""
+MOVE_TIME_S = 0.25
+"""Time of a move on a grid on the page."""
 
-PAIRS = 20
-"""Up to so many plans each is compared with every cheaper one; of more, with its neighbour and the cheapest."""
+ACTION_TIME_S = 1.0
+"""Time of any other action on the page, where no run gives it."""
 
-ACTION_TIME = 1.0
-"""How long any other action takes on the page where no run says it, s."""
+MAX_PAIRED = 20
+"""Of so many plans each is compared with every cheaper one; of more, with its neighbour and the cheapest."""
 
 
 def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recording]) -> dict[str, Any]:
@@ -40,8 +41,8 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
     """
     problem = scenario.problem()
     named = titles(scenario)
-    told = [
-        Told(plan, plan_timeline(problem, plan), "the cheapest" if i == 0 else f"plan {i}")
+    plans = [
+        NamedPlan(plan, Ledger.of_plan(problem, plan), f"plan {i}" if i else "the cheapest")
         for i, plan in enumerate(front)
     ]
     return {
@@ -51,8 +52,32 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
             _task(task, named[task.name], automaton.accepting, automaton.dead)
             for task, automaton in zip(problem.tasks, problem.automata, strict=True)
         ],
-        "plans": [_plan(scenario, told, i, recordings.get(i), _rank(front, i)) for i in range(len(told))],
+        "plans": [_plan(scenario, plans, i, recordings.get(i), _rank(front, i)) for i in range(len(plans))],
     }
+
+
+def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> tuple[Check, ...]:
+    """Check a plan's costs, tasks, relaxations and preference by their definitions.
+
+    Args:
+        problem: what was planned.
+        plan: what the search says.
+        ledger: gives the labels and the costs of the plan's actions; its automata are not used.
+    """
+
+    def plain(costs: Mapping[str, Number]) -> dict[str, int | float]:
+        return {name: to_number(exact(cost)) for name, cost in costs.items()}
+
+    claims = Claims(
+        completed=True,
+        cost=to_number(exact(plan.cost)),
+        task_costs=plain(plan.task_costs),
+        violation_costs=plain(plan.violation_costs),
+        preference=to_number(exact(plan.preference)),
+        relaxations=plan.relaxations,
+    )
+    exists = Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
+    return exists, *judge(claims, problem.tasks, problem.preference, ledger.labels, ledger.costs).checks
 
 
 def _rank(front: Front, i: int) -> str | None:
@@ -65,36 +90,35 @@ def _rank(front: Front, i: int) -> str | None:
 
 
 def _plan(
-    scenario: Scenario, told: Sequence[Told], i: int, recording: Recording | None, rank: str | None
+    scenario: Scenario, plans: Sequence[NamedPlan], i: int, recording: Recording | None, rank: str | None
 ) -> dict[str, Any]:
-    problem, (plan, planned) = scenario.problem(), (told[i].plan, told[i].timeline)
+    problem, (plan, planned) = scenario.problem(), (plans[i].plan, plans[i].ledger)
     shown, run = planned, None
-    pause = MOVE_TIME if isinstance(scenario.model, GridModel) else ACTION_TIME
-    times = [(k * pause, (k + 1) * pause) for k in range(len(plan.actions))]
+    period = MOVE_TIME_S if isinstance(scenario.model, GridModel) else ACTION_TIME_S
+    times = [(k * period, (k + 1) * period) for k in range(len(plan.actions))]
     if recording is not None:
-        shown = _observed(scenario, planned, recording)
+        shown, run = _observed(problem, planned, recording), _run(recording, plan)
         begin = float(recording.log.times[0])
-        times = [(a.start - begin, a.end - begin) for a in recording.log.about.actions]
-        run = _run(recording, plan)
-    cheaper = range(i) if len(told) <= PAIRS else sorted({i - 1, 0} - {i, -1})
-    explained = {j: explain(scenario, told[i], told[j]) for j in cheaper}
-    checks = [
-        {"name": check.name, "holds": check.holds, "words": check.words} for check in check_plan(problem, plan, planned)
-    ]
+        times = [(action.start - begin, action.end - begin) for action in recording.log.about.actions]
+    cheaper = range(i) if len(plans) <= MAX_PAIRED else sorted({i - 1, 0} - {i, -1})
+    explained = [_explanation(explain(scenario, plans[i], plans[j]), j) for j in cheaper]
     return {
         "index": i,
         **plan_json(plan),
         "rank": rank,
-        "explanations": [_explanation(one, j) for j, one in explained.items()]
-        or [_explanation(explain_cheapest(scenario, told[0]), None)],
-        "wishes": [
-            {"task": wish.task, "words": wish.words, "adds": wish.adds} for wish in wishes(scenario.preference, plan)
+        "explanations": explained or [_explanation(explain_cheapest(scenario, plans[0]), None)],
+        "shares": [
+            {"task": share.task, "preferred": share.preferred, "adds": share.adds}
+            for share in shares(scenario.preference, plan)
         ],
         "order": list(planned.order),
-        "timeline": _timeline(shown),
+        "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
-        "map_words": _map_words(scenario, plan, planned),
-        "checks": checks,
+        "map_words": _map_words(scenario, planned),
+        "checks": [
+            {"name": check.name, "holds": check.holds, "words": check.words}
+            for check in check_plan(problem, plan, planned)
+        ],
         "run": run,
     }
 
@@ -103,32 +127,35 @@ def _explanation(explanation: Explanation, against: int | None) -> dict[str, Any
     return {"against": against, "headline": explanation.headline, "details": list(explanation.details)}
 
 
-def _timeline(shown: Timeline) -> dict[str, Any]:
+def _ledger(ledger: Ledger) -> dict[str, Any]:
     return {
-        "actions": list(shown.actions),
-        "costs": [number(cost) for cost in shown.costs],
-        "spent": list(shown.spent),
-        "tracks": {
+        "actions": list(ledger.actions),
+        "costs": [number(to_number(cost)) for cost in ledger.costs],
+        "spent": [to_number(cost) for cost in ledger.spent],
+        "tasks": {
             name: {
-                "states": None if track.states is None else list(track.states),
-                "satisfied": track.satisfied,
-                "advances": list(track.advances),
-                "bought": [{"step": b.step, "assume": b.assume, "cost": number(b.cost)} for b in track.bought],
+                "states": states and list(states),
+                "satisfied": ledger.satisfied[name],
+                "advances": list(ledger.advances(name)),
+                "bought": [
+                    {"step": bought.step, "assume": bought.assume, "cost": number(bought.cost)}
+                    for bought in ledger.relaxations
+                    if bought.task == name
+                ],
             }
-            for name, track in shown.tracks.items()
+            for name, states in ledger.states.items()
         },
     }
 
 
-def _observed(scenario: Scenario, planned: Timeline, recording: Recording) -> Timeline:
-    """Return what a run came to."""
+def _observed(problem: Problem, planned: Ledger, recording: Recording) -> Ledger:
+    """Return the ledger of a run."""
     about = recording.log.about
-    labels = [planned.labels[0], *(frozenset(action.label) for action in about.actions)]
-    return timeline(
-        scenario.problem(),
+    return Ledger.of(
+        problem,
         [action.action for action in about.actions],
         [action.cost for action in about.actions],
-        labels,
+        [planned.labels[0], *(frozenset(action.label) for action in about.actions)],
         about.claims.relaxations,
     )
 
@@ -149,14 +176,14 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
     }
 
 
-def _map_words(scenario: Scenario, plan: Plan, planned: Timeline) -> str | None:
-    """Return what a plan's map shows, for those who cannot see it."""
+def _map_words(scenario: Scenario, planned: Ledger) -> str | None:
+    """Return what a plan's map shows, for readers who cannot see it."""
     if not isinstance(scenario.model, GridModel):
         return None
     width, height = scenario.model.size
-    way = ", ".join(landmarks(scenario.problem(), planned)) or "no region that a task asks for"
-    moves = "1 move" if len(plan.actions) == 1 else f"{len(plan.actions)} moves"
-    return f"Map of {width} by {height} cells with the robot's path of {moves}, by way of {way}."
+    passed = ", ".join(landmarks(planned)) or "no region of a task"
+    moves = "1 move" if len(planned.actions) == 1 else f"{len(planned.actions)} moves"
+    return f"Map of {width} by {height} cells with the robot's path of {moves} through {passed}."
 
 
 def _task(task: Task, title: str, accepting: int | None, dead: int | None) -> dict[str, Any]:

@@ -1,40 +1,40 @@
-"""How one plan differs from another: what it does more and less, what it puts aside, and which way it goes."""
+"""How one plan differs from another: its actions, what it puts aside, and its path."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, takewhile
 
-from experiments.report.timeline import Timeline
+from prefplan.ledger import Ledger
 from prefplan.logic.formula import parse, propositions_of
+from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.problem import Problem
 from prefplan.scenario.decode import Model
 
 
 @dataclass(frozen=True)
 class Parking:
-    """An object put down somewhere for a while only, where no task asks for it."""
+    """An object put down for a while only, where no task asks for it."""
 
-    thing: str
+    obj: str
     place: str
 
 
 @dataclass(frozen=True)
 class Differences:
-    """What sets a plan apart from another one.
+    """How a plan differs from another one.
 
     Attributes:
-        part: how many actions both begin with alike.
-        more: actions it takes oftener, and how much oftener.
-        fewer: actions it takes less often.
+        part: number of actions that both begin with.
+        more: actions that it takes more often, and how much more often.
+        fewer: actions that it takes less often.
         parked: what it puts aside although the other does not.
         spared: what only the other puts aside.
-        last: the last landmark both come by before their ways part, or None.
-        here: the landmark it comes by next, or None.
-        there: the landmark that the other comes by next, or None.
+        last: the last landmark that both pass before their paths part, or None.
+        here: the landmark that it passes next, or None.
+        there: the landmark that the other passes next, or None.
     """
 
     part: int
@@ -47,56 +47,63 @@ class Differences:
     there: str | None
 
 
-def differences(model: Model, problem: Problem, plan: Timeline, other: Timeline) -> Differences:
-    """Return what sets a plan apart from another plan for the same problem."""
+def differences(model: Model, plan: Ledger, other: Ledger) -> Differences:
+    """Return how a plan differs from another plan for the same problem."""
     here, there = Counter(plan.actions), Counter(other.actions)
-    mine, others = Counter(parkings(model, problem, plan)), Counter(parkings(model, problem, other))
-    ways = landmarks(problem, plan), landmarks(problem, other)
-    alike = common(*ways)
+    mine, others = Counter(parkings(model, plan)), Counter(parkings(model, other))
+    passed, passed_there = landmarks(plan), landmarks(other)
+    alike = common(passed, passed_there)
     return Differences(
         part=common(plan.actions, other.actions),
         more=here - there,
         fewer=there - here,
         parked=tuple((mine - others).elements()),
         spared=tuple((others - mine).elements()),
-        last=ways[0][alike - 1] if alike else None,
-        here=ways[0][alike] if alike < len(ways[0]) else None,
-        there=ways[1][alike] if alike < len(ways[1]) else None,
+        last=passed[alike - 1] if alike else None,
+        here=passed[alike] if alike < len(passed) else None,
+        there=passed_there[alike] if alike < len(passed_there) else None,
     )
 
 
 def common(one: Sequence[str], other: Sequence[str]) -> int:
-    """Return how many entries two sequences begin with alike."""
-    return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+    """Return the number of equal entries that two sequences begin with."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))
 
 
-def parkings(model: Model, problem: Problem, plan: Timeline) -> tuple[Parking, ...]:
-    """Return what is put down and taken up again without any task having come of it.
+def parkings(model: Model, plan: Ledger) -> tuple[Parking, ...]:
+    """Return what is put down and later grasped again, without any use for a task.
 
-    Nothing has come of it if no task's automaton moved on, and no mark was left that a formula mentions.
+    It is of no use if no task's automaton changed its state, and no mark was left that a formula mentions.
     """
     if not isinstance(model, ManipulationModel):
         return ()
-    mentioned = frozenset[str]().union(*(propositions_of(parse(task.formula)) for task in problem.tasks))
-    rests = {f"{thing.name}_{place.name}" for thing in model.objects for place in model.locations}
-    found = []
-    for k, action in enumerate(plan.actions, 1):
-        kind, thing, *place = action.split()
-        again = f"grasp {thing}" in plan.actions[k:]
-        if kind != "release" or not again:
-            continue
-        gained = (plan.labels[k] - plan.labels[k - 1]) & mentioned - rests
-        if not gained and not any(k in track.advances for track in plan.tracks.values()):
-            found.append(Parking(thing, place[0]))
+    resting = {at(obj.name, place.name) for obj in model.objects for place in model.locations}
+    marks, advancing, found = _mentioned(plan) - resting, _advancing(plan), []
+    for k, text in enumerate(plan.actions, 1):
+        action = model.action(text)
+        if action.kind == "release" and str(Action("grasp", action.obj)) in plan.actions[k:]:
+            gained = (plan.labels[k] - plan.labels[k - 1]) & marks
+            if not gained and k not in advancing:
+                found.append(Parking(action.obj, action.location))
     return tuple(found)
 
 
-def landmarks(problem: Problem, plan: Timeline) -> tuple[str, ...]:
-    """Return what holds of the formulas' propositions wherever a task moves on, in order, repetitions left out."""
-    mentioned = frozenset[str]().union(*(propositions_of(parse(task.formula)) for task in problem.tasks))
-    found = []
+def landmarks(plan: Ledger) -> tuple[str, ...]:
+    """Return the formulas' propositions that hold where a task advances, in order, without repetitions."""
+    mentioned, advancing = _mentioned(plan), _advancing(plan)
+    found, before = [], frozenset[str]()
     for k, label in enumerate(plan.labels):
-        new = label & mentioned - (plan.labels[k - 1] if k else frozenset())
-        if new and any(k in track.advances for track in plan.tracks.values()):
+        new = label & mentioned - before
+        if new and k in advancing:
             found.append(" and ".join(sorted(new)))
+        before = label
     return tuple(name for name, _ in groupby(found))
+
+
+def _mentioned(plan: Ledger) -> frozenset[str]:
+    return frozenset[str]().union(*(propositions_of(parse(task.formula)) for task in plan.problem.tasks))
+
+
+def _advancing(plan: Ledger) -> set[int]:
+    """Return after which actions some task's automaton has changed its state."""
+    return {step for task in plan.problem.names for step in plan.advances(task)}

@@ -1,23 +1,21 @@
-"""Why a plan costs more than another one, and what it gives for that: sentences derived from the two plans."""
+"""Why a plan costs more than another one, and what it gains: sentences derived from the two plans."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
-from experiments.cli.output import condense, number
+from experiments.cli.output import condense, number, relaxed
 from experiments.report.differences import Differences, Parking, differences
-from experiments.report.timeline import Timeline
-from experiments.report.wishes import ordinal, wishes
+from experiments.report.formula_words import titles
+from experiments.report.preference_words import shares
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.front import Plan, Purchase
-from prefplan.logic.formula import And, Formula, Literal, Next, Or, Until, parse
+from prefplan.front import Plan
+from prefplan.ledger import Ledger
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.preferences.kinds import Order
-from prefplan.problem import Task
 from prefplan.scenario.decode import Model, Scenario
 
 
@@ -27,7 +25,7 @@ class Explanation:
 
     Attributes:
         headline: one sentence.
-        details: more of them, each on its own.
+        details: further sentences.
     """
 
     headline: str
@@ -35,113 +33,98 @@ class Explanation:
 
 
 @dataclass(frozen=True)
-class Told:
-    """A plan with its timeline and what sentences call it."""
+class NamedPlan:
+    """A plan with its ledger and its name in sentences."""
 
     plan: Plan
-    timeline: Timeline
+    ledger: Ledger
     name: str
 
 
-def titles(scenario: Scenario) -> dict[str, str]:
-    """Return what each task is called: its name, with the object it is about where that is one of its own."""
-    subjects = {task.name: _subject(task, scenario.model) for task in scenario.tasks}
-    count = Counter(subjects.values())
-    found = {}
-    for name, subject in subjects.items():
-        distinct = subject is not None and count[subject] == 1 and subject != name
-        found[name] = f"{name} ({subject})" if distinct else name
-    return found
-
-
-def explain_cheapest(scenario: Scenario, cheapest: Told) -> Explanation:
-    """Explain why the cheapest plan is not simply the best one, or that it is."""
+def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
+    """Explain what the cheapest plan costs, and which tasks add to its preference value."""
     plan, name = cheapest.plan, titles(scenario)
-    if not plan.actions:
-        headline = "Nothing has to be done: this plan costs nothing."
-    else:
-        headline = "No plan costs less."
+    headline = "No plan costs less" if plan.actions else "Nothing has to be done: this plan costs nothing"
     details = []
     if exact(plan.preference) == 0:
-        headline = headline[:-1] + ", and it is all that the preference wishes."
-    else:
-        short = [w for w in wishes(scenario.preference, plan) if exact(w.adds) > 0]
-        if short:
-            words = [f"{name[w.task]}, wished {w.words}, adds {number(w.adds)}" for w in short]
-            details.append(f"Its preference of {number(plan.preference)}: {'; '.join(words)}.")
-    details += _paid(plan.relaxations, name)
-    order = cheapest.timeline.order
+        headline += ", and no plan is preferred to it"
+    adding = [share for share in shares(scenario.preference, plan) if share.adds > 0]
+    if adding:
+        words = [f"{name[share.task]}, preferred {share.preferred}, adds {number(share.adds)}" for share in adding]
+        details.append(f"Its preference of {number(plan.preference)}: {'; '.join(words)}.")
+    details += _relaxations(plan)
+    order = cheapest.ledger.order
     if len(order) > 1:
-        details.append(f"Tasks are done in this order: {', '.join(name[n] for n in order)}.")
-    return Explanation(headline, tuple(details))
+        details.append(f"Order of the tasks: {', '.join(name[task] for task in order)}.")
+    return Explanation(f"{headline}.", tuple(details))
 
 
-def explain(scenario: Scenario, plan: Told, other: Told) -> Explanation:
-    """Explain why a plan costs more than a cheaper one of the same front, and what it gives for that.
+def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanation:
+    """Explain why a plan costs more than a cheaper one of the same front, and what it gains.
 
     Args:
-        scenario: what both are plans for.
-        plan: the dearer plan.
+        scenario: of both plans.
+        plan: the plan of higher cost.
         other: the cheaper one, of a greater preference value.
     """
-    problem = scenario.problem()
     name = titles(scenario)
-    apart = differences(scenario.model, problem, plan.timeline, other.timeline)
+    apart = differences(scenario.model, plan.ledger, other.ledger)
     extra = number(_minus(plan.plan.cost, other.plan.cost))
     means = _means(scenario.model, plan, other, apart)
     gains, losses = _gains(scenario, plan, other, name)
     reason = f"{means} so that {_all(gains)}" if means else _all(gains)
-    headline = f"{extra} more than {other.name}: {reason}" + (f", though {_all(losses)}." if losses else ".")
+    headline = f"{extra} more than {other.name}: {reason}" + (f", although {_all(losses)}." if losses else ".")
     details = [
         f"Its preference is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
         *_times(plan, other, name),
-        *_work(scenario.model, apart, plan, other),
-        *_aside(scenario.model, apart),
-        *_paid(plan.plan.relaxations, name),
+        *_actions(scenario.model, apart, plan, other),
+        *_relaxations(plan.plan),
     ]
     return Explanation(headline, tuple(details))
 
 
-def _means(model: Model, plan: Told, other: Told, apart: Differences) -> str:
-    """Return what a plan does otherwise, as a clause; empty where there is nothing to say."""
+def _means(model: Model, plan: NamedPlan, other: NamedPlan, apart: Differences) -> str:
+    """Return what a plan does differently, as a clause; empty where there is nothing to say."""
+    mine, theirs = plan.ledger.actions, other.ledger.actions
     if apart.parked:
-        # The first one is what the others follow from.
+        # The others follow from the first.
         first, *rest = apart.parked
-        clause = f"{first.thing} is parked {_at(model, first.place)}"
-        instead = [one for one in apart.spared if one.thing == first.thing]
+        instead = [parking for parking in apart.spared if parking.obj == first.obj]
         if instead:
-            return f"{clause} rather than {_at(model, instead[0].place)}"
-        return clause + "".join(f" and {one.thing} {_at(model, one.place)}" for one in rest)
+            return f"{_parked([first], model)} instead of {_at(model, instead[0].place)}"
+        return _parked([first, *rest], model)
     if isinstance(model, GridModel):
         if apart.here != apart.there and apart.here:
-            away = f"from {apart.last} it goes" if apart.last else "it goes first"
-            return f"{away} to {apart.here}" + (f", not to {apart.there}," if apart.there else "")
-        moves = len(plan.timeline.actions) - len(other.timeline.actions)
-        return f"it goes a longer way, by {moves} {'move' if moves == 1 else 'moves'}," if moves > 0 else ""
-    kinds = Counter(action.split()[0] for action in plan.timeline.actions)
-    kinds -= Counter(action.split()[0] for action in other.timeline.actions)
-    if isinstance(model, ManipulationModel) and kinds:
-        return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
-    if plan.timeline.actions[apart.part :]:
-        ahead = plan.timeline.actions[apart.part]
-        rather = other.timeline.actions[apart.part :]
-        return f"it does {ahead}" + (f" rather than {rather[0]}" if rather else "")
+            after = f"after {apart.last} it goes" if apart.last else "it goes first"
+            return f"{after} to {apart.here}" + (f" instead of {apart.there}," if apart.there else "")
+        moves = len(mine) - len(theirs)
+        return f"it makes {moves} more {'move' if moves == 1 else 'moves'}" if moves > 0 else ""
+    if isinstance(model, ManipulationModel):
+        kinds = Counter(model.action(action).kind for action in mine)
+        kinds -= Counter(model.action(action).kind for action in theirs)
+        if kinds:
+            return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
+    if mine[apart.part :]:
+        instead_of = f" instead of {theirs[apart.part]}" if theirs[apart.part :] else ""
+        return f"it does {mine[apart.part]}{instead_of}"
     return ""
 
 
-def _gains(scenario: Scenario, plan: Told, other: Told, name: Mapping[str, str]) -> tuple[list[str], list[str]]:
+def _gains(
+    scenario: Scenario, plan: NamedPlan, other: NamedPlan, name: Mapping[str, str]
+) -> tuple[list[str], list[str]]:
     """Return what the preference gains, as clauses, and what it loses again."""
     gains, losses = _relaxed(plan.plan, other.plan, name)
     if not gains and isinstance(scenario.preference, Order):
-        gains = _put_right(scenario.preference, plan.timeline, other.timeline, name)
-        losses = _put_wrong(scenario.preference, plan.timeline, other.timeline, name)
+        order = scenario.preference.order or tuple(name)
+        gains = list(_overtakings(order, plan.ledger, other.ledger, name, "before"))
+        losses = list(_overtakings(order, other.ledger, plan.ledger, name, "after"))
     if not gains:
-        before = {(w.task, i): w for i, w in enumerate(wishes(scenario.preference, other.plan))}
-        for i, wish in enumerate(wishes(scenario.preference, plan.plan)):
-            missed = before[wish.task, i].missed
-            if missed is None or wish.missed is None or wish.missed >= missed:
-                continue
-            gains.append(f"{name[wish.task]}, wished {wish.words}, {_nearer(scenario, wish.missed, missed)}")
+        pairs = zip(shares(scenario.preference, plan.plan), shares(scenario.preference, other.plan), strict=True)
+        for now, before in pairs:
+            if now.missed is not None and before.missed is not None and now.missed < before.missed:
+                change = f"misses that by {number(now.missed)} instead of {number(before.missed)}"
+                gains.append(f"{name[now.task]}, preferred {now.preferred}, {change}")
     if not gains:
         for task, cost in plan.plan.task_costs.items():
             if _minus(other.plan.task_costs[task], cost) > 0:
@@ -149,181 +132,86 @@ def _gains(scenario: Scenario, plan: Told, other: Told, name: Mapping[str, str])
     return gains, losses
 
 
-def _nearer(scenario: Scenario, missed: Number, before: Number) -> str:
-    """Return by how much less a wish is missed; in an order that may be so because the tasks before are done later."""
-    if isinstance(scenario.preference, Order):
-        turn = f"{number(missed)} after its turn" if missed else "in its turn"
-        return f"is done {turn} instead of {number(before)} after it"
-    now = f"misses that by {number(missed)}" if missed else "is so"
-    return f"{now} instead of missing it by {number(before)}"
+def _overtakings(
+    order: Sequence[str | tuple[str, ...]], plan: Ledger, other: Ledger, name: Mapping[str, str], side: str
+) -> Iterator[str]:
+    """Yield a clause for each task that is done before tasks preferred later, but not before them in the other plan."""
+    groups = [(entry,) if isinstance(entry, str) else entry for entry in order]
+    for k, group in enumerate(groups):
+        for task in group:
+            later = [
+                name[other_task]
+                for behind in groups[k + 1 :]
+                for other_task in behind
+                if _before(plan, task, other_task) and not _before(other, task, other_task)
+            ]
+            if later:
+                yield f"{name[task]} is done {side} {_all(later)}"
 
 
-def _put_right(wished: Order, plan: Timeline, other: Timeline, name: Mapping[str, str]) -> list[str]:
-    """Return which tasks now come before others as they should, while in the other plan they did not."""
-    found = []
-    overtaken: dict[tuple[str, ...], list[str]] = {}
-    rank = _ranks(wished, name)
-    for task, behind in _overtaken(rank, plan, other):
-        place = plan.order.index(task)
-        if rank[task] == place and plan.order[:place] == tuple(sorted(plan.order[:place], key=rank.__getitem__)):
-            last = place == len(plan.order) - 1
-            found.append(f"{name[task]} is done {'last' if last else ordinal(place)}")
-        else:
-            overtaken.setdefault(tuple(name[later] for later in behind), []).append(name[task])
-    for later, tasks in overtaken.items():
-        found.append(f"{_all(tasks)} {'is' if len(tasks) == 1 else 'are'} done before {_all(later)}")
-    return found
-
-
-def _put_wrong(wished: Order, plan: Timeline, other: Timeline, name: Mapping[str, str]) -> list[str]:
-    """Return which tasks no longer come before others as they should."""
-    lost = _overtaken(_ranks(wished, name), other, plan)
-    return [f"{name[task]} is done after {_all([name[later] for later in behind])}" for task, behind in lost]
-
-
-def _ranks(wished: Order, name: Mapping[str, str]) -> dict[str, int]:
-    return {task: k for k, entry in enumerate(wished.order or tuple(name)) for task in _members(entry)}
-
-
-def _overtaken(rank: Mapping[str, int], plan: Timeline, other: Timeline) -> list[tuple[str, list[str]]]:
-    """Return each task with those wished later that it comes before in one plan, but not in the other."""
-    found = []
-    for task in sorted(rank, key=rank.__getitem__):
-        behind = [
-            later
-            for later in rank
-            if rank[task] < rank[later] and _before(plan, task, later) and not _before(other, task, later)
-        ]
-        if behind:
-            found.append((task, behind))
-    return found
-
-
-def _members(entry: str | tuple[str, ...]) -> tuple[str, ...]:
-    return (entry,) if isinstance(entry, str) else tuple(entry)
-
-
-def _before(timeline: Timeline, one: str, other: str) -> bool:
-    first, then = timeline.tracks[one].satisfied, timeline.tracks[other].satisfied
+def _before(ledger: Ledger, one: str, other: str) -> bool:
+    first, then = ledger.satisfied[one], ledger.satisfied[other]
     return first is not None and (then is None or first < then)
 
 
 def _relaxed(plan: Plan, other: Plan, name: Mapping[str, str]) -> tuple[list[str], list[str]]:
-    """Return which tasks are relaxed for less, as clauses, and which are relaxed for more."""
-    gains, losses = [], []
-    for task in plan.violation_costs:
-        now, before = ([b for b in one.relaxations if b.task == task] for one in (plan, other))
-        change = _minus(plan.violation_costs[task], other.violation_costs[task])
-        if change < 0:
-            if not now:
-                gains.append(f"{name[task]} is done as it is written instead of {_how(before)}")
-            else:
-                rather = _how(before).removeprefix("relaxed for ")
-                gains.append(f"{name[task]} is relaxed for only {_price(now)} instead of {rather}")
-        elif change > 0:
-            losses.append(f"{name[task]} is {_how(now)}")
+    """Return which tasks are relaxed for less, as clauses, and which for more."""
+
+    def done(plan: Plan, task: str) -> str:
+        bought = [purchase.assume for purchase in plan.relaxations if purchase.task == task]
+        how = "skipped" if None in bought else "relaxed"
+        return f"{how} for {number(plan.violation_costs[task])}" if bought else "done as written"
+
+    changes = {task: _minus(cost, other.violation_costs[task]) for task, cost in plan.violation_costs.items()}
+    gains = [f"{name[t]} is {done(plan, t)} instead of {done(other, t)}" for t, change in changes.items() if change < 0]
+    losses = [f"{name[t]} is {done(plan, t)}" for t, change in changes.items() if change > 0]
     return gains, losses
 
 
-def _how(bought: Sequence[Purchase]) -> str:
-    how = "skipped" if any(one.assume is None for one in bought) else "relaxed"
-    return f"{how} for {_price(bought)}"
+def _relaxations(plan: Plan) -> list[str]:
+    return [f"{line.strip()}." for line in relaxed(plan)]
 
 
-def _price(bought: Sequence[Purchase]) -> str:
-    return number(to_number(sum((exact(one.cost) for one in bought), Fraction(0))))
-
-
-def _paid(bought: Sequence[Purchase], name: Mapping[str, str]) -> list[str]:
-    found = []
-    for one in bought:
-        if one.assume is None:
-            found.append(f"{name[one.task]} is skipped, for {number(one.cost)}.")
-        else:
-            when = f"after action {one.step}" if one.step else "at the start"
-            found.append(f"{name[one.task]} is relaxed {when}: {one.assume} counts as true, for {number(one.cost)}.")
-    return found
-
-
-def _times(plan: Told, other: Told, name: Mapping[str, str]) -> list[str]:
+def _times(plan: NamedPlan, other: NamedPlan, name: Mapping[str, str]) -> list[str]:
     """Return which tasks are done earlier and later, as sentences."""
     changes: dict[str, list[str]] = {"Done earlier": [], "Done later": []}
-    for task in plan.plan.task_costs:
-        if plan.timeline.tracks[task].satisfied is None or other.timeline.tracks[task].satisfied is None:
-            continue
-        now, before = plan.plan.task_costs[task], other.plan.task_costs[task]
-        if exact(now) != exact(before):
+    for task, now in plan.plan.task_costs.items():
+        before = other.plan.task_costs[task]
+        both = plan.ledger.satisfied[task] is not None and other.ledger.satisfied[task] is not None
+        if both and exact(now) != exact(before):
             when = "Done earlier" if exact(now) < exact(before) else "Done later"
             changes[when].append(f"{name[task]} at {number(now)} instead of {number(before)}")
-    found = [f"{when}: {', '.join(some)}." for when, some in changes.items() if some]
-    orders = [", ".join(name[task] for task in one.timeline.order) for one in (plan, other)]
+    found = [f"{when}: {', '.join(tasks)}." for when, tasks in changes.items() if tasks]
+    orders = [", ".join(name[task] for task in one.ledger.order) for one in (plan, other)]
     if orders[0] != orders[1]:
-        found.append(f"Tasks are done in the order {orders[0]}; in the other plan {orders[1]}.")
+        found.append(f"Order of the tasks: {orders[0]}; in the other plan: {orders[1]}.")
     return found
 
 
-def _work(model: Model, apart: Differences, plan: Told, other: Told) -> list[str]:
-    """Return what is done oftener and less often, as sentences."""
+def _actions(model: Model, apart: Differences, plan: NamedPlan, other: NamedPlan) -> list[str]:
+    """Return which actions only one of the plans takes, and what only one of them puts aside, as sentences."""
+    mine, theirs = plan.ledger.actions, other.ledger.actions
     if isinstance(model, GridModel):
-        moves = len(plan.timeline.actions), len(other.timeline.actions)
-        return [f"It makes {moves[0]} moves, the other plan {moves[1]}."]
+        return [f"It makes {len(mine)} moves, the other plan {len(theirs)}."]
     found = []
-    if apart.more:
-        found.append(f"Only in this plan: {condense(sorted(apart.more.elements(), key=plan.timeline.actions.index))}.")
-    if apart.fewer:
-        found.append(
-            f"Only in the other: {condense(sorted(apart.fewer.elements(), key=other.timeline.actions.index))}."
-        )
+    for which, counts, actions in (("this", apart.more, mine), ("the other", apart.fewer, theirs)):
+        if counts:
+            found.append(f"Only in {which} plan: {condense(sorted(counts.elements(), key=actions.index))}.")
     if not found:
         found.append("Both take the same actions, in another order.")
+    for which, parked in (("this", apart.parked), ("the other", apart.spared)):
+        if parked:
+            found.append(f"For a while, in {which} plan: {_parked(parked, model)}.")
     return found
 
 
-def _aside(model: Model, apart: Differences) -> list[str]:
-    """Return what either puts aside alone, as sentences."""
-
-    def listed(parked: Sequence[Parking]) -> str:
-        return _all([f"{one.thing} {_at(model, one.place)}" for one in parked])
-
-    found = []
-    if apart.parked:
-        found.append(f"Put aside for a while in this plan: {listed(apart.parked)}.")
-    if apart.spared:
-        found.append(f"Put aside for a while in the other: {listed(apart.spared)}.")
-    return found
+def _parked(parked: Sequence[Parking], model: Model) -> str:
+    return _all([f"{parking.obj} is put aside {_at(model, parking.place)}" for parking in parked])
 
 
 def _at(model: Model, place: str) -> str:
     inside = isinstance(model, ManipulationModel) and model.location(place).kind == "bin"
     return f"{'in' if inside else 'on'} {place}"
-
-
-def _subject(task: Task, model: Model) -> str | None:
-    """Return the one object whose state a task is after, or None."""
-    if not isinstance(model, ManipulationModel):
-        return None
-    ends = [place.name for place in model.locations] + list(model.marks)
-    goals = _goals(parse(task.formula))
-    found = {
-        thing.name
-        for thing in model.objects
-        if goals & ({f"{thing.name}_{end}" for end in ends} | {f"holding_{thing.name}"})
-    }
-    return found.pop() if len(found) == 1 else None
-
-
-def _goals(formula: Formula) -> set[str]:
-    """Return the propositions that have to come true some time."""
-    match formula:
-        case Until(_, right):
-            return _goals(right)
-        case And(left, right) | Or(left, right):
-            return _goals(left) | _goals(right)
-        case Next(operand):
-            return _goals(operand)
-        case Literal(name, True):
-            return {name}
-    return set()
 
 
 def _minus(one: Number, other: Number) -> Number:

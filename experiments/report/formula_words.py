@@ -1,17 +1,55 @@
-"""A task's formula in words, for those who do not read temporal logic."""
+"""Tasks in words: what each is called, and its formula for readers who do not know temporal logic."""
 
 from __future__ import annotations
 
+from collections import Counter
+
 from prefplan.logic.formula import TRUE, And, Formula, Literal, Next, Or, Truth, Until, parse
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.problem import Task
+from prefplan.scenario.decode import Model, Scenario
+
+
+def titles(scenario: Scenario) -> dict[str, str]:
+    """Return the title of each task: its name, with the object it is about if no other task is about that one."""
+    subjects = {task.name: _subject(task, scenario.model) for task in scenario.tasks}
+    count = Counter(subjects.values())
+    return {
+        name: f"{name} ({subject})" if subject not in (None, name) and count[subject] == 1 else name
+        for name, subject in subjects.items()
+    }
+
+
+def _subject(task: Task, model: Model) -> str | None:
+    """Return the one object that a task wants in some state, or None."""
+    if not isinstance(model, ManipulationModel):
+        return None
+    goals = _goals(parse(task.formula))
+    found = [obj.name for obj in model.objects if goals & {name for name, _ in model.propositions_of(obj.name)}]
+    return found[0] if len(found) == 1 else None
+
+
+def _goals(formula: Formula) -> set[str]:
+    """Return the propositions that have to become true."""
+    match formula:
+        case Until(_, right):
+            return _goals(right)
+        case And(left, right) | Or(left, right):
+            return _goals(left) | _goals(right)
+        case Next(operand):
+            return _goals(operand)
+        case Literal(name, True):
+            return {name}
+    return set()
 
 
 def words_of(text: str) -> str:
     """Return what a formula asks for, e.g. `eventually (grocer and eventually p2)`.
 
-    It is told in positive normal form, so that `a -> b` reads as `no a or b`.
+    It is in positive normal form: `a -> b` becomes `no a or b`.
 
     Raises:
-        FormulaError: the text is no co-safe formula.
+        FormulaError: the text is not a co-safe formula.
     """
     return _words(parse(text))
 
@@ -33,13 +71,13 @@ def _words(formula: Formula) -> str:
 
 
 def _part(formula: Formula) -> str:
-    """Return a part of a formula, in brackets unless nothing beside it could be taken for a part of it."""
+    """Return a part of a formula, in brackets where it would be ambiguous without."""
     alone = isinstance(formula, Truth | Literal | Next) or (isinstance(formula, Until) and formula.left == TRUE)
     return _words(formula) if alone else f"({_words(formula)})"
 
 
 def _members(formula: Formula, kind: type[And] | type[Or]) -> list[Formula]:
-    """Return what is joined by one connective, however it was bracketed."""
+    """Return the members of one connective, however they are bracketed."""
     if isinstance(formula, kind):
         return _members(formula.left, kind) + _members(formula.right, kind)
     return [formula]

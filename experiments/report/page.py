@@ -1,4 +1,4 @@
-"""The report's folder: the page, its script and style, and the chart library."""
+"""The report's folder: the page, its scripts and style, and the chart library."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from experiments.cli.overview import introduction
 from experiments.figures import automaton as automaton_picture
 from experiments.figures import grid_map
 from experiments.report.data import page_data
-from experiments.report.wishes import in_words
+from experiments.report.preference_words import in_words
 from prefplan.front import Front
 from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from experiments.report.recordings import Recording
 
 PARTS = "page"
-"""Folder of what the page is made of, here and in the report."""
+"""Folder of the page's parts, in this package and in the report."""
 
 VEGA = "vega.js"
 """The chart library's file: Vega and Vega-Lite, BSD-3-Clause, University of Washington Interactive Data Lab."""
@@ -45,14 +45,14 @@ def write_page(
     *,
     notices: tuple[str, ...] = (),
 ) -> Path:
-    """Write a report's page and all that it needs beside the films and logs; return its path.
+    """Write a report's page and all that it needs besides videos and logs; return its path.
 
     Args:
         scenario: what was planned.
         front: its front.
         recordings: of some of its plans, by number; their files lie in the folder.
         folder: where to.
-        notices: what the reader must know of this report, each a sentence.
+        notices: for the reader, each a sentence.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -69,7 +69,7 @@ def write_page(
 
 @cache
 def _library() -> bytes:
-    """Return the chart library as a script; its names must not meet the page's."""
+    """Return the chart library as a script whose names do not clash with the page's."""
     bundle = vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")
     return f"(() => {{\n{bundle}\n}})();\n".encode()
 
@@ -104,7 +104,7 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
 
 
 def _maps(scenario: Scenario, front: Front) -> list[str]:
-    """Return the map of every plan on a grid, without its single cells, of which a page would hold too many."""
+    """Return the map of every plan on a grid, without its cells, which would make the page too large."""
     if not isinstance(scenario.model, GridModel):
         return []
     ElementTree.register_namespace("", SVG)
@@ -120,7 +120,7 @@ def _maps(scenario: Scenario, front: Front) -> list[str]:
 
 
 def _shortfalls(front: Front) -> tuple[str, ...]:
-    """Return what is missing of a front, as sentences."""
+    """Return what is missing from a front, as sentences."""
     if front.ended is None:
         return ()
-    return (f"The search did not come to its end ({front.ending}). Dearer plans may exist that are preferred.",)
+    return (f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred.",)

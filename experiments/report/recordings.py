@@ -1,23 +1,25 @@
-"""Plans carried out for a report, each once: what an earlier call left in the folder is taken as it is."""
+"""Plans carried out for a report, each once: the results of an earlier call in the same folder are used again."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from experiments.cli.files import write_json
-from experiments.runs.carry_out import Tell, carry_out
+from experiments.runs.carry_out import Tell, carry_out, scene_of
 from experiments.runs.evidence import prove
 from experiments.runs.outcome import Outcome, outcome_json
 from prefplan.front import Plan
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.scenario.decode import Scenario
-from sim.errors import LogError
+from sim.errors import LogError, RenderingError
 from sim.evidence.log import Log, read_log
+from sim.rendering.renderer import check_rendering
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene
 
@@ -27,12 +29,12 @@ class Recording:
     """A plan as it was carried out.
 
     Attributes:
-        log: the run's log, as it was read back.
-        log_path: where it lies.
+        log: of the run.
+        log_path: its file.
         outcome: the documented JSON of `prefplan run`.
         certificate: the documented JSON of `prefplan verify`.
-        video: its film, or None.
-        no_video: why there is none although one was wanted.
+        video: its file, or None.
+        no_video: why there is none although one was asked for.
     """
 
     log: Log
@@ -43,55 +45,100 @@ class Recording:
     no_video: str | None = None
 
 
-def record(
+def record_all(
+    scenario: Scenario,
+    plans: Mapping[int, Plan],
+    folder: Path,
+    *,
+    seed: int | None = None,
+    size: tuple[int, int] = (1280, 720),
+    video: bool = True,
+    tell: Tell = lambda stage, done, total, what: None,
+) -> tuple[dict[int, Recording], tuple[str, ...], bool]:
+    """Carry plans out and render their videos, up to the first that the user interrupts.
+
+    Args:
+        scenario: a manipulation scenario, read from a file.
+        plans: of its front, by number.
+        folder: of the results, `plan_I` with several endings; it exists.
+        seed: None for the nominal world.
+        size: (width, height) of the videos in pixels.
+        video: whether to render videos.
+        tell: told of progress.
+
+    Returns:
+        The recordings by the plans' numbers, notices for the reader, and whether the user ended it early.
+
+    Raises:
+        ScenarioError: the arm cannot work in the scene.
+        PrefplanError: a file cannot be written.
+    """
+    notices: tuple[str, ...] = ()
+    if video:
+        try:
+            check_rendering()
+        except RenderingError as error:
+            video, notices = False, (f"no videos: {error}",)
+    scene = scene_of(scenario)
+    found: dict[int, Recording] = {}
+    try:
+        for i, plan in plans.items():
+
+            def told(stage: str, done: int, total: int, what: str, name: str = f"plan {i}") -> None:
+                tell(f"{name} {stage}", done, total, what)
+
+            path = folder / f"plan_{i}"
+            recording = _record(scenario, scene, plan, path, seed=seed, size=size if video else None, tell=told)
+            if recording is None:
+                return found, notices, True
+            found[i] = recording
+            if recording.no_video:
+                notices += (f"no video of plan {i}: {recording.no_video}",)
+    except KeyboardInterrupt:
+        return found, notices, True
+    return found, notices, False
+
+
+def _record(
     scenario: Scenario,
     scene: Scene,
     plan: Plan,
     path: Path,
     *,
-    seed: int | None = None,
-    size: tuple[int, int] = (1280, 720),
-    film: bool = True,
-    tell: Tell = lambda stage, done, total, what: None,
+    seed: int | None,
+    size: tuple[int, int] | None,
+    tell: Tell,
 ) -> Recording | None:
-    """Carry a plan out and film it, unless that has been done already; None if the user ended it.
-
-    Args:
-        scenario: read from a file.
-        scene: of its model.
-        plan: what to do.
-        path: of the results, without an ending; `.npz`, `.mp4`, `.certificate.json` and, when all of them are
-            complete, `.json` are added.
-        seed: None for the nominal world.
-        size: (width, height) of the film in pixels.
-        film: whether to film it; a film that is there already is kept.
-        tell: told of progress.
-
-    Raises:
-        PrefplanError: a file cannot be written.
-    """
-    found = _reuse(path, _fingerprint(scenario, plan, seed), size if film else None)
-    if found is not None:
-        return found
-    # What is half done must not look whole: the record goes first and comes last.
+    """Carry a plan out, with a video if there is a size, unless that was done before; None if the user ended it."""
+    found = read(path)
+    if found is not None and found.outcome.get("made_from") == _fingerprint(scenario, plan, seed):
+        if size is None or found.outcome.get("size") == list(size):
+            return found
+    # An incomplete result must not look complete: the record is removed first and written last.
     path.with_suffix(".json").unlink(missing_ok=True)
-    video = path.with_suffix(".mp4") if film else None
-    outcome = carry_out(scenario, scene, plan, seed=seed, film=video, size=size, tell=tell)
+    video = None if size is None else path.with_suffix(".mp4")
+    outcome = carry_out(scenario, scene, plan, seed=seed, video=video, size=size, tell=tell)
     return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, size=size)
 
 
 def keep(
-    scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: Path, *, size: tuple[int, int] = (1280, 720)
+    scenario: Scenario,
+    scene: Scene,
+    plan: Plan,
+    outcome: Outcome,
+    path: Path,
+    *,
+    size: tuple[int, int] | None = (1280, 720),
 ) -> Recording:
-    """Write down what came of a plan: its log, its certificate and, when these are complete, its record.
+    """Write the log of an outcome, its certificate and, when these are complete, its record.
 
     Args:
         scenario: read from a file.
         scene: what was simulated.
-        plan: what was begun with.
-        outcome: what came of it; its film, if there is one, lies at `path` with the ending `.mp4`.
-        path: of the results, without an ending.
-        size: of the film.
+        plan: the first plan.
+        outcome: of carrying it out; its video, if there is one, lies at `path` with the ending `.mp4`.
+        path: of the results, without an ending: `.npz`, `.certificate.json` and `.json` are added.
+        size: of the video.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -101,16 +148,16 @@ def keep(
     outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"), setting=setting)
     if outcome.video is None:
         path.with_suffix(".mp4").unlink(missing_ok=True)
-    filmed = {"size": list(size)} if outcome.video else {}
+    rendered = {"size": list(size)} if outcome.video and size else {}
     made_from = {"made_from": _fingerprint(scenario, plan, outcome.seed)}
-    write_json(path.with_suffix(".json"), outcome_json(outcome) | made_from | filmed)
+    write_json(path.with_suffix(".json"), outcome_json(outcome) | made_from | rendered)
     recording = read(path)
     assert recording is not None
     return replace(recording, no_video=outcome.no_video)
 
 
 def read(path: Path) -> Recording | None:
-    """Return what was recorded under a path without an ending, or None if anything is missing or broken."""
+    """Return the recording at a path without an ending, or None if a file is missing or broken."""
     try:
         outcome = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
         certificate = json.loads(path.with_suffix(".certificate.json").read_text(encoding="utf-8"))
@@ -123,17 +170,8 @@ def read(path: Path) -> Recording | None:
     return Recording(log, path.with_suffix(".npz"), outcome, certificate, video)
 
 
-def _reuse(path: Path, made_from: str, size: tuple[int, int] | None) -> Recording | None:
-    found = read(path)
-    if found is None or found.outcome.get("made_from") != made_from:
-        return None
-    if size is not None and found.outcome.get("size") != list(size):
-        return None
-    return found
-
-
 def _fingerprint(scenario: Scenario, plan: Plan, seed: int | None) -> str:
-    """Return a digest of all that a run depends on."""
+    """Return a digest of everything that a run depends on."""
     costs = getattr(scenario.model, "costs", None)
     measured = sorted(map(str, costs.entries.items())) if isinstance(costs, MeasuredCosts) else []
     everything = [version("prefplan"), scenario.text, measured, list(plan.actions), seed]

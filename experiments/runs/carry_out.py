@@ -1,4 +1,4 @@
-"""A scenario's plan carried out in simulation and filmed."""
+"""Carry out a plan in simulation, plan again after surprises, and render a video of what happened."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 from experiments.runs.captions import captions
-from experiments.runs.outcome import Outcome
-from experiments.runs.tally import tally
+from experiments.runs.outcome import Outcome, ledger_of
 from prefplan.errors import ScenarioError
 from prefplan.front import NoPlanError, Plan
 from prefplan.models.manipulation.action_costs import MeasuredCosts
@@ -23,14 +23,32 @@ from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
 from sim.execution.faults import Fault
 from sim.perception.sensors import NoisySensor, Sensor
-from sim.rendering.cameras import Camera
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.video import render_video
 from sim.world.randomization import Perturbation, perturbed
 from sim.world.scene import Scene, build_scene, initial_state
 
 Tell = Callable[[str, int, int, str], None]
-"""Called with a stage (`executing` or `rendering`), how much of it is done, how much there is, and what is next."""
+"""Called with a stage (`executing` or `rendering`), the number of parts done, of all parts, and the next part."""
+
+
+class Conditions(TypedDict, total=False):
+    """What a plan is carried out under; all of it may be left out.
+
+    Attributes:
+        seed: of all random numbers; None for the nominal world.
+        perturbation: bounds of the random changes that a seed makes to the world; None for 5 mm and 5 degrees.
+        faults: faults to inject; the scene must hold a spare object for each `foreign` among them.
+        sensor: observes the objects; None for one with the noise of the perturbation.
+        choice: which plan to follow after a surprise, as `--plan` says (default: `cost`). For a number, the cheapest
+            plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
+    """
+
+    seed: int | None
+    perturbation: Perturbation | None
+    faults: Sequence[Fault]
+    sensor: Sensor | None
+    choice: str | int
 
 
 def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fault] = ()) -> Scene:
@@ -38,13 +56,13 @@ def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fau
 
     Args:
         scenario: what is to be carried out.
-        robot: name of one of `sim.robots.catalogue.ROBOTS`.
-        faults: what shall go wrong in it.
+        robot: one of `sim.robots.catalogue.ROBOTS`.
+        faults: faults to inject; the scene gets a spare object for each `foreign` among them.
 
     Raises:
         ScenarioError: it has another kind of model, or a scene that the arm cannot work in; the message names the
             file and the key.
-        RobotError: the robot cannot be had.
+        RobotError: the robot is not available.
     """
     if not isinstance(scenario.model, ManipulationModel):
         raise ScenarioError(
@@ -63,79 +81,43 @@ def carry_out(
     scene: Scene,
     plan: Plan,
     *,
-    seed: int | None = None,
-    perturbation: Perturbation | None = None,
-    faults: Sequence[Fault] = (),
-    sensor: Sensor | None = None,
-    choice: str | int = "cost",
-    film: Path | None = None,
+    video: Path | None = None,
     size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
-    camera: Camera = "fixed",
+    camera: str = "fixed",
     tell: Tell = lambda stage, done, total, what: None,
+    **conditions: Unpack[Conditions],
 ) -> Outcome:
-    """Carry out a plan until its end, planning again after surprises, and film what happened.
+    """Carry out a plan to its end, planning again after surprises, and render a video of what happened.
 
     Args:
         scenario: what was planned.
         scene: from `scene_of`.
         plan: one of its plans.
-        seed: None for the nominal world; otherwise it is perturbed at random.
-        perturbation: by how much at most; None for 5 mm and 5 degrees.
-        faults: what shall go wrong; the scene holds a spare object for each `foreign` among them.
-        sensor: sees the objects; None for one as exact as the perturbation says.
-        choice: which plan is followed after a surprise, as `--plan` says; for a number the cheapest one whose mu is
-            not greater than the plan's, or if there is none the preferred one.
-        film: file to render a video to; None for no video. It appears only when it is complete.
+        video: file to render a video to; None for no video. It appears only when it is complete.
         size: (width, height) of the video in pixels; None for the quality's.
-        quality: how much work its pictures are worth.
-        camera: where it is seen from.
+        quality: of the video's pictures.
+        camera: that the video is seen from.
         tell: told of progress.
+        **conditions: `seed`, `perturbation`, `faults`, `sensor` and `choice`, see `Conditions`.
     """
     problem = scenario.problem()
-    loop = begin(
-        problem,
-        scene,
-        plan,
-        seed=seed,
-        perturbation=perturbation,
-        faults=faults,
-        sensor=sensor,
-        choice=choice,
-        tell=partial(tell, "executing"),
-    )
-    run, scene = loop.run, loop.run.scene
-    interrupted = False
+    loop = begin(problem, scene, plan, tell=partial(tell, "executing"), **conditions)
+    # A surprise may replace the model by one with more locations; the video needs the first.
+    scene, interrupted = loop.run.scene, False
     try:
         loop.pursue()
     except KeyboardInterrupt:
         interrupted = True
-    rollout = run.rollout()
-    if interrupted:
-        rollout = replace(rollout, completed=False, reason="interrupted")
-    pursuit, plan = loop.pursuit, loop.plan
-    books = tally(problem, plan, rollout.steps)
-    happened = tuple((fault, run.injector.happened.get(i)) for i, fault in enumerate(faults))
-    costs = scene.model.costs
-    outcome = Outcome(
-        plan,
-        rollout,
-        books,
-        pursuit,
-        seed=seed,
-        faults=happened,
-        interrupted=interrupted,
-        quantity=costs.quantity if isinstance(costs, MeasuredCosts) else None,
-    )
-    if film is None or interrupted:
+    outcome = _outcome(problem, loop, scene, interrupted=interrupted, **conditions)
+    if video is None or interrupted:
         return outcome
-    text = captions(scenario.tasks, rollout, books, plan=plan)
     try:
         render_video(
             scene,
-            rollout,
-            text,
-            film,
+            outcome.rollout,
+            captions(outcome),
+            video,
             size=size,
             quality=quality,
             camera=camera,
@@ -145,7 +127,7 @@ def carry_out(
         return replace(outcome, no_video=str(error))
     except KeyboardInterrupt:
         return replace(outcome, interrupted=True)
-    return replace(outcome, video=film)
+    return replace(outcome, video=video)
 
 
 def begin(
@@ -153,12 +135,8 @@ def begin(
     scene: Scene,
     plan: Plan,
     *,
-    seed: int | None = None,
-    perturbation: Perturbation | None = None,
-    faults: Sequence[Fault] = (),
-    sensor: Sensor | None = None,
-    choice: str | int = "cost",
     tell: Callable[[int, int, str], None] = lambda done, total, action: None,
+    **conditions: Unpack[Conditions],
 ) -> ClosedLoop:
     """Return the pursuit of a plan before its first action.
 
@@ -166,35 +144,51 @@ def begin(
         problem: what was planned.
         scene: from `scene_of`.
         plan: one of the problem's plans.
-        seed: what is left to chance, as in `carry_out`.
-        perturbation: by how much at most, as there.
-        faults: what shall go wrong.
-        sensor: sees the objects, as in `carry_out`.
-        choice: which plan is followed after a surprise, as there.
         tell: told before each action how many are done, how many there are, and its name.
+        **conditions: as in `carry_out`.
     """
-    perturbation = perturbation or Perturbation()
+    seed, sensor = conditions.get("seed"), conditions.get("sensor")
+    perturbation = conditions.get("perturbation") or Perturbation()
     if seed is not None:
         scene = perturbed(scene, perturbation, seed=seed)
     start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
     if sensor is None and perturbation.noise:
         sensor = NoisySensor(perturbation.noise, seed=seed or 0)
-    run = Execution(scene, start, system=problem.system, sensor=sensor, faults=faults, seed=seed)
-    go_on = _go_on(choice, plan, problem.measure.contract)
-    return ClosedLoop(run, problem, plan, go_on=go_on, tell=tell)
+    run = Execution(scene, start, system=problem.system, sensor=sensor, faults=conditions.get("faults", ()), seed=seed)
+    go_on = _go_on(conditions.get("choice", "cost"), plan, problem.measure.contract)
+    return ClosedLoop(run, problem, plan, go_on=go_on, on_progress=tell)
+
+
+def _outcome(
+    problem: Problem, loop: ClosedLoop, scene: Scene, *, interrupted: bool, **conditions: Unpack[Conditions]
+) -> Outcome:
+    run, costs = loop.run, scene.model.costs
+    rollout = run.rollout()
+    if interrupted:
+        rollout = replace(rollout, completed=False, reason="interrupted")
+    return Outcome(
+        loop.plan,
+        rollout,
+        ledger_of(problem, loop.plan, rollout.steps),
+        loop.pursuit,
+        seed=conditions.get("seed"),
+        faults=tuple((fault, run.injector.happened.get(i)) for i, fault in enumerate(conditions.get("faults", ()))),
+        interrupted=interrupted,
+        quantity=costs.quantity if isinstance(costs, MeasuredCosts) else None,
+    )
 
 
 def _go_on(choice: str | int, plan: Plan, contract: str) -> GoOn:
-    """Return which plan to follow after a surprise, given which one was chosen before any.
+    """Return which plan to follow after a surprise, given the choice of the first plan.
 
-    A `general` preference can choose under a bound on the cost only, and after a surprise there is none.
+    Preferred plans under a `general` preference need a bound on the cost, and after a surprise there is none.
     """
     if choice == "cost" or contract == "general":
         return continue_cheaply
     if choice == "preference":
         return continue_as_preferred
 
-    def keep_the_promise(problem: Problem, past: Past, system: TransitionSystem) -> Plan:
+    def keep_preference(problem: Problem, past: Past, system: TransitionSystem) -> Plan:
         try:
             return continue_cheaply(problem, past, system, max_preference=plan.preference)
         except NoPlanError as error:
@@ -202,4 +196,4 @@ def _go_on(choice: str | int, plan: Plan, contract: str) -> GoOn:
                 raise
             return continue_as_preferred(problem, past, system)
 
-    return keep_the_promise
+    return keep_preference

@@ -8,8 +8,8 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from prefplan.claims import Check
 from sim.evidence.certificate import Certificate
-from sim.evidence.check import Check
 from sim.evidence.log import Log
 
 
@@ -30,16 +30,16 @@ def certificate_json(log: Log, certificate: Certificate) -> dict[str, Any]:
 
 
 def in_a_line(certificate: Certificate) -> str:
-    """Return what a certificate says, in one line."""
+    """Return the verdict of a certificate, in one line."""
     if certificate.refuted:
         first, *others = certificate.refuted
         more = f" (and {len(others)} more)" if others else ""
         return f"not certified: {first.name}: {first.words}{more}"
-    return f"certified: {len(certificate.checks)} checks of its log confirm it"
+    return f"certified: {len(certificate.checks)} checks of its log hold"
 
 
 def show_certificate(console: Console, log: Log, certificate: Certificate) -> None:
-    """Print a certificate, a check a line; actions that went as they should share one."""
+    """Print a certificate, one line for each check and one for several actions that succeeded."""
     claims = log.about.claims
     what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
     verdict = "confirmed" if certificate.confirmed else "refuted"
@@ -47,7 +47,7 @@ def show_certificate(console: Console, log: Log, certificate: Certificate) -> No
     for plain, checks in groupby(certificate.checks, key=_is_plain):
         row = list(checks)
         if plain and len(row) > 1:
-            words = f"{len(row)} actions, each observed as the frames show it"
+            words = f"{len(row)} actions, the frames agree with the log"
             row = [Check(f"{row[0].name} to {row[-1].name.split()[1]}", True, words)]
         for check in row:
             mark, style = ("ok", "green") if check.holds else ("NO", "red")
@@ -56,4 +56,4 @@ def show_certificate(console: Console, log: Log, certificate: Certificate) -> No
 
 def _is_plain(check: Check) -> bool:
     number = check.name.removeprefix("action ")
-    return check.holds and number.isdigit() and not check.words.endswith("as the record tells")
+    return check.holds and number.isdigit() and not check.words.endswith("as logged")

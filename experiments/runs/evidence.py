@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from experiments.cli.files import write_bytes, write_json
 from experiments.runs.certificates import certificate_json
 from experiments.runs.outcome import Outcome
+from prefplan.claims import Claims
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import certify
-from sim.evidence.log import Claims, Log, encode, log_of, read_log
+from sim.evidence.log import Log, encode, log_of, read_log
 from sim.world.scene import Scene
 
 
@@ -52,19 +52,15 @@ def evidence(scenario: Scenario, scene: Scene, outcome: Outcome, *, setting: dic
 
 
 def claims_of(outcome: Outcome) -> Claims:
-    """Return what an outcome says of its run; of one that was not completed, what was spent and bought so far."""
-    bought = tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps))
-    paid = dict.fromkeys(outcome.plan.violation_costs, Fraction(0))
-    for purchase in bought:
-        paid[purchase.task] += exact(purchase.cost)
-    completed = outcome.rollout.completed
+    """Return what an outcome claims of its run; of a run that was not completed, the costs and relaxations so far."""
+    end, completed = outcome.ledger.final, outcome.rollout.completed
     return Claims(
         completed=completed,
-        cost=_plain(outcome.books.cost),
-        task_costs={name: _plain(cost) for name, cost in outcome.task_costs.items()},
-        violation_costs={name: to_number(cost) for name, cost in paid.items()},
+        cost=_plain(end.cost),
+        task_costs={name: _plain(cost) for name, cost in end.task_costs.items()},
+        violation_costs={name: _plain(cost) for name, cost in end.violation_costs.items()},
         preference=_plain(outcome.plan.preference) if completed else None,
-        relaxations=bought,
+        relaxations=tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps)),
     )
 
 

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from rich.console import Console
 
 from experiments.cli.output import condense, number, plan_json
 from experiments.runs.certificates import in_a_line
-from experiments.runs.tally import Tally
 from prefplan.exact_costs import Number
 from prefplan.front import Plan
+from prefplan.ledger import Ledger
 from prefplan.models.manipulation.action_costs import QUANTITIES
+from prefplan.models.manipulation.model import ManipulationState
+from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import Certificate
 from sim.execution.closed_loop import Pursuit
 from sim.execution.faults import Fault
-from sim.simulation.rollout import Rollout
+from sim.simulation.rollout import Rollout, Step
 
 
 @dataclass(frozen=True)
@@ -28,12 +31,12 @@ class Outcome:
     Attributes:
         plan: what was meant to happen, as it was planned last.
         rollout: what happened.
-        books: costs and tasks as they were observed.
+        ledger: costs and satisfied tasks, from the observations after each action.
         pursuit: how often it was planned again, and what was violated.
-        seed: what was left to chance.
-        faults: what was to go wrong, and when it did, s; None where the run ended before.
-        video: the film, or None.
-        no_video: why there is none although one was wanted, in one sentence.
+        seed: of the random numbers, or None.
+        faults: the faults, and when each happened, s; None where the run ended before.
+        video: its file, or None.
+        no_video: why there is none although one was asked for, in one sentence.
         interrupted: whether the user ended it early.
         log: where the run's log is, or None.
         certificate: what checking the log came to, or None.
@@ -42,7 +45,7 @@ class Outcome:
 
     plan: Plan
     rollout: Rollout
-    books: Tally
+    ledger: Ledger
     pursuit: Pursuit
     seed: int | None = None
     faults: tuple[tuple[Fault, float | None], ...] = ()
@@ -61,7 +64,25 @@ class Outcome:
     @property
     def task_costs(self) -> dict[str, Number]:
         """Each task's cost, by name."""
-        return {name: self.books.task_cost(name) for name in self.plan.task_costs}
+        return self.ledger.final.task_costs
+
+
+def ledger_of(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Ledger:
+    """Return the ledger of the actions that were carried out, from what was observed after each of them.
+
+    Args:
+        problem: the tasks, over the model's transition system.
+        plan: what was carried out, from the state that was observed first; its relaxations apply to the observations.
+        steps: the actions that were carried out.
+    """
+    start = cast(ManipulationState, plan.states[0])
+    return Ledger.of(
+        problem,
+        [step.action for step in steps],
+        [step.cost for step in steps],
+        [start.label, *(step.observed.label for step in steps)],
+        plan.relaxations,
+    )
 
 
 def outcome_json(outcome: Outcome) -> dict[str, Any]:
@@ -83,7 +104,7 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
     if outcome.quantity is not None:
         result["measured"] = {
             "quantity": outcome.quantity,
-            "predicted": outcome.books.cost,
+            "predicted": outcome.ledger.final.cost,
             "executed": round(_executed(outcome, outcome.quantity), 3),
         }
     if outcome.faults:
@@ -101,7 +122,7 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
 
 
 def _executed(outcome: Outcome, quantity: str) -> float:
-    """Return how much of a quantity the actions took in fact."""
+    """Return the measured time or energy of all actions."""
     return float(sum(getattr(step.effort, quantity) for step in outcome.rollout.steps))
 
 
@@ -110,14 +131,14 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     plan, rollout = outcome.plan, outcome.rollout
     done = f"{len(outcome.executed)} of {len(plan.actions)} actions"
     if rollout.completed:
-        console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.books.cost)}", style="bold")
+        console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.ledger.final.cost)}", style="bold")
     else:
         console.print(f"{scenario.name}: stopped after {done}", style="bold")
         console.print(f"  {rollout.reason}")
     for line in _surprises(outcome):
         console.print(f"  {line}")
     for name, cost in outcome.task_costs.items():
-        if name in outcome.books.satisfied[-1]:
+        if name in outcome.ledger.final.satisfied:
             console.print(f"  {name} satisfied at cost {number(cost)}")
         else:
             lost = ", and it cannot be any more" if name in outcome.pursuit.violated else ""
@@ -125,7 +146,9 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     console.print(f"  preference of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
         unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
-        console.print(f"  {outcome.quantity} {executed:.1f} {unit}, predicted {number(outcome.books.cost)} {unit}")
+        console.print(
+            f"  {outcome.quantity} {executed:.1f} {unit}, predicted {number(outcome.ledger.final.cost)} {unit}"
+        )
     console.print(f"  placed to within {rollout.placement_error * 1000:.1f} mm")
     factor = rollout.sim_seconds / rollout.wall_seconds
     console.print(f"  {rollout.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
@@ -136,7 +159,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 
 
 def _surprises(outcome: Outcome) -> list[str]:
-    """Return a line for everything that went wrong, and for what was done about it."""
+    """Return a line for every fault, and for every new plan or attempt."""
     lines = []
     for event in outcome.rollout.events:
         at, detail = f"{event.time:6.1f} s", event.detail

@@ -7,41 +7,41 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.execution.faults import SPELLINGS, Fault
 
-MOST_FAULTS = 3
-"""Faults in one rollout."""
+MAX_FAULTS = 3
+"""Most faults in one rollout."""
 
-MISSES = 2
-"""Grasps in a row that one fault spoils at most: fewer than are tried."""
+MAX_MISSES = 2
+"""Most grasps in a row that one fault makes fail: fewer than the robot tries."""
 
-BLIND = (0.5, 3.0)
-"""For how long nothing is seen, s: shorter than the robot's patience."""
+DROPOUT_S = (0.5, 3.0)
+"""Shortest and longest sensor dropout: shorter than the robot waits."""
 
 STREAM = 3
-"""Number of the random stream that faults are drawn from: none of the simulation's, which play them out."""
+"""Number of the random stream for faults; the simulation has its own."""
 
 
 def random_faults(model: ManipulationModel, actions: int, *, seed: int) -> tuple[Fault, ...]:
     """Return one to three faults of any kind, each at any action of a plan.
 
     Args:
-        model: what can be moved, and where to.
+        model: its objects can be moved, to its locations.
         actions: length of the plan, at least 1.
         seed: of the rollout.
     """
     rng = np.random.default_rng([seed, STREAM])
-    things = [thing.name for thing in model.objects if not thing.fixed]
-    places = [place.name for place in model.locations]
+    objects = [obj.name for obj in model.objects if not obj.fixed]
+    locations = [location.name for location in model.locations]
     faults = []
-    for _ in range(rng.integers(1, MOST_FAULTS, endpoint=True)):
+    for _ in range(rng.integers(1, MAX_FAULTS, endpoint=True)):
         kind, action = str(rng.choice(list(SPELLINGS))), int(rng.integers(1, actions, endpoint=True))
         target, amount = "", 0.0
         if kind in ("move", "knock"):
-            target = str(rng.choice(things))
+            target = str(rng.choice(objects))
         elif kind == "foreign":
-            target = str(rng.choice(places))
+            target = str(rng.choice(locations))
         elif kind == "miss":
-            amount = float(rng.integers(1, MISSES, endpoint=True))
+            amount = float(rng.integers(1, MAX_MISSES, endpoint=True))
         elif kind == "blind":
-            amount = round(float(rng.uniform(*BLIND)), 1)
+            amount = round(float(rng.uniform(*DROPOUT_S)), 1)
         faults.append(Fault(kind, action, target, amount))
     return tuple(faults)

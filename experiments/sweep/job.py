@@ -1,4 +1,4 @@
-"""One rollout of a sweep: a pure function of the sweep and the rollout's number, wherever it is computed."""
+"""One rollout of a sweep: a pure function of the sweep and the rollout's number, on any machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import numpy as np
 from experiments.runs.carry_out import carry_out
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
-from experiments.sweep.faults import MOST_FAULTS, random_faults
+from experiments.sweep.faults import MAX_FAULTS, random_faults
 from prefplan.exact_costs import Number
 from prefplan.front import Plan
 from prefplan.models.manipulation.model import ManipulationModel
@@ -27,22 +27,22 @@ from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
 Record = dict[str, Any]
-"""What is kept of a rollout, JSON-ready."""
+"""Result of a rollout, JSON-ready."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Rollouts of one plan, each in a world of its own.
+    """Rollouts of one plan, each with other random differences from the nominal scene.
 
     Attributes:
-        packed: the scenario, from `pack`: bytes, so that a worker can tell whether it has its scene already.
-        given: how the scenario was named on the command line.
-        which: which of its plans, as `prefplan run --plan` takes it.
-        plan: the plan itself.
-        seed: what the seeds of the rollouts are drawn from.
-        perturbation: by how much the worlds differ.
-        faults: whether things go wrong on purpose in each, drawn at random.
-        folder: where replayed rollouts go.
+        packed: the scenario, from `pack`: bytes, so that a worker can tell whether it has built the scene already.
+        given: the scenario as named on the command line.
+        which: the plan as named by `--plan`.
+        plan: the plan.
+        seed: the seeds of the rollouts are drawn from it.
+        perturbation: greatest random differences.
+        faults: whether each rollout has random faults.
+        folder: where a replay of a rollout goes.
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
     """
 
@@ -61,13 +61,13 @@ class Sweep:
         return int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0])
 
     def rollout_faults(self, number: int, model: ManipulationModel) -> tuple[Fault, ...]:
-        """Return what goes wrong in a rollout."""
+        """Return the random faults of a rollout."""
         if not self.faults:
             return ()
         return random_faults(model, len(self.plan.actions), seed=self.rollout_seed(number))
 
     def replay(self, number: int, faults: tuple[Fault, ...] = ()) -> str:
-        """Return the command line that carries a rollout out again and films it."""
+        """Return the command line that carries a rollout out again, with a video."""
         return shlex.join(
             [
                 *("prefplan", "run", self.given, "--plan", str(self.which)),
@@ -80,12 +80,12 @@ class Sweep:
 
 
 def pack(scenario: Scenario) -> bytes:
-    """Return a scenario as bytes, without what was derived from it."""
+    """Return a scenario as bytes, without caches."""
     return pickle.dumps(replace(scenario))
 
 
 def roll_out(sweep: Sweep, number: int) -> Record:
-    """Carry a rollout out and return what is kept of it; a failure of the program itself is a record, too."""
+    """Carry a rollout out and return its record; an error of the program gives a record, too."""
     seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
     faults: tuple[Fault, ...] = ()
     try:
@@ -99,7 +99,7 @@ def roll_out(sweep: Sweep, number: int) -> Record:
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
         setting = {"seed": seed, "perturbation": str(perturbation), "faults": [str(fault) for fault in faults]}
         certificate = certify(evidence(scenario, scene, outcome, setting=setting))
-    except Exception as error:  # a thousand rollouts are not lost because of one
+    except Exception as error:  # one error must not end a thousand rollouts
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
     return {
         **_heading(sweep, number, faults),
@@ -113,8 +113,8 @@ def roll_out(sweep: Sweep, number: int) -> Record:
 
 def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
     """Return the record of a rollout that has no outcome."""
-    nothing: Record = {"certified": None, "agrees": None, "refuted": []}
-    return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **nothing}
+    unchecked: Record = {"certified": None, "agrees": None, "refuted": []}
+    return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **unchecked}
 
 
 def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
@@ -133,7 +133,7 @@ def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
         "class": None if rollout.reason is None else failure_class(rollout.reason, model),
         "reason": rollout.reason,
         "actions": len(rollout.steps),
-        "cost": outcome.books.cost,
+        "cost": outcome.ledger.final.cost,
         "replans": outcome.pursuit.replans,
         "retries": outcome.pursuit.retries,
         "violated": list(outcome.pursuit.violated),
@@ -147,7 +147,7 @@ def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
 
 
 def failure_class(reason: str, model: ManipulationModel) -> str:
-    """Return what a reason has in common with others: the sentence without its names and numbers."""
+    """Return a reason without names and numbers, so that equal failures can be counted."""
     for kind, names in (("LOCATION", model.locations), ("OBJECT", model.objects)):
         words = "|".join(re.escape(entry.name) for entry in names)
         reason = re.sub(rf"\b(?:{words})\b", kind, reason)
@@ -163,7 +163,7 @@ def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
     return scenario, scenario.model
 
 
-@lru_cache(maxsize=MOST_FAULTS + 1)
+@lru_cache(maxsize=MAX_FAULTS + 1)
 def _scene(packed: bytes, spares: int) -> Scene:
-    """Return the scene with room for so many foreign objects, compiled once a process."""
+    """Return the scene with this many foreign objects, compiled once a process."""
     return build_scene(_unpacked(packed)[1], spares=spares)

@@ -1,4 +1,4 @@
-"""What the rollouts of a sweep come to: shares with their confidence intervals, measures, and classes of failures."""
+"""Statistics of a sweep: shares with confidence intervals, measures, and classes of failures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from experiments.sweep.job import Record
 CONFIDENCE = 0.95
 
 SHOWN = 5
-"""Rollouts of one class of failures that a summary names."""
+"""Most rollouts of one class of failures that a summary names."""
 
 
 def wilson(count: int, total: int) -> list[float] | None:
@@ -31,12 +31,12 @@ def wilson(count: int, total: int) -> list[float] | None:
 
 
 def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts: int) -> dict[str, Any]:
-    """Return what a sweep came to as the documented JSON object.
+    """Return the statistics of a sweep as the documented JSON object.
 
     Args:
-        header: what defines it.
+        header: the definition of the sweep.
         records: the finished rollouts.
-        rollouts: how many were asked for.
+        rollouts: number of rollouts asked for.
     """
     done, completed = len(records), sum(record["completed"] for record in records)
     ran = [record for record in records if "sim_seconds" in record]
@@ -62,7 +62,7 @@ def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts:
 
 
 def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
-    """Return for each kind of fault in how many rollouts it happened, and how many of these were completed."""
+    """Return for each kind of fault the number of rollouts in which it happened, and of those that were completed."""
     found: dict[str, dict[str, int]] = {}
     for record in records:
         for kind in {re.split("[:@]", fault)[0] for fault in record["happened"]}:
@@ -73,7 +73,7 @@ def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
 
 
 def _certificates(records: Sequence[Record]) -> dict[str, Any]:
-    """Return how many rollouts were checked from their logs alone, and of which their logs say otherwise."""
+    """Return how many rollouts were checked from their logs alone, and which of them their logs refute."""
     checked = [record for record in records if record["agrees"] is not None]
     refuted = [record for record in checked if not record["certified"]]
     return {
@@ -108,7 +108,7 @@ def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
 
 
 def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
-    """Print what a sweep came to, for people."""
+    """Print the statistics as a table."""
     title = (
         f"{escape(summary['scenario'])}, plan {summary['plan']}: {summary['done']} of {summary['rollouts']} rollouts"
     )
@@ -144,10 +144,10 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
 
 
 def share(count: int, total: int) -> str:
-    """Return a share as a person would write it."""
+    """Return a share as text."""
     return f"{count} of {total} ({count / total:.1%})" if total else "none yet"
 
 
 def interval(ends: Sequence[float]) -> str:
-    """Return an interval of shares as a person would write it."""
+    """Return an interval of shares as text."""
     return f"{ends[0]:.1%} to {ends[1]:.1%}"

@@ -1,1 +1,1 @@
-"""A plan carried out before a spectator's eyes, in the browser."""
+"""A plan carried out in simulation and played in the browser."""

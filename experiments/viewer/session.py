@@ -1,31 +1,29 @@
-"""A server for browsers, and one performance after the other on its stage."""
+"""A server for browsers, and a run that plays on it."""
 
 from __future__ import annotations
 
 import contextlib
-import errno
 import io
-import socket
-import threading
 import time
 from collections.abc import Callable
 
 import viser
 
+from experiments.viewer.live_run import Begin, LiveRun
 from experiments.viewer.panel import Panel
-from experiments.viewer.performance import Begin, LiveRun
+from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan.errors import PrefplanError
 from prefplan.problem import Problem
 from sim.world.scene import Scene
 
 HOST = "127.0.0.1"
-"""Nobody else's machine can look, or click."""
+"""Other machines have no access."""
 
-USUAL_PORT = 8080
+DEFAULT_PORT = 8080
 
-REFRESH = 1 / 30
-"""Time between two pictures, s; the browser draws no more than it gets."""
+REFRESH_S = 1 / 30
+"""Time between two updates of the picture."""
 
 
 def watch(
@@ -37,72 +35,49 @@ def watch(
     port: int | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:
-    """Show a plan's execution until Ctrl-C.
+    """Carry a plan out and play that in browsers, until Ctrl-C.
 
     Args:
         problem: what was planned.
         scene: what it is carried out in.
-        begin: returns the pursuit of the plan at its start, once for every performance.
+        begin: returns the pursuit of the plan at its start.
         title: what is carried out, for the panel.
-        port: where browsers find it, 0 for any that is free; None for `USUAL_PORT` or the next that is free.
+        port: of the page, 0 for any free one; None for `DEFAULT_PORT` or the next free one.
         ready: called with the address as soon as browsers find it.
 
     Raises:
-        PrefplanError: the port cannot be had.
+        PrefplanError: the port is not free.
     """
-    if port:
-        _check_port(port)
     with _quiet():
-        server = viser.ViserServer(HOST, USUAL_PORT if port is None else port, verbose=False)
-    restart = threading.Event()
-    performance = None
+        server = viser.ViserServer(HOST, DEFAULT_PORT if port is None else port, verbose=False)
+    run = LiveRun(problem, begin)
     try:
-        stage, panel = Stage(server, scene), Panel(server, title, restart=restart.set)
-        restart.set()
+        # Where a port is taken, viser uses the next one.
+        if port and server.get_port() != port:
+            raise PrefplanError(f"--port {port}: it is not free; --port 0 takes any free port")
+        playback = Playback(run)
+        stage, panel = Stage(server, scene), Panel(server, title, playback)
+        run.start()
         ready(f"http://{HOST}:{server.get_port()}")
-        while True:
-            if restart.is_set():
-                restart.clear()
-                if performance is not None:
-                    performance.stop()
-                performance = LiveRun(problem, begin, speed=panel.speed)
-                panel.control(performance)
-                performance.start()
-            assert performance is not None
-            if performance.failure is not None:
-                raise performance.failure
-            if performance.moment is not None:
-                stage.show(performance.moment)
-                panel.show(performance.moment)
-            time.sleep(REFRESH)
+        before = time.monotonic()
+        while run.failure is None:
+            now = time.monotonic()
+            if run.frames:
+                playback.advance(now - before)
+                stage.show(run.frame_at(playback.time))
+                panel.update()
+            before = now
+            time.sleep(REFRESH_S)
+        raise run.failure
     except KeyboardInterrupt:
-        # There is no other way to end it, so nothing is wrong.
+        # Ctrl-C is how the command ends, not an error.
         pass
     finally:
-        if performance is not None:
-            performance.stop()
+        run.stop()
         with _quiet():
             server.stop()
 
 
 def _quiet() -> contextlib.redirect_stdout[io.StringIO]:
-    """Return a context in which nothing is printed: viser greets and takes leave, whatever it is told."""
+    """Return a context in which nothing is printed: viser prints at its start and end even if `verbose` is false."""
     return contextlib.redirect_stdout(io.StringIO())
-
-
-def _check_port(port: int) -> None:
-    """See whether a port is free: viser would quietly take another.
-
-    Raises:
-        PrefplanError: it is not.
-    """
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((HOST, port))
-        except OSError as error:
-            if error.errno == errno.EADDRINUSE:
-                why = "it is taken by another program"
-            else:
-                why = (error.strerror or "it cannot be had").lower()
-            raise PrefplanError(f"--port {port}: {why}; --port 0 takes any that is free") from None

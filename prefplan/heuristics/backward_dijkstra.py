@@ -1,8 +1,4 @@
-"""Exact cost-to-go for a few tasks at a time, by backward Dijkstra on T x A_K (equation 4 for one task).
-
-An edge of cost w taken while S is the satisfied set makes mu grow by rate(S) w; ways along which it grows too much can
-be left out.
-"""
+"""Exact cost-to-go for a few tasks at a time, by backward Dijkstra on T x A_K (equation 4 for one task)."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ import numpy as np
 from prefplan.product.contraction import by_way_of
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product.successors import INFINITE, NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
 
 
 class ReverseView(NamedTuple):
@@ -26,7 +22,6 @@ class ReverseView(NamedTuple):
             from to q. states: (X,) int32.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
         sizes: (N,) int64.
-        shift: the low bits of costs, that count actions and do not make mu grow.
         near: (S, S) int64, edges as a matrix, NO_EDGE for none; empty unless the graph is contracted.
         active: (N, S) bool, whether a node's label can change an automaton; empty unless the graph is contracted.
     """
@@ -39,7 +34,6 @@ class ReverseView(NamedTuple):
     states: np.ndarray
     ends: np.ndarray
     sizes: np.ndarray
-    shift: int
     near: np.ndarray
     active: np.ndarray
 
@@ -74,7 +68,6 @@ def reverse_view(product: Product, forward: ProductView) -> ReverseView:
         np.array(states, dtype=np.int32),
         product.ends,
         product.sizes,
-        forward.shift,
         forward.near,
         active_nodes(forward),
     )
@@ -175,13 +168,11 @@ def _finished(reverse: ReverseView, tasks: np.ndarray, combination: Integer) -> 
 
 
 @kernel
-def dijkstra(
-    reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer
-) -> bool:
-    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether they fit its type.
+def dijkstra(reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray) -> None:
+    """Fill a table with least costs, those of edges weighted by what is satisfied.
 
-    In a table of int64 all of them do: a larger one is entered as the largest finite number, still a lower bound.
-    Cells whose node no edge leads to are at the end of every backward way, and need not wait their turn.
+    Costs from INFINITE on are entered as the largest finite number, still a lower bound. Cells whose node no edge leads
+    to have no predecessors, and need not enter the open list.
     """
     offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
     nodes = reverse.classes.shape[0]
@@ -206,102 +197,13 @@ def dijkstra(
             before, factor = buffer.before[reading], factors[buffer.satisfied[reading]]
             for edge in range(offsets[node], offsets[node + 1]):
                 source = sources[edge]
-                new = cost + factor * costs[edge]
-                if new >= infinite and table.itemsize == 8:
-                    new = infinite - 1
+                new = min(cost + factor * costs[edge], INFINITE - 1)
                 if new < table[source + before]:
                     table[source + before] = new
                     if offsets[source] < offsets[source + 1]:
                         if count == keys.shape[0]:
                             keys, items = _twice(keys), _twice(items)
                         count = heap_push(keys, items, count, new, source + before)
-                elif new >= infinite and table[source + before] == infinite:
-                    return False
-    return True
-
-
-@kernel
-def dijkstra_within_budgets(
-    reverse: ReverseView,
-    tasks: np.ndarray,
-    rates: np.ndarray,
-    budgets: np.ndarray,
-    table: np.ndarray,
-    infinite: Integer,
-) -> bool:
-    """Fill a table by labels (cost, growth), in order of cost; each settles the budgets that nothing met before.
-
-    Costs that do not fit are treated as in `dijkstra`.
-
-    A label that grows no less than an earlier one of its cell is dominated; of those over the largest finite budget
-    only the first matters. Cells whose node no edge leads to need no labels.
-    """
-    offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
-    nodes = reverse.classes.shape[0]
-    buffer = _buffer(reverse, tasks)
-    last = budgets.shape[0] - 1
-    strictest = budgets[1] if last > 0 else -1
-    least = np.full(table.shape[1], NO_EDGE, dtype=np.int64)
-    last_cost = np.full(table.shape[1], NO_EDGE, dtype=np.int64)
-    last_growth = np.full(table.shape[1], NO_EDGE, dtype=np.int64)
-    keys, items = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
-    cells, growths = np.empty(4096, dtype=np.int64), np.empty(4096, dtype=np.int64)
-    count: Integer = 0
-    made = 0
-    for combination in range(table.shape[1] // nodes):
-        if _finished(reverse, tasks, combination):
-            for node in range(nodes):
-                table[:, node + nodes * combination] = 0
-                if offsets[node] < offsets[node + 1]:
-                    if made == keys.shape[0]:
-                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
-                    cells[made], growths[made] = node + nodes * combination, 0
-                    count = heap_push(keys, items, count, 0, made)
-                    made += 1
-    while count > 0:
-        cost, item = keys[0], items[0]
-        count = heap_pop(keys, items, count)
-        cell, growth = cells[item], growths[item]
-        if growth >= least[cell] or (growth > strictest and least[cell] < NO_EDGE):
-            continue
-        least[cell] = growth
-        _settle(table, budgets, cell, cost, growth)
-        node = cell % nodes
-        for reading in range(_readings(reverse, tasks, cell, buffer)):
-            before, rate = buffer.before[reading], rates[buffer.satisfied[reading]]
-            for edge in range(offsets[node], offsets[node + 1]):
-                source = sources[edge]
-                new_cell = source + before
-                new = cost + costs[edge]
-                more = min(growth + rate * (costs[edge] >> reverse.shift), NO_EDGE - 1)
-                if new >= infinite:
-                    if table.itemsize == 4:
-                        return False
-                    new = infinite - 1
-                if offsets[source] == offsets[source + 1]:
-                    _settle(table, budgets, new_cell, new, more)
-                    continue
-                if new >= last_cost[new_cell] and more >= last_growth[new_cell]:
-                    continue
-                if more < least[new_cell] and (more <= strictest or least[new_cell] == NO_EDGE):
-                    last_cost[new_cell], last_growth[new_cell] = new, more
-                    if made == keys.shape[0]:
-                        keys, items, cells, growths = _twice(keys), _twice(items), _twice(cells), _twice(growths)
-                    cells[made], growths[made] = new_cell, more
-                    count = heap_push(keys, items, count, new, made)
-                    made += 1
-    return True
-
-
-@bare_kernel
-def _settle(table: np.ndarray, budgets: np.ndarray, cell: Integer, cost: Integer, growth: Integer) -> None:
-    """Enter a cost under every budget that the growth is within."""
-    level = budgets.shape[0] - 1
-    while budgets[level] < growth:
-        level -= 1
-    while level >= 0 and table[level, cell] > cost:
-        table[level, cell] = cost
-        level -= 1
 
 
 @kernel

@@ -1,7 +1,6 @@
 """Exact cost-to-go for a few tasks at a time on T x A_K (equation 4 for one task).
 
-The preference's growth on the way can be bounded or itself be what is minimised: an edge of cost w taken while S is the
-satisfied set makes mu grow by rate(S) w.
+What is minimised can be the growth of mu, too: an edge of cost w taken while S is the satisfied set adds rate(S) w.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ import numpy as np
 from prefplan.heuristics.backward_dijkstra import (
     ReverseView,
     dijkstra,
-    dijkstra_within_budgets,
     restricted,
     reverse_view,
 )
@@ -44,63 +42,23 @@ class Backward:
         return reverse_view(self._product, self._forward)
 
 
-def cost_to_go(
-    backward: Backward,
-    tasks: np.ndarray,
-    dtype: type,
-    *,
-    rates: np.ndarray | None = None,
-    budgets: np.ndarray | None = None,
-) -> np.ndarray:
-    """Return the least cost until all of some tasks are satisfied or dropped, for every budget of mu's growth.
+def cost_to_go(backward: Backward, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
+    """Return the least weighted cost until all of some tasks are satisfied or dropped.
 
     Args:
         backward: the product.
         tasks: (k,) int64, which tasks.
-        dtype: np.int32 or np.int64.
-        rates: (2^k,) int64 >= 0, growth of mu for a unit of cost while a set of these tasks is satisfied.
-        budgets: (B,) int64, falling: how much mu may grow; one that is not bounded if None.
+        factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied.
+        shift: low bits that are left out of costs.
 
     Returns:
-        (B, S * Q_1 * ... * Q_k) of the chosen type, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); infinite where it
-        cannot be done.
-
-    Raises:
-        OverflowError: if a finite cost does not fit the type.
+        (S * Q_1 * ... * Q_k,) int64, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); INFINITE where it cannot be done.
     """
-    if budgets is None or rates is None:
-        return _least(backward, tasks, dtype, np.ones(2 ** len(tasks), dtype=np.int64))[None]
-    table: np.ndarray = np.full((len(budgets), _size(backward, tasks)), INFINITE[dtype], dtype=dtype)
-    edges = restricted(backward.reverse, tasks)
-    if not dijkstra_within_budgets(edges, tasks, rates, budgets, table, INFINITE[dtype]):
-        raise OverflowError
-    return table
-
-
-def growth_to_go(backward: Backward, tasks: np.ndarray, dtype: type, rates: np.ndarray) -> np.ndarray:
-    """Return the least growth of mu until all of some tasks are satisfied or dropped, whatever the cost.
-
-    Arguments, shape and errors are those of `cost_to_go`.
-    """
-    return _least(backward, tasks, dtype, rates, shift=backward.shift)
-
-
-def _least(backward: Backward, tasks: np.ndarray, dtype: type, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
-    """Return least costs, less their lowest bits, those of edges times a factor for what is satisfied."""
-    size = _size(backward, tasks)
+    table: np.ndarray = np.full(backward.nodes * int(np.prod(backward.sizes[tasks])), INFINITE)
     if (stages := backward.stages) is not None:
-        if shift:
-            stages = stages._replace(near=np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE))
-        table: np.ndarray = np.empty(size, dtype=dtype)
-        fits = fill_in_order(stages, tasks, factors, table, INFINITE[dtype])
+        near = np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE)
+        fill_in_order(stages._replace(near=near), tasks, factors, table)
     else:
         edges = restricted(backward.reverse, tasks)
-        table = np.full(size, INFINITE[dtype], dtype=dtype)
-        fits = dijkstra(edges._replace(costs=edges.costs >> shift), tasks, factors, table, INFINITE[dtype])
-    if not fits:
-        raise OverflowError
+        dijkstra(edges._replace(costs=edges.costs >> shift), tasks, factors, table)
     return table
-
-
-def _size(backward: Backward, tasks: np.ndarray) -> int:
-    return backward.nodes * int(np.prod(backward.sizes[tasks]))

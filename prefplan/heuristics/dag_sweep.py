@@ -14,7 +14,7 @@ import numpy as np
 
 from prefplan.product.contraction import by_way_of
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product.successors import INFINITE, NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
 
 
 class Stages(NamedTuple):
@@ -74,17 +74,16 @@ def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, infinite: Integer) -> bool:
-    """Fill a table with least costs, those of edges weighted by what is satisfied; return whether they fit its type.
+def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray) -> None:
+    """Fill a table with least costs, those of edges weighted by what is satisfied.
 
-    Costs that do not fit are treated as in `dijkstra`.
+    Costs from INFINITE on are treated as in `dijkstra`.
 
     Args:
         stages: the product.
         tasks: (k,) int64, which tasks.
         factors: (2^k,) int64 >= 0, by which to multiply costs while a set of these tasks is satisfied.
-        table: (S * Q_1 * ... * Q_k,) int32 or int64, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)).
-        infinite: what to write where there is no way.
+        table: (S * Q_1 * ... * Q_k,) int64, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)).
     """
     nodes, k = stages.classes.shape[0], tasks.shape[0]
     matters = np.zeros(nodes, dtype=np.bool_)
@@ -115,15 +114,14 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
             for j in range(k):
                 for d in range(changing.shape[0]):
                     there[d] += onto[j, states[j], d]
-            _solve(steps[satisfied], changing, through, there, here, table, infinite, costs)
-        if not _write(table[here : here + nodes], costs, infinite):
-            return False
+            _solve(steps[satisfied], changing, through, there, here, table, costs)
+        for node in range(nodes):
+            table[here + node] = INFINITE if costs[node] >= NO_EDGE else min(costs[node], INFINITE - 1)
         for j in range(k):
             ranks[j] += 1
             if ranks[j] < stages.sizes[tasks[j]]:
                 break
             ranks[j] = 0
-    return True
 
 
 @kernel
@@ -173,7 +171,6 @@ def _solve(
     there: np.ndarray,
     here: Integer,
     table: np.ndarray,
-    infinite: Integer,
     costs: np.ndarray,
 ) -> None:
     """Write the cost-to-go of all nodes: first by way of changes, then of nodes that change nothing (Dijkstra)."""
@@ -181,8 +178,8 @@ def _solve(
     for d in range(changing.shape[0]):
         if there[d] == here + changing[d]:
             waiting |= np.uint64(through) & np.uint64(1) << np.uint64(d)
-        elif table[there[d]] < infinite:
-            _relax(steps[d], np.int64(table[there[d]]), costs)
+        elif table[there[d]] < INFINITE:
+            _relax(steps[d], table[there[d]], costs)
     while waiting:
         least = np.int64(NO_EDGE)
         best = -1
@@ -199,16 +196,3 @@ def _solve(
 def _relax(steps: np.ndarray, rest: Integer, costs: np.ndarray) -> None:
     for node in range(costs.shape[0]):
         costs[node] = min(costs[node], steps[node] + rest)
-
-
-@bare_kernel
-def _write(row: np.ndarray, costs: np.ndarray, infinite: Integer) -> bool:
-    """Write costs into a table, and return whether they fit."""
-    for node in range(costs.shape[0]):
-        if costs[node] >= NO_EDGE:
-            row[node] = infinite
-        elif costs[node] >= infinite and row.itemsize == 4:
-            return False
-        else:
-            row[node] = min(costs[node], infinite - 1)
-    return True

@@ -4,72 +4,42 @@ The max-min heuristic is h(p) = max_j d_j(s, q_j), with d_j the exact cost of sa
 sets K of tasks, h(p) = max_K d_K(s, q_K), is at least as large. Both are consistent: every edge of the product maps
 onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum of consistent bounds is
 consistent.
-
-A bound can be sharper where mu may only grow by so much: the tasks of K alone make mu grow at rate_K(S & K), which is
-at most its rate, so ways to satisfy K that exceed the budget can be left out of d_K.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from fractions import Fraction
 from itertools import combinations
 from math import comb
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward, cost_to_go
-from prefplan.preferences.objective import Measure
-from prefplan.product.successors import UNBOUNDED, Integer, bare_kernel
-
-# Columns of a product state's row that hold what is known of its bound: the bound so far, how many tables were looked
-# up for it, the table that it comes from, and the one that gave the largest bound under a budget.
-COST_BOUND, LOOKED, LIKELY, TIGHT = range(4)
-BOUND_COLUMNS = 4
-
-T = TypeVar("T")
-R = TypeVar("R")
+from prefplan.product.successors import Integer, bare_kernel
 
 ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
 """Entries of all tables together that building may cost, unless one task at a time needs more; those filled stage by
 stage cost a tenth each."""
 
-THREADS_FROM, STAGED_THREADS_FROM = 100_000, 800_000
-"""Entries from which threads pay; the kernels run without the interpreter's lock."""
-
-
-def in_parallel(function: Callable[[T], R], items: Sequence[T], *, entries: float, staged: bool) -> list[R]:
-    """Return what tabulates some items, in their order; in threads, where as many entries make that pay."""
-    threads = os.cpu_count() or 1
-    if threads == 1 or entries < (STAGED_THREADS_FROM if staged else THREADS_FROM):
-        return [function(item) for item in items]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(function, items))
-
 
 class Patterns(NamedTuple):
-    """Tables for P sets of k tasks, and B budgets of mu's growth.
+    """Tables for P sets of k tasks.
 
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64. base: (P,) int64: entry = base + node + sum_j strides[j] q_j.
-        table: (B, entries) int32 or int64.
-        budgets: (B,) int64, falling, units of mu; the first is no bound.
+        table: (entries,) int64.
     """
 
     tasks: np.ndarray
     strides: np.ndarray
     base: np.ndarray
     table: np.ndarray
-    budgets: np.ndarray
 
 
-def no_patterns(dtype: type) -> Patterns:
+def no_patterns() -> Patterns:
     """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
     empty = np.zeros((0, 1), dtype=np.int64)
-    return Patterns(empty, empty, empty[:, 0], np.zeros((1, 0), dtype=dtype), np.array([UNBOUNDED]))
+    return Patterns(empty, empty, empty[:, 0], empty[:, 0])
 
 
 def count_entries(backward: Backward, k: int) -> float:
@@ -89,7 +59,7 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
     """
     tasks = len(backward.sizes)
     if backward.stages:
-        wanted, most = (3 if single else 4), STAGED_ENTRIES
+        wanted, most = (3 if single and tasks < 10 else 4), STAGED_ENTRIES
     else:
         wanted, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
     for k in range(min(wanted, tasks), 1, -1):
@@ -98,55 +68,16 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
     return 1
 
 
-def patterns(
-    backward: Backward,
-    k: int,
-    dtype: type,
-    *,
-    measure: Measure | None = None,
-    factor: Fraction = Fraction(1),
-    budgets: Sequence[int] = (),
-) -> Patterns:
-    """Return the tables of all sets of k tasks.
-
-    Args:
-        backward: the product.
-        k: how many tasks a set has.
-        dtype: np.int32 or np.int64.
-        measure: whose growth is bounded.
-        factor: what a unit of cost is in units of mu.
-        budgets: how much mu may grow, falling.
-
-    Raises:
-        OverflowError: if a finite cost does not fit the type.
-    """
-    sets = [np.array(databases, dtype=np.int64) for databases in combinations(range(len(backward.sizes)), k)]
-    levels = np.array([UNBOUNDED, *budgets], dtype=np.int64)
-
-    def tabulate(tasks: np.ndarray) -> np.ndarray:
-        rates = None
-        if measure and budgets:
-            members = tasks.tolist()
-            rates = np.array([_rate(measure, members, s, factor) for s in range(2**k)], dtype=np.int64)
-        return cost_to_go(backward, tasks, dtype, rates=rates, budgets=None if rates is None else levels)
-
-    cells = backward.sizes[np.stack(sets)]
-    strides = np.cumprod(np.insert(cells, 0, backward.nodes, axis=1), axis=1)
+def patterns(backward: Backward, k: int) -> Patterns:
+    """Return the tables of all sets of k tasks."""
+    sets = np.array(list(combinations(range(len(backward.sizes)), k)), dtype=np.int64)
+    strides = np.cumprod(np.insert(backward.sizes[sets], 0, backward.nodes, axis=1), axis=1)
     ends = np.cumsum(strides[:, -1])
     base = ends - strides[:, -1]
-    table: np.ndarray = np.empty((len(levels), ends[-1]), dtype=dtype)
-
-    def fill(p: int) -> None:
-        table[:, base[p] : ends[p]] = tabulate(sets[p])
-
-    in_parallel(fill, range(len(sets)), entries=table.size, staged=backward.stages is not None and not budgets)
-    return Patterns(np.stack(sets), strides[:, :-1].copy(), base, table, levels)
-
-
-def _rate(measure: Measure, members: list[int], satisfied: int, factor: Fraction) -> int:
-    """Return a lower bound of mu's rate from some tasks alone, in units of mu for a unit of cost."""
-    bits = sum(1 << i for j, i in enumerate(members) if satisfied >> j & 1)
-    return int(sum((rate.among(frozenset(members), bits) for rate in measure.rates), Fraction(0)) * factor)
+    table = np.empty(ends[-1], dtype=np.int64)
+    for p, tasks in enumerate(sets):
+        table[base[p] : ends[p]] = cost_to_go(backward, tasks, np.ones(2**k, dtype=np.int64))
+    return Patterns(sets, strides[:, :-1].copy(), base, table)
 
 
 @bare_kernel
@@ -154,57 +85,8 @@ def cost_bound(databases: Patterns, node: Integer, automata: np.ndarray) -> Inte
     """Return h(p): the largest of all sets' entries."""
     bound = np.int64(0)
     for p in range(databases.base.shape[0]):
-        bound = max(bound, _entry(databases, node, automata, 0, p))
+        entry = databases.base[p] + node
+        for j in range(databases.tasks.shape[1]):
+            entry += databases.strides[p, j] * automata[databases.tasks[p, j]]
+        bound = max(bound, databases.table[entry])
     return bound
-
-
-@bare_kernel
-def look_further(
-    databases: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
-) -> Integer:
-    """Go on with h(p) from where it was left, until it exceeds a limit or is complete, and return what it is so far.
-
-    What is known of p is kept in its known: `COST_BOUND` so far, that so many sets were `LOOKED` at, and the `LIKELY`
-    one, to look at first.
-    """
-    bound, likely = np.int64(known[COST_BOUND]), np.int64(known[LIKELY])
-    p = np.int64(known[LOOKED])
-    if p == 0 and likely < databases.base.shape[0]:
-        bound = _entry(databases, node, automata, 0, likely)
-    while p < databases.base.shape[0] and bound <= limit:
-        entry = _entry(databases, node, automata, 0, p)
-        if entry > bound:
-            bound, likely = entry, p
-        p += 1
-    known[COST_BOUND], known[LOOKED], known[LIKELY] = bound, p, likely
-    return bound
-
-
-@bare_kernel
-def look_under_budget(
-    databases: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, level: Integer, limit: Integer
-) -> Integer:
-    """Return h(p) for one of the budgets: the largest of all sets' entries, or the first that exceeds a limit.
-
-    The set that was the last to give the bound, `TIGHT` in the known of p, is looked at first.
-    """
-    tight = np.int64(known[TIGHT])
-    bound = np.int64(0)
-    if tight < databases.base.shape[0]:
-        bound = _entry(databases, node, automata, level, tight)
-    p = 0
-    while p < databases.base.shape[0] and bound <= limit:
-        entry = _entry(databases, node, automata, level, p)
-        if entry > bound:
-            bound, tight = entry, np.int64(p)
-        p += 1
-    known[TIGHT] = tight
-    return bound
-
-
-@bare_kernel
-def _entry(databases: Patterns, node: Integer, automata: np.ndarray, level: Integer, p: Integer) -> np.int64:
-    entry = databases.base[p] + node
-    for j in range(databases.tasks.shape[1]):
-        entry += databases.strides[p, j] * automata[databases.tasks[p, j]]
-    return np.int64(databases.table[level, entry])

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.cost_to_go import Backward, growth_to_go
-from prefplan.heuristics.pattern_database import Patterns, in_parallel
+from prefplan.heuristics.cost_to_go import Backward, cost_to_go
+from prefplan.heuristics.pattern_database import Patterns
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate
 from prefplan.product.successors import INFINITE, Integer, bare_kernel
@@ -33,7 +33,7 @@ class Blocks(NamedTuple):
         tasks: (B, k) int64, padded with -1. strides: (B, k) int64.
         base: (B, N + 1) int64: entry = base[b, satisfied outside] + node + sum_j strides[j] q_j.
         members: (B,) int64, the block as bits.
-        table: (entries,) int32 or int64, units of mu.
+        table: (entries,) int64, units of mu.
     """
 
     tasks: np.ndarray
@@ -43,13 +43,13 @@ class Blocks(NamedTuple):
     table: np.ndarray
 
 
-def no_blocks(tasks: int, dtype: type) -> Blocks:
+def no_blocks(tasks: int) -> Blocks:
     """Return no tables: the bound 0."""
     none = np.zeros((0, 1), dtype=np.int64)
-    return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=dtype))
+    return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=np.int64))
 
 
-def blocks(backward: Backward, measure: Measure, factor: Fraction, dtype: type, known: Patterns) -> Blocks:
+def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patterns) -> Blocks:
     """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
 
     Args:
@@ -57,10 +57,6 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, dtype: type, 
         known: costs-to-go; those of single tasks are put to use.
         measure: how mu grows.
         factor: what a unit of cost is in units of mu.
-        dtype: np.int32 or np.int64.
-
-    Raises:
-        OverflowError: if a finite bound does not fit the type.
     """
     n = measure.tasks
     orders = [rate.groups for rate in measure.rates if isinstance(rate, OrderRate)]
@@ -73,26 +69,22 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, dtype: type, 
             rates = tuple(int(r * factor) for r in exact)
             jobs.setdefault((members, rates), []).append(outside)
     if not any(any(rates) for _, rates in jobs):
-        return no_blocks(n, dtype)
+        return no_blocks(n)
 
     def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
         members, rates = job
         tasks = np.array(members, dtype=np.int64)
         size = backward.nodes * int(np.prod(backward.sizes[tasks]))
         if not any(rates):
-            return np.zeros(size, dtype=dtype)
+            return np.zeros(size, dtype=np.int64)
         if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
             # Alone, a task makes mu grow at one rate until it is satisfied.
-            cost = known.table[0, known.base[members[0]] :][:size].astype(np.int64) >> backward.shift
-            reachable = cost < INFINITE[dtype] >> backward.shift
-            if dtype is np.int32 and int(cost[reachable].max(initial=0)) * rates[0] >= INFINITE[dtype]:
-                raise OverflowError
-            growth = np.minimum(cost, (INFINITE[dtype] - 1) // max(rates[0], 1)) * rates[0]
-            return np.where(reachable, growth, INFINITE[dtype]).astype(dtype)
-        return growth_to_go(backward, tasks, dtype, np.array(rates, dtype=np.int64))
+            cost = known.table[known.base[members[0]] :][:size]
+            growth = np.minimum(cost >> backward.shift, (INFINITE - 1) // max(rates[0], 1)) * rates[0]
+            return np.where(cost < INFINITE, growth, INFINITE)
+        return cost_to_go(backward, tasks, np.array(rates, dtype=np.int64), shift=backward.shift)
 
-    entries = len(jobs) * backward.nodes * float(np.mean(backward.sizes)) ** max(map(len, split))
-    tables = in_parallel(tabulate, list(jobs), entries=entries, staged=backward.stages is not None)
+    tables = [tabulate(job) for job in jobs]
     width = max(map(len, split))
     tasks = np.full((len(split), width), -1, dtype=np.int64)
     strides = np.zeros((len(split), width), dtype=np.int64)
@@ -129,10 +121,8 @@ def _rate(measure: Measure, members: tuple[int, ...], satisfied: int, outside: i
 
 
 @bare_kernel
-def preference_bound(
-    tables: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer, infinite: Integer
-) -> Integer:
-    """Return the least growth of mu from a product state to the end, `infinite` at most."""
+def preference_bound(tables: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer) -> Integer:
+    """Return the least growth of mu from a product state to the end, INFINITE at most."""
     bound = np.int64(0)
     for b in range(tables.members.shape[0]):
         rest = satisfied & ~tables.members[b]
@@ -144,5 +134,5 @@ def preference_bound(
         for j in range(tables.tasks.shape[1]):
             if tables.tasks[b, j] >= 0:
                 entry += tables.strides[b, j] * automata[tables.tasks[b, j]]
-        bound = min(bound + tables.table[entry], np.int64(infinite))
+        bound = min(bound + tables.table[entry], np.int64(INFINITE))
     return bound

@@ -1,37 +1,18 @@
-"""A product made ready to be searched: the graph, and bounds for the width of labels that its costs need."""
+"""A product made ready to be searched: the graph, and bounds of cost and preference."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
-
-import numpy as np
+from typing import NamedTuple
 
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import count_entries, no_patterns, pattern_size, patterns
-from prefplan.heuristics.preference_bound import blocks, no_blocks
+from prefplan.heuristics.pattern_database import Patterns, no_patterns, pattern_size, patterns
+from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
 from prefplan.product.contraction import contract, view, whole_graph
 from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE, ProductView
-
-BUDGETS = (0.75, 0.5, 0.33, 0.2, 0.1, 0.05, 0)
-"""Parts of the preference value to improve on, for which bounds of the cost-to-go are tabulated."""
-
-DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
-"""Entries of all tables that a search of unusual length may call for; those filled stage by stage cost a tenth each."""
-
-BUDGETED = 3
-"""Tasks in a set of the tables under budgets, one more from 9 tasks on."""
-
-UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
-"""Time to fill an entry without stages, and to expand a label, in all and for each set; measured in that to fill one
-with stages, about 20 ns."""
-
-DEEPEST = 5
-"""Tasks in a set, where such a search calls for more."""
 
 ENTRY_BYTES = 8
 
@@ -46,22 +27,22 @@ class Options:
     Attributes:
         heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
             to choose.
-        preference_bound: whether to bound the growth of mu, and the cost-to-go by it.
+        preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states that change nothing, where few matter.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
-        deepen_after: expansions in search of one cheapest plan after which the sets get a task more; None to choose,
-            unless `heuristic` says how many.
-        budget_after: expansions after which the cost-to-go is bounded under budgets of mu's growth too.
-        pause_after: labels popped between two looks at the clock; 100000 take a few tens of milliseconds.
     """
 
     heuristic: int | None = None
     preference_bound: bool = True
     contraction: bool = True
     compiled: bool = True
-    deepen_after: int | None = None
-    budget_after: int = 40_000
-    pause_after: int = 100_000
+
+
+class Bounds(NamedTuple):
+    """Lower bounds: `patterns` of the cost-to-go, `blocks` of mu's growth."""
+
+    patterns: Patterns
+    blocks: Blocks
 
 
 def bytes_to_prepare(product: Product) -> float:
@@ -77,10 +58,7 @@ class Prepared:
         product: what is searched.
         graph: over what.
         view: both, as the kernels see them.
-        patterns: bounds of the cost-to-go.
-        budgeted: the same where mu may grow by so much only; empty until `bound_growth`.
-        blocks: bounds of mu's growth.
-        dtype: type of labels that these bounds fit.
+        bounds: of the cost-to-go and of mu's growth.
     """
 
     def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
@@ -103,71 +81,15 @@ class Prepared:
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.view = view(product, self.graph)
         _require_64_bits(product, self.view)
-        self._backward = Backward(product, self.view)
+        backward = Backward(product, self.view)
         measure = product.problem.measure
-        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
         size = options.heuristic
         if size is None:
-            size = pattern_size(self._backward, single=single, max_entries=self._max_entries)
-        self._size = min(size, measure.tasks)
-        self.dtype: Any = np.int32
-        self.patterns = self.budgeted = no_patterns(self.dtype)
-        self.blocks = no_blocks(measure.tasks, self.dtype)
-        if size:
-            self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
-        if options.preference_bound and measure.bi_objective:
-            factor = product.units.factor
-            self.blocks = self._fit(lambda dtype: blocks(self._backward, measure, factor, dtype, self.patterns))
-
-    def _fit(self, build: Callable[[Any], Any]) -> Any:
-        """Build tables of the narrow type, or where they do not fit, of the wide one."""
-        try:
-            return build(self.dtype)
-        except OverflowError:
-            if self.dtype is np.int64:
-                raise
-            self.widen()
-            return build(self.dtype)
-
-    def widen(self) -> None:
-        """Turn the tables that there are into those of the wide type."""
-        self.dtype = np.int64
-        self.patterns = self.patterns._replace(table=_widened(self.patterns.table))
-        self.budgeted = self.budgeted._replace(table=_widened(self.budgeted.table))
-        self.blocks = self.blocks._replace(table=_widened(self.blocks.table))
-
-    @property
-    def deepening_expansions(self) -> float:
-        """Expansions after which sets get one more task: by then the tables are paid for; infinite if they cannot."""
-        size, staged = self._size + 1, self._backward.stages is not None
-        entries = count_entries(self._backward, size)
-        most = min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries)
-        after = self.options.deepen_after
-        fixed = self.options.heuristic is not None and after is None
-        if fixed or size > min(DEEPEST, self.product.problem.measure.tasks) or entries > most:
-            return math.inf
-        if after is not None:
-            return after
-        return entries * (1 if staged else UNSTAGED) / (EXPANSION + EXPANSION_EACH * len(self.patterns.base))
-
-    def deepen(self) -> None:
-        """Build tables for sets of one more task."""
-        self._size += 1
-        self.patterns = self._fit(lambda dtype: patterns(self._backward, self._size, dtype))
-
-    def bound_growth(self, mu: int) -> None:
-        """Tabulate the cost-to-go under budgets of mu's growth, given the value to improve on, in units."""
-        measure = self.product.problem.measure
-        growing = self.options.preference_bound and measure.rates and self._size > 1
-        if growing and len(self.budgeted.budgets) == 1 and mu < INFINITE[np.int64]:
-            budgets = sorted({int(mu * part) for part in BUDGETS}, reverse=True)
-            factor, size = self.product.units.factor, min(self._size, BUDGETED if measure.tasks < 9 else BUDGETED + 1)
-            most = min(DEEP_ENTRIES, self._max_entries)
-            while size > 2 and count_entries(self._backward, size) * len(budgets) > most:
-                size -= 1
-            self.budgeted = self._fit(
-                lambda dtype: patterns(self._backward, size, dtype, measure=measure, factor=factor, budgets=budgets)
-            )
+            size = pattern_size(backward, single=single, max_entries=TABLES_SHARE * max_bytes / ENTRY_BYTES)
+        known = patterns(backward, min(size, measure.tasks)) if size else no_patterns()
+        growing = options.preference_bound and measure.bi_objective
+        growths = blocks(backward, measure, product.units.factor, known) if growing else no_blocks(measure.tasks)
+        self.bounds = Bounds(known, growths)
 
 
 def _require_64_bits(product: Product, view: ProductView) -> None:
@@ -184,12 +106,5 @@ def _require_64_bits(product: Product, view: ProductView) -> None:
     growth = measure.largest_rate() * units.factor * step
     growth += sum(measure.violation_weights) * units.price / units.mu * price
     growth += sum((max(term.weights) * units.factor for term in measure.maxima), Fraction(0))
-    if max(step, growth) >= INFINITE[np.int64]:
+    if max(step, growth) >= INFINITE:
         raise OverflowError
-
-
-def _widened(table: np.ndarray) -> np.ndarray:
-    wide = table.astype(np.int64)
-    if table.dtype == np.int32:
-        wide[table == INFINITE[np.int32]] = INFINITE[np.int64]
-    return wide

@@ -14,8 +14,8 @@ from prefplan.models.transition_system import TransitionSystem
 class Transition:
     """One edge; `action` None stands for the target's name."""
 
-    source: str
-    target: str
+    source: str = field(metadata={"key": "from"})
+    target: str = field(metadata={"key": "to"})
     action: str | None = None
     cost: Number = 1
 

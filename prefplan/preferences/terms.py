@@ -59,15 +59,6 @@ class OrderRate:
             place += len(group)
         return total * int(self.weight * scale)
 
-    def among(self, members: frozenset[int], satisfied: int) -> Fraction:
-        """Return the rate if some tasks were the only ones, in the same order; it is at most the rate of all tasks.
-
-        With each group's satisfied tasks first, the rate is the largest min(missing up to place t, present beyond t)
-        over all t, as both are equal at t = |S|. Leaving tasks out makes neither count larger.
-        """
-        groups = tuple(tuple(i for i in group if i in members) for group in self.groups)
-        return OrderRate(tuple(group for group in groups if group), self.weight).rate(satisfied)
-
     def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
         """Return the part that some whole groups are to blame for, with `outside` more tasks satisfied."""
         return self._sum(satisfied, satisfied.bit_count() + outside, members)
@@ -111,10 +102,6 @@ class WeightedRate:
         sets = np.arange(2**tasks)
         return sum((1 - (sets >> i & 1)) * int(w * scale) for i, w in enumerate(self.weights)) + 0 * sets
 
-    def among(self, members: frozenset[int], satisfied: int) -> Fraction:
-        """Return the rate if some tasks were the only ones."""
-        return self.part(members, satisfied, 0)
-
     def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
         """Return the part that some tasks are to blame for."""
         return sum((self.weights[i] for i in members if not satisfied >> i & 1), Fraction(0))
@@ -146,10 +133,6 @@ class SpreadRate:
         """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
         done = np.bitwise_count(np.arange(2**tasks) & sum(1 << i for i in self.members))
         return np.where((done > 0) & (done < len(self.members)), int(self.weight * scale), 0)
-
-    def among(self, members: frozenset[int], satisfied: int) -> Fraction:
-        """Return the whole rate if all its tasks are among some, else nothing."""
-        return self.part(members, satisfied, 0)
 
     def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
         """Return the whole rate if all its tasks are among some, else nothing."""

@@ -78,7 +78,7 @@ def contract(product: Product) -> Graph | None:
     node[states] = np.arange(len(states))
     near = np.empty((len(states), len(states)), dtype=np.int64)
     _cheapest_paths(product.offsets, product.targets, product.costs, matters, states, node, near)
-    if len(states) * int(near.max(initial=0)) >= INFINITE[np.int64]:
+    if len(states) * int(near.max(initial=0)) >= INFINITE:
         return None
     source, target = np.nonzero(near >= 0)
     return Graph(

@@ -1,6 +1,11 @@
-"""A binary heap of (key, item) in two arrays, for compiled kernels."""
+"""A binary heap of (key, item) in two arrays, for compiled kernels.
+
+The smallest key comes first, and of equal keys the largest item.
+"""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +18,7 @@ def heap_push(keys: np.ndarray, items: np.ndarray, count: Integer, key: Integer,
     at = count
     while at > 0:
         up = (at - 1) // 2
-        if keys[up] <= key:
+        if _precedes(keys[up], items[up], key, item):
             break
         keys[at] = keys[up]
         items[at] = items[up]
@@ -25,7 +30,7 @@ def heap_push(keys: np.ndarray, items: np.ndarray, count: Integer, key: Integer,
 
 @bare_kernel
 def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer) -> Integer:
-    """Remove the pair of the smallest key, which stands first, and return the new count."""
+    """Remove the first pair and return the new count."""
     count -= 1
     key, item = keys[count], items[count]
     at = 0
@@ -33,9 +38,9 @@ def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer) -> Integer:
         down = 2 * at + 1
         if down >= count:
             break
-        if down + 1 < count and keys[down + 1] < keys[down]:
+        if down + 1 < count and _precedes(keys[down + 1], items[down + 1], keys[down], items[down]):
             down += 1
-        if keys[down] >= key:
+        if _precedes(key, item, keys[down], items[down]):
             break
         keys[at] = keys[down]
         items[at] = items[down]
@@ -43,3 +48,8 @@ def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer) -> Integer:
     keys[at] = key
     items[at] = item
     return count
+
+
+@bare_kernel
+def _precedes(key: Any, item: Any, other_key: Any, other_item: Any) -> Any:
+    return key < other_key or (key == other_key and item >= other_item)

@@ -20,8 +20,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 Integer: TypeAlias = "int | np.integer[Any]"
 
-INFINITE: dict[type, int] = {np.int32: 2**30, np.int64: 2**60}
-"""Cost-to-go where there is no path. A search that meets a cost as large starts again with the wider type."""
+INFINITE = 2**60
+"""Cost-to-go where there is no path. A search that meets a cost as large starts again with Python's integers."""
 
 
 def kernel(function: F) -> F:

@@ -16,34 +16,38 @@ from prefplan.front import Plan
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product, Start
-from prefplan.product.successors import INFINITE, UNBOUNDED, Successors
+from prefplan.product.successors import UNBOUNDED, Successors
 from prefplan.search import boa_star
-from prefplan.search.boa_star import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE
 from prefplan.search.labels import (
     COLUMNS,
     COUNT,
     COUNTERS,
+    EXHAUSTED,
     EXPANDED,
     FOUND,
-    FREE,
-    GENERATED,
+    GOAL,
+    LABELS,
     LOWEST,
+    MORE_LABELS,
+    MORE_ROWS,
     NEXT,
     NONE,
-    OPEN,
     PARENT,
+    PAUSED,
     ROWS,
+    TOO_LARGE,
+    Growth,
     Queue,
     States,
     rehash,
 )
 from prefplan.search.plan_extraction import Waypoint, extract
 
-BUCKETS = 2**21
-"""Estimates that spread further than this are kept in a heap."""
-
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
+
+POPS = 100_000
+"""Labels popped between two looks at the clock; they take a few tens of milliseconds."""
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
@@ -100,9 +104,8 @@ class Search(ABC):
         """Make the first labels; `max_cost` is an inclusive bound in units."""
         self.prepared = prepared
         self.product = prepared.product
-        self.dtype: Any = prepared.dtype
         self.growth = self._growth()
-        self.bounds = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
+        self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
         self.reset()
 
     def _up_to(self, cost: float) -> int:
@@ -118,13 +121,13 @@ class Search(ABC):
     def _run(self, pops: int) -> int:
         """Run the kernel until so many labels are popped or something happens, and return what."""
 
-    def _growth(self) -> boa_star.Growth:
+    def _growth(self) -> Growth:
         measure, units = self.product.problem.measure, self.product.units
         late, maximum = measure.tardiness, measure.maximum_table(units.factor)
         slopes = [int(term.weight * units.factor) for term in late]
         offsets = [min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT) for term in late]
         prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
-        return boa_star.Growth(
+        return Growth(
             rate=measure.rate_table(units.factor),
             maximum=maximum,
             late_task=np.array([term.task for term in late], dtype=np.int64),
@@ -136,17 +139,14 @@ class Search(ABC):
 
     def reset(self) -> None:
         """Forget everything and hand the start states to the kernel, as the successors of no label."""
-        self.infinite = INFINITE[self.dtype]
         self.counters = np.zeros(COUNTERS, dtype=np.int64)
-        self.counters[FREE] = NONE
         self.states = States(
             np.empty(ROWS_AT_FIRST, np.int64),
-            np.empty((ROWS_AT_FIRST, COLUMNS), self.dtype),
+            np.empty((ROWS_AT_FIRST, COLUMNS), np.int64),
             np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
         )
         self.labels = self._new_labels(LABELS_AT_FIRST)
-        none = np.empty(0, np.int64)
-        self.queue = Queue(np.full(2**12, NONE, np.int32), np.empty(LABELS_AT_FIRST, np.int32), none, none)
+        self.queue = Queue(*np.empty((2, LABELS_AT_FIRST), np.int64))
         self.buffer = self._buffer()
         view, graph = self.prepared.view, self.prepared.graph
         weights = self.growth.violation
@@ -182,16 +182,12 @@ class Search(ABC):
     def goals(self, limits: Limits) -> Iterator[Found]:
         """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit."""
         pending: Found | None = None
-        yielded = -1
         while True:
-            left = limits.expansions - int(self.counters[EXPANDED])
-            end = self._run(int(max(1, min(self.prepared.options.pause_after, left + 1))))
+            end = self._run(POPS)
             limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
-                # A search that starts again with wider labels finds its first goals once more.
-                if pending.cost > yielded:
-                    yield pending
-                yielded, pending = max(yielded, pending.cost), None
+                yield pending
+                pending = None
             if end == EXHAUSTED:
                 limits.complete_below = math.inf
                 return
@@ -199,13 +195,8 @@ class Search(ABC):
                 goal = self._found(int(self.counters[FOUND]))
                 if self._accept(goal):
                     pending = goal
-            elif end == PAUSED:
-                self._slice_done()
-            elif not self._make_room(end, limits):
+            elif end != PAUSED and not self._make_room(end, limits):
                 limits.ended = "memory"
-                return
-            if self.counters[EXPANDED] > limits.expansions:
-                limits.ended = "expansions"
                 return
             if limits.out_of_time:
                 limits.ended = "time"
@@ -218,10 +209,6 @@ class Search(ABC):
     @abstractmethod
     def _accept(self, goal: Found) -> bool:
         """Take note of a goal; return whether it is one, by its exact mu."""
-
-    def _slice_done(self) -> None:
-        """Take note of a slice."""
-        return None
 
     def _found(self, label: int) -> Found:
         graph, view = self.prepared.graph, self.prepared.view
@@ -250,58 +237,29 @@ class Search(ABC):
         """What was done so far."""
         c = self.counters
         held = sum(array.nbytes for arrays in (self.states, self.labels, self.queue) for array in arrays)
-        return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[GENERATED]), held)
+        return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[LABELS]), held)
 
     def _make_room(self, end: int, limits: Limits) -> bool:
         """Grow what the kernel ran out of; return False if that would exceed the memory."""
-        if end == TOO_WIDE:
-            self._widen()
-            return True
-        more = {MORE_ROWS: self.states, MORE_LABELS: (*self.labels, *self.queue[1:])}.get(end, ())
+        if end == TOO_LARGE:
+            self._too_large()
+            raise OverflowError
+        more = {MORE_ROWS: self.states, MORE_LABELS: (*self.labels, *self.queue)}[end]
         if self.work.bytes + 2 * sum(array.nbytes for array in more) > limits.bytes:
             return False
         if end == MORE_ROWS:
             size = 2 * len(self.states.code)
             slots = np.full(2 * size, NONE, np.int32)
-            self.states = States(_longer(self.states.code, size), _longer(self.states.known, size), slots)
+            self.states = States(_longer(self.states.code), _longer(self.states.known), slots)
             rehash(self.states, int(self.counters[ROWS]))
-        elif end == MORE_LABELS:
-            size = 2 * len(self.labels.row)
-            self.labels = type(self.labels)(*(_longer(array, size) for array in self.labels))
-            heap = size if len(self.queue.heads) == 0 else 0
-            keys, items = _longer(self.queue.keys, heap), _longer(self.queue.items, heap)
-            self.queue = Queue(self.queue.heads, _longer(self.queue.links, size), keys, items)
         else:
-            assert end == MORE_BUCKETS
-            self._more_buckets()
+            self.labels = type(self.labels)(*map(_longer, self.labels))
+            self.queue = Queue(*map(_longer, self.queue))
         return True
 
-    def _widen(self) -> None:
-        """Start again with 64-bit labels."""
-        if self.dtype is np.int64:
-            raise OverflowError
-        if self.prepared.dtype is not np.int64:
-            self.prepared.widen()
-        self.dtype = np.int64
-        self.reset()
-
-    def _more_buckets(self) -> None:
-        """Give the open list more buckets, or turn it into a heap."""
-        size = 8 * len(self.queue.heads)
-        if size <= BUCKETS:
-            self.queue = self.queue._replace(heads=_longer(self.queue.heads, size, NONE))
-            return
-        waiting = []
-        for bucket in np.flatnonzero(self.queue.heads >= 0):
-            label = int(self.queue.heads[bucket])
-            while label != NONE:
-                waiting.append((int(bucket), label))
-                label = int(self.queue.links[label])
-        keys, items = (np.empty(len(self.labels.row), np.int64) for _ in range(2))
-        for at, (estimate, label) in enumerate(sorted(waiting)):
-            keys[at], items[at] = estimate, label
-        self.counters[OPEN] = len(waiting)
-        self.queue = Queue(np.empty(0, np.int32), self.queue.links, keys, items)
+    def _too_large(self) -> None:
+        """Take note of a number that 64 bits do not hold."""
+        return None
 
 
 class BiObjectiveSearch(Search):
@@ -331,12 +289,11 @@ class BiObjectiveSearch(Search):
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
-        self.bounds[0] = min(self._max_mu + 1, UNBOUNDED)
-        self._bounded = False
+        self.limits[0] = min(self._max_mu + 1, UNBOUNDED)
         super().reset()
 
     def _new_labels(self, count: int) -> boa_star.Labels:
-        kinds = (np.int32, self.dtype, self.dtype, np.int32, np.int32)
+        kinds = (np.int32, np.int64, np.int64, np.int32)
         return boa_star.Labels(*(np.empty(count, kind) for kind in kinds))
 
     def _run(self, pops: int) -> int:
@@ -344,16 +301,13 @@ class BiObjectiveSearch(Search):
         end = boa_star.run(
             p.view,
             self.growth,
-            p.patterns,
-            p.budgeted,
-            p.blocks,
+            p.bounds,
             self.states,
             self.labels,
             self.queue,
             self.counters,
-            self.bounds,
+            self.limits,
             self.buffer,
-            self.infinite,
             self._cost_only,
             pops,
         )
@@ -364,26 +318,14 @@ class BiObjectiveSearch(Search):
 
     def _accept(self, goal: Found) -> bool:
         if self._cost_only:
-            self.bounds[1] = -1
+            self.limits[1] = -1
         elif self._first_only:
-            self.bounds[1] = self._up_to(goal.cost)
-        self._slice_done()
+            self.limits[1] = self._up_to(goal.cost)
         return True
 
-    def _slice_done(self) -> None:
-        long = self.counters[EXPANDED] > self.prepared.options.budget_after
-        if long and not self._bounded and not self._cost_only:
-            best = int(self.bounds[0]) - 1
-            self._bounded = best < INFINITE[np.int64] - 1
-            if self._bounded:
-                self.prepared.bound_growth(best)
-                if self.prepared.dtype is not self.dtype:
-                    self._widen()
 
-
-def _longer(array: np.ndarray, size: int, fill: int | None = None) -> np.ndarray:
-    longer = np.empty((size, *array.shape[1:]), array.dtype)
+def _longer(array: np.ndarray) -> np.ndarray:
+    """Return an array of twice the length that begins with another."""
+    longer = np.empty((2 * len(array), *array.shape[1:]), array.dtype)
     longer[: len(array)] = array
-    if fill is not None:
-        longer[len(array) :] = fill
     return longer

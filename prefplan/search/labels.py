@@ -9,23 +9,50 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import BOUND_COLUMNS
+from prefplan.heuristics.pattern_database import cost_bound
+from prefplan.heuristics.preference_bound import preference_bound
+from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.successors import Integer, bare_kernel
+from prefplan.product.successors import Integer, ProductView, Successors, bare_kernel, decode, masks
 
 NONE = -1
+"""In place of a row or a label."""
 
-# Places in the counters of a search.
-ROWS, LABELS, FREE, OPEN, LOWEST, EXPANDED, GENERATED, FOUND, PARENT, NEXT, COUNT = range(11)
-COUNTERS = 11
+# Places in the counters of a search. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no
+# label at the start) and still to be entered, so that a run of a kernel goes on where the last one ended.
+ROWS, LABELS, OPEN, LOWEST, EXPANDED, FOUND, PARENT, NEXT, COUNT = range(9)
+COUNTERS = 9
 
-# Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
-# others remain), the bound of mu's growth, and the first of its labels.
-SATISFIED, GROWTH_BOUND, HEAD = range(BOUND_COLUMNS, BOUND_COLUMNS + 3)
-COLUMNS = BOUND_COLUMNS + 3
+# Columns of a product state's row: satisfied tasks as bits (the sign bit is set where no others remain), the bounds of
+# the cost-to-go and of mu's growth, and one of its labels.
+SATISFIED, COST_BOUND, GROWTH_BOUND, HEAD = range(4)
+COLUMNS = 4
 
-TAKEN = -2
-"""In place of a link: the label is not in the open list."""
+GOAL_BIT = -(2**31)
+
+# Why a run of a kernel ended; ENTERED: it did not.
+ENTERED, EXHAUSTED, GOAL, PAUSED, MORE_ROWS, MORE_LABELS, TOO_LARGE, FALLS = range(8)
+
+
+class Growth(NamedTuple):
+    """How mu grows along a path.
+
+    Attributes:
+        rate: (2^N,) int64, units of mu for each unit of cost while that set is satisfied.
+        maximum: (M, 2^N) int64: mu is at least that times the cost so far.
+        late_task: (D,) int64, late_slope: (D,) int64 units of mu for each unit of cost, late_offset: (D,) int64 units
+            of mu: tardiness is max(0, slope * cost - offset).
+        violation: (N,) int64, units of mu for each unit of violation cost.
+        cost_limit: costs from which on one of these products might not fit 64 bits.
+    """
+
+    rate: np.ndarray
+    maximum: np.ndarray
+    late_task: np.ndarray
+    late_slope: np.ndarray
+    late_offset: np.ndarray
+    violation: np.ndarray
+    cost_limit: int
 
 
 class States(NamedTuple):
@@ -33,7 +60,7 @@ class States(NamedTuple):
 
     Attributes:
         code: (R,) int64.
-        known: (R, F) of the labels' type, what is known of each, side by side.
+        known: (R, F) int64, what is known of each, side by side.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 
@@ -43,22 +70,58 @@ class States(NamedTuple):
 
 
 class Queue(NamedTuple):
-    """The open list: labels by cost + bound, the last one in first out.
+    """The open list: a binary heap of labels by cost + bound, of equal ones the last made first.
 
     Attributes:
-        heads: (B,) int32, first label of each bucket; bucket b holds the estimate b.
-        links: (L,) int32, the label after this one in its bucket.
-        keys: (L',) int64 and items: (L',) int64: a binary heap instead, when estimates spread too far for buckets.
+        keys: (L,) int64 and items: (L,) int64.
     """
 
-    heads: np.ndarray
-    links: np.ndarray
     keys: np.ndarray
     items: np.ndarray
 
 
 @bare_kernel
-def first_slot(code: Integer, mask: Integer) -> Integer:
+def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer) -> Integer:
+    """Return what a step adds to rates and tardiness, from one cost to another, with these tasks satisfied before."""
+    added = growth.rate[satisfied] * (after - before)
+    for d in range(growth.late_task.shape[0]):
+        if not satisfied >> growth.late_task[d] & 1:
+            slope, offset = growth.late_slope[d], growth.late_offset[d]
+            added += max(0, slope * after - offset) - max(0, slope * before - offset)
+    return added
+
+
+@bare_kernel
+def enter_state(
+    view: ProductView, bounds: Bounds, states: States, counters: np.ndarray, buffer: Successors, code: Integer
+) -> Integer:
+    """Return the row of a product state, a new one where it was not met before; NONE if there is none left."""
+    mask = states.slots.shape[0] - 1
+    slot = _first_slot(code, mask)
+    row = np.int64(states.slots[slot])
+    while row >= 0 and states.code[row] != code:
+        slot = (slot + 1) & mask
+        row = np.int64(states.slots[slot])
+    if row >= 0:
+        return row
+    row = counters[ROWS]
+    if row == states.code.shape[0]:
+        return NONE
+    node = decode(view, code, buffer.choice)
+    satisfied, done = masks(view, buffer.choice)
+    known = states.known[row]
+    known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
+    known[COST_BOUND] = cost_bound(bounds.patterns, node, buffer.choice)
+    known[GROWTH_BOUND] = preference_bound(bounds.blocks, node, buffer.choice, satisfied)
+    known[HEAD] = NONE
+    counters[ROWS] += 1
+    states.slots[slot] = row
+    states.code[row] = code
+    return row
+
+
+@bare_kernel
+def _first_slot(code: Integer, mask: Integer) -> Integer:
     """Return where to start looking for a product state in a hash table of mask + 1 slots."""
     return np.int64((np.uint64(code) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & mask
 
@@ -68,42 +131,22 @@ def rehash(states: States, rows: Integer) -> None:
     """Fill an emptied hash table with the first rows."""
     mask = states.slots.shape[0] - 1
     for row in range(rows):
-        slot = first_slot(states.code[row], mask)
+        slot = _first_slot(states.code[row], mask)
         while states.slots[slot] >= 0:
             slot = (slot + 1) & mask
         states.slots[slot] = row
 
 
 @bare_kernel
-def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> bool:
-    """Insert a label; return False if its estimate is out of the buckets' range."""
-    if queue.heads.shape[0] == 0:
-        counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
-        queue.links[label] = NONE
-        return True
-    if estimate >= queue.heads.shape[0]:
-        return False
-    queue.links[label] = queue.heads[estimate]
-    queue.heads[estimate] = label
-    counters[OPEN] += 1
-    return True
+def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> None:
+    """Insert a label."""
+    counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
 
 
 @bare_kernel
 def pop(queue: Queue, counters: np.ndarray) -> Integer:
     """Remove a label of the smallest estimate, write that to the counters, and return the label."""
-    if queue.heads.shape[0] == 0:
-        counters[LOWEST] = queue.keys[0]
-        label = queue.items[0]
-        queue.links[label] = TAKEN
-        counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
-        return label
-    estimate = counters[LOWEST]
-    while queue.heads[estimate] < 0:
-        estimate += 1
-    counters[LOWEST] = estimate
-    label = np.int64(queue.heads[estimate])
-    queue.heads[estimate] = queue.links[label]
-    queue.links[label] = TAKEN
-    counters[OPEN] -= 1
+    counters[LOWEST] = queue.keys[0]
+    label = queue.items[0]
+    counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
     return label

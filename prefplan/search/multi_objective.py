@@ -11,35 +11,40 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import COST_BOUND, Patterns, cost_bound
-from prefplan.product.successors import Integer, ProductView, Successors, bare_kernel, decode, masks, successors
-from prefplan.search.boa_star import EXHAUSTED, GOAL, MORE_BUCKETS, MORE_LABELS, MORE_ROWS, PAUSED, TOO_WIDE, Growth
+from prefplan.heuristics.preprocessing import Bounds
+from prefplan.product.successors import INFINITE, Integer, ProductView, Successors, bare_kernel, successors
 from prefplan.search.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.search.labels import (
+    COST_BOUND,
     COUNT,
+    ENTERED,
+    EXHAUSTED,
     EXPANDED,
+    FALLS,
     FOUND,
-    GENERATED,
+    GOAL,
     HEAD,
     LABELS,
+    MORE_LABELS,
+    MORE_ROWS,
     NEXT,
     NONE,
     OPEN,
     PARENT,
-    ROWS,
+    PAUSED,
     SATISFIED,
+    TOO_LARGE,
+    Growth,
     Queue,
     States,
-    first_slot,
+    added_mu,
+    enter_state,
     pop,
     push,
 )
 
 HUGE = 1e200
 """A formula's value beyond this, or below 0, ends the search."""
-
-FALLS = 7
-"""Why a run of the kernel ended, beside those of `boa_star`: mu is less than on the path before."""
 
 CARRIED, ORDERED, EQUAL = 0, 1, 2
 """How entries are compared: not at all, smaller is better, or must be the same."""
@@ -67,7 +72,8 @@ class VectorLabels(NamedTuple):
     """Paths.
 
     Attributes:
-        row: (L,) int32, cost: (L,), parent: (L,) int32, sibling: (L,) int32: as in `boa_star.Labels`.
+        row: (L,) int32, cost: (L,) int64, parent: (L,) int32: as in `boa_star.Labels`.
+        sibling: (L,) int32, the label of the same product state that was made before, or -1.
         key: (L, D) float64, whole units; costs of unsatisfied tasks are entered as 0.
         mu: (L,) float64 units, never more than the exact value, and equal to it where no formula rounds.
     """
@@ -81,11 +87,18 @@ class VectorLabels(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for one label: key: (D,), costs: (N,) and violations: (N,) float64."""
+    """Scratch for one label: key: (D,), costs: (N,) and violations: (N,) float64."""
 
     key: np.ndarray
     costs: np.ndarray
     violations: np.ndarray
+
+
+class Formulas(NamedTuple):
+    """The terms of mu that only their values are known of: compiled expressions, and a Python function."""
+
+    programs: Programs
+    callback: Any
 
 
 @bare_kernel
@@ -93,195 +106,165 @@ def run_vector(
     view: ProductView,
     growth: Growth,
     key: Key,
-    programs: Programs,
-    callback: Any,
-    patterns: Patterns,
+    formulas: Formulas,
+    bounds: Bounds,
     states: States,
     labels: VectorLabels,
     queue: Queue,
     counters: np.ndarray,
     best: np.ndarray,
-    bounds: np.ndarray,
+    limits: np.ndarray,
     buffer: Successors,
     scratch: Scratch,
-    infinite: Integer,
-    budget: Integer,
+    pops: Integer,
 ) -> Integer:
-    """Expand labels until a goal is found, memory is short or the budget is spent; return which.
+    """Expand labels until a goal is found, memory is short or enough were expanded; return which.
 
     Arguments are as for `boa_star.run`, but for:
-        key: what the entries are. programs, callback: formulas.
+        key: what the entries are. formulas: terms that are evaluated.
         best: (2,) float64, mu must stay below the first, and must not exceed the second; neither is less than the exact
             number that it stands for.
-        scratch: room for one label.
+        scratch: for one label.
     """
-    codes, known, slots = states.code, states.known, states.slots
-    slot_mask = slots.shape[0] - 1
-    tasks = buffer.choice.shape[0]
-    everything = (1 << tasks) - 1
-    entries = key.compare.shape[0]
-    parent, k, count = counters[PARENT], counters[NEXT], counters[COUNT]
     while True:
-        while k < count:
-            cost = satisfied = np.int64(0)
-            if parent != NONE:
-                cost = np.int64(labels.cost[parent])
-                satisfied = np.int64(known[labels.row[parent], SATISFIED])
-            # The open list is last in, first out: entering the model's first action last prefers it among equals.
-            j = count - 1 - k
-            after = cost + buffer.cost[j]
-            if after > bounds[1]:
-                k += 1
-                continue
-            code = buffer.code[j]
-            slot = first_slot(code, slot_mask)
-            row = slots[slot]
-            while row >= 0 and codes[row] != code:
-                slot = (slot + 1) & slot_mask
-                row = slots[slot]
-            if row < 0:
-                if counters[ROWS] == codes.shape[0]:
-                    counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                    return MORE_ROWS
-                row = counters[ROWS]
-                counters[ROWS] += 1
-                slots[slot] = row
-                codes[row] = code
-                node = decode(view, code, buffer.choice)
-                now, done = masks(view, buffer.choice)
-                known[row, SATISFIED] = now | (-(2**31) if done == everything else 0)
-                known[row, COST_BOUND] = cost_bound(patterns, node, buffer.choice)
-                known[row, HEAD] = NONE
-            if known[row, COST_BOUND] >= infinite or after + known[row, COST_BOUND] > bounds[1]:
-                k += 1
-                continue
-            now = known[row, SATISFIED] & (2**31 - 1)
-            before, spent = cost >> view.shift, after >> view.shift
-            if spent >= growth.cost_limit:
-                counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                return TOO_WIDE
-            mu, error = _follow(
-                view, growth, key, programs, callback, labels, buffer, scratch, parent, j, before, spent, satisfied, now
+        while counters[NEXT] < counters[COUNT]:
+            end = _enter(
+                view, growth, key, formulas, bounds, states, labels, queue, counters, best, limits, buffer, scratch
             )
-            if mu != mu:
-                counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                return TOO_WIDE
-            if parent != NONE and mu + error < labels.mu[parent]:
-                return FALLS
-            mu -= error
-            if (
-                mu >= best[0]
-                or mu > best[1]
-                or _dominated(labels, key, known[row, HEAD], after, scratch.key, view.shift)
-            ):
-                k += 1
-                continue
-            estimate = after + known[row, COST_BOUND]
-            if estimate >= infinite:
-                return TOO_WIDE
-            label = counters[LABELS]
-            if label == labels.row.shape[0]:
-                counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                return MORE_LABELS
-            if not push(queue, counters, label, estimate):
-                counters[PARENT], counters[NEXT], counters[COUNT] = parent, k, count
-                return MORE_BUCKETS
-            counters[LABELS] += 1
-            labels.row[label] = row
-            labels.cost[label] = after
-            labels.parent[label] = parent
-            labels.mu[label] = mu
-            for d in range(entries):
-                labels.key[label, d] = scratch.key[d]
-            labels.sibling[label] = known[row, HEAD]
-            known[row, HEAD] = label
-            counters[GENERATED] += 1
-            k += 1
-        counters[PARENT], counters[NEXT], counters[COUNT] = NONE, 0, 0
+            if end != ENTERED:
+                return end
+            counters[NEXT] += 1
         if counters[OPEN] == 0:
             return EXHAUSTED
-        if budget == 0:
+        if pops == 0:
             return PAUSED
-        budget -= 1
+        pops -= 1
         label = pop(queue, counters)
         row = labels.row[label]
-        mu = labels.mu[label]
-        parent, k, count = np.int64(NONE), np.int64(0), np.int64(0)
-        if mu >= best[0] or _superseded(labels, key, known[row, HEAD], label):
+        if labels.mu[label] >= best[0] or _superseded(labels, key, states.known[row, HEAD], label):
             continue
-        if known[row, SATISFIED] < 0:
+        if states.known[row, SATISFIED] < 0:
             counters[FOUND] = label
             return GOAL
         counters[EXPANDED] += 1
-        parent = label
-        count = np.int64(successors(view, codes[row], buffer))
+        counters[PARENT], counters[NEXT] = label, 0
+        counters[COUNT] = successors(view, states.code[row], buffer)
 
 
 @bare_kernel
-def _follow(
+def _enter(
     view: ProductView,
     growth: Growth,
     key: Key,
-    programs: Programs,
-    callback: Any,
+    formulas: Formulas,
+    bounds: Bounds,
+    states: States,
     labels: VectorLabels,
+    queue: Queue,
+    counters: np.ndarray,
+    best: np.ndarray,
+    limits: np.ndarray,
     buffer: Successors,
     scratch: Scratch,
-    parent: Integer,
-    k: Integer,
-    before: Integer,
-    after: Integer,
-    satisfied: Integer,
-    now: Integer,
-) -> tuple[float, float]:
-    """Write the key of a successor of a label and return its mu in units, and by how much that may be wrong.
-
-    mu is not a number if an entry is no whole number up to 2^53, or the value of a formula that is one is rounded.
-    `satisfied` are the tasks satisfied before the step and `now` after it; a task's cost is frozen when it joins.
-    """
-    entry = scratch.key
-    tasks = scratch.costs.shape[0]
-    for d in range(entry.shape[0]):
-        entry[d] = 0.0 if parent == NONE else labels.key[parent, d]
-    step = after - before
-    added = np.float64(growth.rate[satisfied] * step)
-    for d in range(growth.late_task.shape[0]):
-        if not satisfied >> growth.late_task[d] & 1:
-            slope, offset = growth.late_slope[d], growth.late_offset[d]
-            added += max(0, slope * after - offset) - max(0, slope * before - offset)
+) -> Integer:
+    """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
+    parent = counters[PARENT]
+    cost = satisfied = np.int64(0)
+    if parent != NONE:
+        cost, satisfied = labels.cost[parent], states.known[labels.row[parent], SATISFIED]
+    # Of equal labels the last made is expanded first: entering the model's first action last prefers it.
+    k = counters[COUNT] - 1 - counters[NEXT]
+    after = cost + buffer.cost[k]
+    before, spent = cost >> view.shift, after >> view.shift
+    if after > limits[1]:
+        return ENTERED
+    if spent >= growth.cost_limit:
+        return TOO_LARGE
+    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k])
+    if row == NONE:
+        return MORE_ROWS
+    known = states.known[row]
+    estimate = after + known[COST_BOUND]
+    if known[COST_BOUND] >= INFINITE or estimate > limits[1]:
+        return ENTERED
+    for d in range(scratch.key.shape[0]):
+        scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
     if view.relaxed or parent == NONE:
-        for i in range(tasks):
-            added += growth.violation[i] * buffer.violation[k, i]
-    entry[0] += added
-    mu = entry[0]
+        _add_violations(growth, key, buffer.violation[k], scratch.key)
+    scratch.key[0] += added_mu(growth, satisfied, before, spent)
     for m in range(key.maxima):
-        entry[1 + m] = max(entry[1 + m], np.float64(growth.maximum[m, satisfied] * after))
-        mu += entry[1 + m]
-    first_value = 1 + key.maxima
-    first_cost = first_value + key.values.shape[0]
-    first_violation = first_cost + key.costs.shape[0]
-    for i in range(tasks):
-        scratch.costs[i] = after
+        scratch.key[1 + m] = max(scratch.key[1 + m], np.float64(growth.maximum[m, satisfied] * spent))
+    _fill_costs(key, scratch, spent, satisfied, known[SATISFIED])
+    mu, error = _value(key, formulas, scratch, spent)
+    if mu != mu:
+        return TOO_LARGE
+    if parent != NONE and mu + error < labels.mu[parent]:
+        return FALLS
+    mu -= error
+    if mu >= best[0] or mu > best[1] or _dominated(labels, key, known[HEAD], after, scratch.key, view.shift):
+        return ENTERED
+    if estimate >= INFINITE:
+        return TOO_LARGE
+    label = counters[LABELS]
+    if label == labels.row.shape[0]:
+        return MORE_LABELS
+    push(queue, counters, label, estimate)
+    labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
+    for d in range(scratch.key.shape[0]):
+        labels.key[label, d] = scratch.key[d]
+    labels.sibling[label], known[HEAD] = known[HEAD], label
+    counters[LABELS] += 1
+    return ENTERED
+
+
+@bare_kernel
+def _add_violations(growth: Growth, key: Key, violation: np.ndarray, entry: np.ndarray) -> None:
+    """Add the violation costs of a step to a key."""
+    for i in range(violation.shape[0]):
+        entry[0] += growth.violation[i] * violation[i]
+    first = entry.shape[0] - key.violations.shape[0]
+    for b in range(key.violations.shape[0]):
+        entry[first + b] += violation[key.violations[b]]
+
+
+@bare_kernel
+def _fill_costs(key: Key, scratch: Scratch, spent: Integer, satisfied: Integer, now: Integer) -> None:
+    """Write all task costs and violation costs of a label, and freeze those of tasks satisfied now but not before."""
+    first_violation = scratch.key.shape[0] - key.violations.shape[0]
+    first_cost = first_violation - key.costs.shape[0]
+    for i in range(scratch.costs.shape[0]):
+        scratch.costs[i] = spent
     for a in range(key.costs.shape[0]):
         i = key.costs[a]
         if satisfied >> i & 1:
-            scratch.costs[i] = entry[first_cost + a]
+            scratch.costs[i] = scratch.key[first_cost + a]
         elif now >> i & 1:
-            entry[first_cost + a] = after
+            scratch.key[first_cost + a] = spent
     for b in range(key.violations.shape[0]):
-        i = key.violations[b]
-        if view.relaxed or parent == NONE:
-            entry[first_violation + b] += buffer.violation[k, i]
-        scratch.violations[i] = entry[first_violation + b]
+        scratch.violations[key.violations[b]] = scratch.key[first_violation + b]
+
+
+@bare_kernel
+def _value(key: Key, formulas: Formulas, scratch: Scratch, spent: Integer) -> tuple[float, float]:
+    """Return mu of a label in units, and by how much that may be wrong; write the values of formulas that are entries.
+
+    mu is not a number if an entry is no whole number up to 2^53, or the value of a formula that is one is rounded.
+    """
+    entry, programs = scratch.key, formulas.programs
+    first_value = 1 + key.maxima
+    first_cost = first_value + key.values.shape[0]
     for d in range(entry.shape[0]):
         if entry[d] > LARGEST_WHOLE and not first_value <= d < first_cost:
             return np.nan, 0.0
-    if mu > LARGEST_WHOLE or after > LARGEST_WHOLE:
+    mu = 0.0
+    for d in range(first_value):
+        mu += entry[d]
+    if mu > LARGEST_WHOLE or spent > LARGEST_WHOLE:
         return np.nan, 0.0
     error = 0.0
     value = 0
     for f in range(programs.first.shape[0] - 1):
-        amount, wrong = evaluate(programs, f, scratch.costs, scratch.violations, callback)
+        amount, wrong = evaluate(programs, f, scratch.costs, scratch.violations, formulas.callback)
         rounded = wrong > 0 and programs.operation[programs.first[f]] != CALL
         kept = value < key.values.shape[0] and key.values[value] == f
         if not (-wrong <= amount <= HUGE) or (rounded and kept):

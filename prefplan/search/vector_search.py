@@ -14,6 +14,7 @@ from prefplan.product.product_automaton import Start
 from prefplan.search import multi_objective
 from prefplan.search.driver import Found, Search, in_units
 from prefplan.search.formula_programs import callback, compile_programs, no_callback
+from prefplan.search.labels import FALLS
 from prefplan.search.plan_extraction import Waypoint
 
 
@@ -26,8 +27,9 @@ class VectorSearch(Search):
         measure = problem.measure
         self._max_mu = max_mu
         functions = [formula.function for formula in measure.formulas if formula.function is not None]
-        self._callback = callback(functions[0], measure.tasks) if functions else no_callback()
-        self._programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
+        programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
+        called = callback(functions[0], measure.tasks) if functions else no_callback()
+        self._formulas = multi_objective.Formulas(programs, called)
         general = measure.contract == "general"
         every = tuple(range(measure.tasks))
         costs = every if general else sorted({i for formula in measure.formulas for i in formula.costs})
@@ -66,7 +68,7 @@ class VectorSearch(Search):
     def _new_labels(self, count: int) -> multi_objective.VectorLabels:
         return multi_objective.VectorLabels(
             np.empty(count, np.int32),
-            np.empty(count, self.dtype),
+            np.empty(count, np.int64),
             np.empty(count, np.int32),
             np.empty(count, np.int32),
             np.empty((count, len(self._key.compare))),
@@ -78,21 +80,19 @@ class VectorSearch(Search):
             self.prepared.view,
             self.growth,
             self._key,
-            self._programs,
-            self._callback,
-            self.prepared.patterns,
+            self._formulas,
+            self.prepared.bounds,
             self.states,
             self.labels,
             self.queue,
             self.counters,
             self._best,
-            self.bounds,
+            self.limits,
             self.buffer,
             self._scratch,
-            self.infinite,
             pops,
         )
-        if end == multi_objective.FALLS:
+        if end == FALLS:
             at = text_of_costs(self._vector(), self.product.problem.names)
             raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")
         return int(end)
@@ -114,14 +114,14 @@ class VectorSearch(Search):
                 return start
         return super()._start_of(label, at)
 
-    def _widen(self) -> None:
-        error = getattr(self._callback, "error", None)
+    def _too_large(self) -> None:
+        """Blame the user's function if it is at fault."""
+        error = getattr(self._formulas.callback, "error", None)
         if isinstance(error, KeyboardInterrupt):
             raise error
         measure, names = self.product.problem.measure, self.product.problem.names
         for formula in measure.formulas:
             value_at(self._vector(), formula, names, "preference")
-        super()._widen()
 
     def _vector(self) -> tuple[list[Fraction], list[Fraction]]:
         """Return task costs and violation costs of the label that was made last, in the user's units."""

@@ -1,4 +1,4 @@
-"""What a logged run cost, checked against its scenario."""
+"""The costs of a logged run's actions, checked against its scenario."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from fractions import Fraction
 
 import numpy as np
 
+from prefplan.claims import Check
 from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation.action import Action, at, holding
+from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import free_slot, location_of, pose, slots_at_start
-from sim.evidence.check import Check
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 
 SURPRISES = ("retry", "replan")
-"""Events after which a run goes on from what the arm sees."""
+"""Events after which a run goes on from observed positions."""
 
 
 def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
     """Check that each action cost what the scenario says.
 
-    Measured costs depend on where the hand goes from and to. Until a surprise this follows from the actions, to the
-    slot; after one, where the arm saw what lay in which slot, an action may cost what it does between any slots of its
-    locations. From or to a place that the scenario does not have, such as where an object fell, it may cost what any
-    other of its kind does.
+    Measured costs depend on the slots between which the hand moves. Until the first surprise these follow from the
+    actions. After it, an action may cost what it does between any slots of its locations; from or to a place that the
+    scenario does not have, such as where an object fell, what any action of its kind does.
 
     Args:
         log: the log.
@@ -38,58 +38,52 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
     table = {(kind, before, after): exact(cost) for kind, before, after, cost in log.about.measured}
     surprised = min((event.time for event in log.about.events if event.kind in SURPRISES), default=math.inf)
     for k, action in enumerate(log.about.actions, 1):
-        kind, *arguments = action.action.split()
-        if kind not in ACTION_KINDS or not arguments:
-            return Check(name, False, f"action {k} `{action.action}` is none that an arm can do")
-        goal = arguments[-1] if kind in ("transit", "transport") else hand
-        pair = track.follow(kind, *arguments)
-        right = _costs(world, table, kind, hand, goal)
+        symbolic = world.action(action.action)
+        if symbolic is None:
+            return Check(name, False, f"action {k} `{action.action}` is unknown")
+        travels = world.model.operator(symbolic.kind).travels
+        goal = symbolic.location if travels else hand
+        pair = track.follow(symbolic)
+        right = _costs(world, table, symbolic.kind, hand, goal)
         if pair in table and action.start < surprised:
             right = {table[pair]}
         if exact(action.cost) not in right:
-            said = f"{to_number(right.pop())}" if len(right) == 1 else "what its kind costs"
+            said = f"{to_number(right.pop())}" if len(right) == 1 else "another amount"
             return Check(name, False, f"action {k} `{action.action}` costs {said}, not {action.cost}")
-        dropped = kind == "transport" and f"holding_{arguments[0]}" not in trace[k]
+        dropped = travels and symbolic.obj and holding(symbolic.obj) not in trace[k]
         hand = "" if dropped else goal
     return Check(name, True, "as in the scenario")
 
 
 class _Track:
-    """Where the hand and the objects are, to the slot, as long as every action does what it should."""
+    """The slots of the hand and of the objects, as long as every action succeeds."""
 
     def __init__(self, model: ManipulationModel) -> None:
         places = [(obj.name, obj.start) for obj in model.objects]
+        self._model = model
         self._capacity = {place.name: place.capacity for place in model.locations}
         slots = slots_at_start(places, {}, self._capacity)
         self._slots = {obj: (place, slots[obj]) for obj, place in places}
         self._hand = model.start
 
-    def follow(self, kind: str, *arguments: str) -> Pair:
-        """Take an action and return it with the hand's poses before and after it."""
-        before, goal = self._hand, (arguments[-1], 0)
-        if kind == "grasp":
-            goal = self._slots.pop(arguments[0], goal)
-        elif kind != "transit":
-            goal = self._free(arguments[-1])
-        if kind == "release":
-            self._slots[arguments[0]] = goal
-        place, slot = goal
-        several = self._capacity.get(place, 1) > 1 and kind != "transit"
+    def follow(self, action: Action) -> Pair:
+        """Carry out an action; return its kind and the hand's poses before and after it."""
+        before = self._hand
+        if not action.location:
+            place, slot = self._slots.pop(action.obj, (action.obj, 0))
+        elif action.obj:
+            place, slot = self._free(action.location)
+        else:
+            place, slot = action.location, 0
+        if at(action.obj, action.location) in self._model.effect(action):
+            self._slots[action.obj] = place, slot
+        several = self._capacity.get(place, 1) > 1 and action.obj
         self._hand = pose(place, slot if several else None)
-        return kind, before, self._hand
+        return action.kind, before, self._hand
 
     def _free(self, place: str) -> tuple[str, int]:
         taken = [[(place, i) in self._slots.values()] for i in range(self._capacity.get(place, 1))]
         return place, int(free_slot(np.array(taken))[0])
-
-
-def check_number(name: str, claim: int | float | None, derived: int | float) -> Check:
-    """Check a number that is claimed against the one that was derived."""
-    if claim is None:
-        return Check(name, False, f"nothing is claimed; the frames give {derived}")
-    # Preferences with a division are floating-point numbers.
-    agree = math.isclose(claim, derived, rel_tol=1e-9)
-    return Check(name, agree, f"{derived}" if agree else f"{claim} is claimed, but the frames give {derived}")
 
 
 def _costs(

@@ -1,4 +1,4 @@
-"""The log of a run: one file from which everything that is said of the run can be checked again.
+"""The log of a run: one file to check everything that is said of the run.
 
 It is a NumPy archive: the arrays of `Log` under their names, and everything else as JSON under `about`.
 """
@@ -17,21 +17,21 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
+from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
-from prefplan.front import Purchase
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from sim.errors import LogError
 from sim.simulation.rollout import FRAME_RATE, Event, Rollout, Step
 from sim.world.scene import Scene
 
 FORMAT = 1
-"""Changes whenever files of before can no longer be read."""
+"""Raised whenever older files can no longer be read."""
 
 ARRAYS = {"times": (), "qpos": (None,), "glow": (), "speeds": (None,), "torques": (None,), "pad_forces": (2,)}
 """Names of the arrays, and the shape of each row."""
 
 DECIMALS = 7
-"""How many are kept of what was recorded: a tenth of a micrometre. What lies beyond is noise, and a third of a file."""
+"""Decimals of recorded values: a tenth of a micrometre. Further ones are noise, and a third of the file."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class LoggedAction:
         action: e.g. `transport blue san`.
         start: simulated time at which it began, s.
         end: simulated time at which it ended, s.
-        cost: what was charged for it.
+        cost: by the model.
         label: the propositions that were observed afterwards, sorted.
     """
 
@@ -51,27 +51,6 @@ class LoggedAction:
     end: float
     cost: int | float
     label: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Claims:
-    """What is said to have been achieved.
-
-    Attributes:
-        completed: whether every task was satisfied, as far as it was not relaxed.
-        cost: total cost (equation 1).
-        task_costs: c_i by task name (equation 2).
-        violation_costs: v_i by task name.
-        preference: mu; None for a run that was not completed.
-        relaxations: what was bought.
-    """
-
-    completed: bool
-    cost: int | float
-    task_costs: dict[str, int | float]
-    violation_costs: dict[str, int | float]
-    preference: int | float | None
-    relaxations: tuple[Purchase, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -107,7 +86,7 @@ class About:
 
 @dataclass(frozen=True)
 class Log:
-    """What was recorded of a run, and what is said of it.
+    """The record of a run, and the claims about it.
 
     Attributes:
         about: everything but the arrays.
@@ -185,7 +164,7 @@ def read_log(path: str | Path) -> Log:
     """Read a log.
 
     Raises:
-        LogError: there is no such file, or it is none, broken, or of another format; the message names the file.
+        LogError: the file is missing, broken, no log or of another format; the message names the file.
     """
     try:
         with open(path, "rb") as file:
@@ -196,12 +175,8 @@ def read_log(path: str | Path) -> Log:
             raise LogError(f"{path}: not a log of `prefplan run`")
         with archive:
             found = {name: archive[name] for name in archive.files}
-    except FileNotFoundError:
-        raise LogError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise LogError(f"{path}: a folder, not a log of `prefplan run`") from None
-    except PermissionError as error:
-        raise LogError(f"{path}: cannot be read ({error.strerror})") from None
+    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
+        raise LogError(f"{path}: {str(error.strerror).lower()}") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, KeyError, NotImplementedError) as error:
         raise LogError(f"{path}: broken, or not a log of `prefplan run` ({error})") from None
     if "about" not in found:

@@ -1,26 +1,26 @@
-"""How the arm and the objects moved, judged from a log: joint limits, leaps of objects, unwanted contacts."""
+"""Motions in a log: gaps of the recording, joint limits, jumps of objects, unwanted contacts."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from sim.evidence.check import Check
+from prefplan.claims import Check
 from sim.evidence.log import Log
 from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld
 from sim.robots.robot import Robot
 from sim.simulation.rollout import FRAME_RATE
 
-OBJECT_SPEED_LIMIT = 3.0
-"""No object moves faster, m/s: the hand does not, and nothing falls from higher than the arm lifts it."""
+OBJECT_SPEED_LIMIT_M_S = 3.0
+"""Greatest speed of an object: the hand is slower, and so is a fall from the height of the arm."""
 
 ROUNDING = 1e-6
 """Slack for comparisons of recorded numbers."""
 
-TIME_TO_REST = 2.0
-"""What a fault throws about comes to rest within this time, s."""
+REST_TIMEOUT_S = 2.0
+"""An object that a fault moves is at rest after this time."""
 
-LEAP_WINDOW = 0.1
-"""A leap this near to a recorded fault that moves the object is that fault's doing, s."""
+JUMP_WINDOW_S = 0.1
+"""A fault that moves an object explains a jump of it within this time."""
 
 
 def check_recording(log: Log) -> Check:
@@ -40,7 +40,7 @@ def check_recording(log: Log) -> Check:
             return Check(
                 name,
                 False,
-                f"it ends at {end:.2f} s, but action {k} `{action.action}` is said to end at {action.end:.2f} s",
+                f"the frames end at {end:.2f} s, but action {k} `{action.action}` at {action.end:.2f} s",
             )
         before = action.end
     return Check(name, True, f"{len(times)} frames, {end:.1f} s, {len(log.about.actions)} actions")
@@ -59,7 +59,7 @@ def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
         frame, joint = hidden[0]
         words = (
             f"{robot.joints[joint]} moves at {mean[frame, joint]:.2f} rad/s at {log.times[frame]:.2f} s, "
-            f"where at most {log.speeds[frame + 1, joint]:.2f} rad/s are recorded"
+            f"but at most {log.speeds[frame + 1, joint]:.2f} rad/s are recorded"
         )
         checks.append(Check("joint speeds", False, words))
     else:
@@ -75,20 +75,20 @@ def _within(name: str, shares: np.ndarray, times: np.ndarray, robot: Robot) -> C
     return Check(name, bool(shares.max() <= 1), f"at most {most}" if shares.max() <= 1 else f"exceeded: {most}")
 
 
-def check_leaps(log: Log, world: RecordedWorld) -> Check:
-    """Check that no object leaps, but for one that a recorded fault moves just then."""
+def check_jumps(log: Log, world: RecordedWorld) -> Check:
+    """Check that no object jumps, unless a recorded fault moves it just then."""
     name = "objects"
     fastest = 0.0
     for obj in (known.name for known in world.model.objects):
         steps = np.linalg.norm(np.diff(world.path(obj), axis=0), axis=1)
         excused = [event.time for event in log.about.events if event.kind == "fault" and _names(event.detail, obj)]
-        for frame in np.flatnonzero(steps > OBJECT_SPEED_LIMIT * np.diff(log.times)):
+        for frame in np.flatnonzero(steps > OBJECT_SPEED_LIMIT_M_S * np.diff(log.times)):
             time = float(log.times[frame + 1])
-            if not any(abs(time - moved) <= LEAP_WINDOW for moved in excused):
-                words = f"{obj} leaps {steps[frame]:.3f} m at {time:.2f} s, and no recorded fault explains it"
+            if not any(abs(time - moved) <= JUMP_WINDOW_S for moved in excused):
+                words = f"{obj} jumps {steps[frame]:.3f} m at {time:.2f} s, and no recorded fault explains it"
                 return Check(name, False, words)
         fastest = max(fastest, float(steps.max(initial=0.0)) * FRAME_RATE)
-    return Check(name, True, "none leaps" if fastest > OBJECT_SPEED_LIMIT else f"none leaps; {fastest:.2f} m/s at most")
+    return Check(name, True, "no jumps" if fastest > OBJECT_SPEED_LIMIT_M_S else f"no jumps; {fastest:.2f} m/s at most")
 
 
 def _names(detail: dict[str, object], obj: str) -> bool:
@@ -99,44 +99,43 @@ def _names(detail: dict[str, object], obj: str) -> bool:
 def check_contacts(log: Log, world: RecordedWorld) -> Check:
     """Check every frame for unwanted contacts of the robot or its load.
 
-    The fingers may touch the object that the present action is about; what is being transported may touch them alone.
-    An object that a recorded fault has thrown about just before may touch anything.
+    The fingers may touch the object of the present action; an object in transport may touch only the fingers. An
+    object that a recorded fault has just moved may touch anything.
     """
     name = "contacts"
     for event in log.about.events:
-        if event.kind == "contact" and _thrown(log, event.time).isdisjoint(map(str, event.detail.values())):
+        if event.kind == "contact" and _disturbed(log, world, event.time).isdisjoint(map(str, event.detail.values())):
             words = f"{event.detail.get('moving')} touched {event.detail.get('other')} at {event.time:.2f} s"
-            return Check(name, False, f"{words}, the log itself says")
+            return Check(name, False, f"{words}, according to the log")
     for frame, time in enumerate(log.times):
         world.show(frame)
-        kind, obj = _handled(log, float(time))
-        aloft = kind == "transport" and bool(log.pad_forces[frame].min() > HOLD_FORCE_N)
-        found = world.touches(obj, aloft=aloft)
+        obj, carried = _handled(log, world, float(time))
+        found = world.touches(obj, aloft=carried and bool(log.pad_forces[frame].min() > HOLD_FORCE_N))
         if found:
-            thrown = _thrown(log, float(time))
-            found = [pair for pair in found if thrown.isdisjoint(pair)]
+            disturbed = _disturbed(log, world, float(time))
+            found = [pair for pair in found if disturbed.isdisjoint(pair)]
         if found:
             moving, other = found[0]
             return Check(name, False, f"{moving} touches {other} at {time:.2f} s")
-    return Check(name, True, f"none but with what is grasped; {len(log.times)} frames looked at, with {world.dressed}")
+    return Check(name, True, f"only with the grasped object; {len(log.times)} frames checked, with {world.arm_shapes}")
 
 
-def _thrown(log: Log, time: float) -> set[str]:
-    """Return the objects that faults have moved, knocked over or let slip within `TIME_TO_REST` before a time."""
-    thrown = set()
+def _disturbed(log: Log, world: RecordedWorld, time: float) -> set[str]:
+    """Return the objects that faults have moved, knocked over or let slip within `REST_TIMEOUT_S` before a time."""
+    disturbed = set()
     for event in log.about.events:
-        if event.kind == "fault" and 0 <= time - event.time <= TIME_TO_REST:
+        if event.kind == "fault" and 0 <= time - event.time <= REST_TIMEOUT_S:
             kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
-            obj = _handled(log, event.time)[1] if kind == "slip" else target
+            obj = _handled(log, world, event.time)[0] if kind == "slip" else target
             if obj and kind in ("move", "knock", "slip"):
-                thrown.add(obj)
-    return thrown
+                disturbed.add(obj)
+    return disturbed
 
 
-def _handled(log: Log, time: float) -> tuple[str, str | None]:
-    """Return the kind of the action at a time, and the object it is about; between two actions, of the one before."""
+def _handled(log: Log, world: RecordedWorld, time: float) -> tuple[str | None, bool]:
+    """Return the object that the action at a time, or the one before it, is about, and whether that carries it."""
     begun = [action for action in log.about.actions if action.start <= time]
-    if not begun:
-        return "", None
-    kind, obj, *_ = begun[-1].action.split()
-    return kind, None if kind == "transit" else obj
+    action = world.action(begun[-1].action) if begun else None
+    if action is None or not action.obj:
+        return None, False
+    return action.obj, world.model.operator(action.kind).travels

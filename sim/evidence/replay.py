@@ -1,7 +1,7 @@
 """The world of a logged run, rebuilt from the log alone, and what its recorded frames show.
 
-Nothing here is shared with `sim.perception`, by which the run itself went: what rests where is judged by the shapes
-that touch, not by heights, and what is held by the recorded forces and the pads that touch it.
+This judges `sim.perception`, and shares nothing with it: objects rest on the shapes that they touch, whatever their
+height, and an object is held if both pads touch and press it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import ModelError, PrefplanError
+from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
@@ -23,22 +24,22 @@ from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene, build_scene
 
 AT_LOCATION_M = 0.045
-"""An object is at a location when the middle of one of its slots is this near on the horizontal."""
+"""Greatest horizontal distance of an object at a location from the centre of a slot."""
 
 CONTACT_DISTANCE_M = 0.002
-"""Shapes nearer than this are in contact: resting contacts come and go by micrometres."""
+"""Shapes nearer than this are in contact: distances of resting objects vary by micrometres."""
 
 UPRIGHT_TILT_RAD = np.radians(20)
-"""An object tilted by more does not stand."""
+"""Greatest tilt of an object that stands."""
 
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: its weight."""
 
 MAX_UNKNOWN_OBJECTS = 20
-"""Objects that are not the scenario's and are still taken into account."""
+"""Greatest number of objects that are not in the scenario."""
 
 PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE)
-"""Frames for which a contact force counts: simulated contacts flicker."""
+"""Number of frames that a contact force counts for: simulated contacts flicker."""
 
 
 @dataclass(frozen=True)
@@ -64,17 +65,17 @@ class RecordedWorld:
         model: its manipulation model.
         mujoco: the scene's MuJoCo model, built from the log.
         robot: whose arm moved.
-        dressed: which shapes of the arm are checked for contacts, in words.
+        arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
-        LogError: (on construction) the scenario in the log cannot be read or built, or its joints are not there.
+        LogError: (on construction) the scenario in the log cannot be read or built, or its joints are missing.
     """
 
     def __init__(self, log: Log) -> None:
         """Build the scene that the log's scenario describes."""
         about = log.about
         self._log = log
-        self.scenario, self._scene, self.dressed = _built(
+        self.scenario, self._scene, self.arm_shapes = _built(
             about.text, about.scenario, about.robot, about.meshes, len(about.joints)
         )
         self.model = self._scene.model
@@ -87,6 +88,13 @@ class RecordedWorld:
         self._roles = _roles(self.robot, self.mujoco)
         self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
+
+    def action(self, text: str) -> Action | None:
+        """Return the action that a text means, or None if it is none of the arm's."""
+        try:
+            return self.model.action(text)
+        except ModelError:
+            return None
 
     def arm(self) -> np.ndarray:
         """Return the (T, n) recorded angles of the arm's joints, rad."""
@@ -108,7 +116,7 @@ class RecordedWorld:
         return bool(np.any(self._log.glow[during] == index))
 
     def show(self, frame: int) -> None:
-        """Put everything where a frame has it."""
+        """Set the positions of a frame."""
         self._frame = frame
         self._data.qpos[self._target] = self._log.qpos[frame, self._source]
         mujoco.mj_kinematics(self.mujoco, self._data)
@@ -123,31 +131,31 @@ class RecordedWorld:
         )
 
     def resting(self, held: str | None) -> dict[str, str]:
-        """Return the location of every object on the table that rests at one, but for what is held.
+        """Return the location of every object that rests at one, except the held object.
 
-        Of those that are too many for a location only the nearest to the middle of a slot rest there.
+        Where more objects rest than a location has slots, only the nearest to a slot count.
         """
         objects = [obj for obj, geom in self._geom.items() if obj != held and self._data.geom_xpos[geom][2] > 0]
         found = {obj: place for obj in objects if (place := self._rests(obj)) is not None}
         for location in self.model.locations:
             name = location.name
             there = [obj for obj, place in found.items() if place == name]
-            there.sort(key=lambda obj: self._away(obj)[name])
+            there.sort(key=lambda obj: self._distances(obj)[name])
             for obj in there[location.capacity :]:
                 del found[obj]
         return found
 
     def _rests(self, obj: str) -> str | None:
-        """Return the location at which an object rests, however many others do, or None.
+        """Return the location at which an object rests, whatever its capacity, or None.
 
-        It stands there near the middle of a slot, on what does not move; or where the location lies on others, on an
-        object that rests at one of those.
+        The object stands near a slot, on a fixed shape or, for a location on others, on an object that rests at one of
+        those.
         """
         if not self._stands(obj):
             return None
-        away = self._away(obj)
+        distances = self._distances(obj)
         for place in sorted(
-            (name for name, distance in away.items() if distance < AT_LOCATION_M), key=away.__getitem__
+            (name for name, distance in distances.items() if distance < AT_LOCATION_M), key=distances.__getitem__
         ):
             supports = self.model.location(place).on
             if supports:
@@ -188,7 +196,7 @@ class RecordedWorld:
         is_cube = self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and np.ptp(self.mujoco.geom_size[geom]) == 0
         return bool((steep.max() if is_cube else steep[2]) > np.cos(UPRIGHT_TILT_RAD))
 
-    def _away(self, obj: str) -> dict[str, float]:
+    def _distances(self, obj: str) -> dict[str, float]:
         """Return how far on the horizontal an object is from the nearest slot of each location, m."""
         centre = self._data.geom_xpos[self._geom[obj]][:2]
         return {
@@ -232,7 +240,7 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
         except RobotError:
             scene = build_scene(scenario.model, spares=spares, meshes=False)
     except PrefplanError as error:
-        raise LogError(f"the scenario in the log is of no use: {error}") from None
+        raise LogError(f"the scenario in the log cannot be used: {error}") from None
     if scene.robot.name != "default":
         return scenario, scene, f"the shapes of the robot `{scene.robot.name}`"
     return scenario, scene, "the arm's meshes" if scene.dressed else "plain shapes of the arm"
@@ -250,7 +258,7 @@ def _places(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, .
         size = 7 if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else 1
         first = log.about.joints.get(name)
         if first is None or not 0 <= first <= log.qpos.shape[1] - size:
-            raise LogError(f"the log is broken: it does not say where in a frame {name!r} is")
+            raise LogError(f"the log is broken: a frame has no position of {name!r}")
         source += range(first, first + size)
         target += range(int(joint.qposadr[0]), int(joint.qposadr[0]) + size)
     return np.array(source), np.array(target)

@@ -8,6 +8,7 @@ from typing import cast
 
 from prefplan.errors import PrefplanError
 from prefplan.front import NoPlanError, Plan
+from prefplan.models.manipulation.action import at, holding
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.problem import Problem
@@ -33,7 +34,7 @@ class Pursuit:
         plan: the one that was followed last; its actions are what was carried out if it was completed.
         replans: how many times another plan was made.
         retries: how many times an action was tried again as it was.
-        violated: tasks that what happened has put beyond repair.
+        violated: tasks that can no longer be satisfied after what happened.
     """
 
     plan: Plan
@@ -61,7 +62,7 @@ class ClosedLoop:
         plan: Plan,
         *,
         go_on: GoOn,
-        tell: Callable[[int, int, str], None] = lambda done, total, action: None,
+        on_progress: Callable[[int, int, str], None] = lambda done, total, action: None,
     ) -> None:
         """Pursue a plan.
 
@@ -70,10 +71,10 @@ class ClosedLoop:
             problem: what was planned.
             plan: one of its plans.
             go_on: returns the plan to follow after a mismatch, e.g. `prefplan.replanning.continue_cheaply`.
-            tell: called before each action with the number of actions done, that of all actions, and its name.
+            on_progress: called before each action with the number of actions done, that of all actions, and its name.
         """
         self.run, self.plan = run, plan
-        self._problem, self._go_on, self._tell = problem, go_on, tell
+        self._problem, self._go_on, self._on_progress = problem, go_on, on_progress
         self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.states[problem.system.start])]
         self._replans = self._retries = 0
         self._attempts: list[tuple[str, ManipulationState]] = []
@@ -88,21 +89,21 @@ class ClosedLoop:
     def pursue(self) -> None:
         """Execute the plan until it is completed or given up; then `run.reason` says why."""
         try:
-            if not self.run.look():
+            if not self.run.check_state():
                 self._replan()
             while len(self.run.steps) < len(self.plan.actions):
                 done = len(self.run.steps)
                 action = self.plan.actions[done]
-                self._tell(done, len(self.plan.actions), action)
-                if self.run.carry_out(action):
+                self._on_progress(done, len(self.plan.actions), action)
+                if self.run.step(action):
                     self._states.append(self.run.steps[-1].observed)
                     self._attempts.clear()
                 else:
                     self._replan()
-            self._tell(len(self.plan.actions), len(self.plan.actions), "")
+            self._on_progress(len(self.plan.actions), len(self.plan.actions), "")
         except _GivenUp as end:
             self.run.reason = str(end)
-            self.run.cell.tell("ended", reason=str(end))
+            self.run.cell.log_event("ended", reason=str(end))
 
     def _replan(self) -> None:
         """Ground the present state in an observation, and follow the best plan from there.
@@ -133,10 +134,10 @@ class ClosedLoop:
         again = self.plan.actions[len(run.steps) :] == ahead
         if again:
             self._retries += 1
-            run.cell.tell("retry", action=ahead[0], reason=surprise)
+            run.cell.log_event("retry", action=ahead[0], reason=surprise)
             return
         self._replans += 1
-        run.cell.tell(
+        run.cell.log_event(
             "replan",
             reason=surprise,
             plan=list(self.plan.actions[len(run.steps) :]),
@@ -160,15 +161,14 @@ class ClosedLoop:
     def _conditions_of_failure(self, state: ManipulationState, action: str) -> frozenset[str]:
         """Return the propositions under which an action that failed would fail again.
 
-        What other objects block is barred while all objects are where they are. What a fixture blocks, or what is out
-        of reach, is barred while the action's object is where it is. A transit has no object, and its path depends on
-        how high the objects are piled up, so that it is barred while all of them are where they are.
+        An action that another object blocks is barred until an object moves. One that a fixture blocks, or whose goal
+        is out of reach, is barred until its own object moves. A transit has no object, and its path depends on how
+        high the objects are piled up: it is barred until any object moves.
         """
-        kind, target, *_ = action.split()
-        blocked = self.run.blocked
-        if kind == "transit" or blocked is None or any(name in self.run.scene.shapes for name in blocked):
+        obj, blocked = self.run.scene.model.action(action).obj, self.run.blocked
+        if not obj or blocked is None or any(name in self.run.scene.shapes for name in blocked):
             return state.label
-        return state.label & {f"holding_{target}", f"{target}_{state.place.get(target)}"} or state.label
+        return state.label & {holding(obj), at(obj, state.place.get(obj, ""))} or state.label
 
     def _past(self) -> Past:
         """Return the executed actions, and the observed state before each of them."""

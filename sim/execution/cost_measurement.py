@@ -12,7 +12,8 @@ from typing import cast
 import numpy as np
 from joblib import Parallel, delayed
 
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation.action import Action, at, holding
+from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import hand_poses, location_of
@@ -21,16 +22,15 @@ from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
 from sim.simulation.effort import Effort
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import SkillError, grasp, perform, release, transit
+from sim.skills.catalogue import perform
+from sim.skills.skill import SkillError
 from sim.world.scene import Scene, initial_state
 
 SAMPLES = 4
-"""Simulations of an action, spread over the states it may be taken in; more where there are more objects than this."""
-
+"""Simulations of an action, spread over the states in which it exists; one an object where those are more."""
 
 BATCH = 8
-"""Actions that a process measures before it reports them: a few seconds' work."""
-
+"""Actions that a process measures before it reports them: a few seconds of work."""
 
 MOTION = ("geometry", "robots", "world", "perception", "motion", "simulation", "skills")
 """Folders of `sim` that decide what an action takes."""
@@ -43,7 +43,7 @@ class Trial:
     Attributes:
         state: where the hand and the objects are before it.
         action: as in plans, e.g. `transport blue san`.
-        put: the object that the hand has just put down, which is where it rises from; None if it came from elsewhere.
+        put: the object that the hand has just put down, so that it starts above it; None if it came from elsewhere.
     """
 
     state: ManipulationState
@@ -65,7 +65,7 @@ class Failure:
 
 
 def sources() -> str:
-    """Return a digest of the program's parts that decide what an action takes: what was measured with others is old."""
+    """Return a digest of the sources that decide what an action takes; measurements with another one are outdated."""
     digest = hashlib.sha256()
     sim = Path(__file__).parents[1]
     programs = (source for name in MOTION for source in sorted((sim / name).glob("*.py")))
@@ -83,32 +83,33 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
         (place.name for place in model.locations), (place.capacity for place in model.locations), model.start
     )
     pairs = [
-        (kind, before, after)
-        for kind, before, after in product(ACTION_KINDS, hands, hands)
-        if (location_of(before) != location_of(after)) == (kind in ("transit", "transport"))
+        (operator.kind, before, after)
+        for operator, before, after in product(model.operators, hands, hands)
+        if (location_of(before) != location_of(after)) == operator.travels
     ]
-    # With its number as every action's cost, the transition system tells which of its edges are which.
+    # Each pair's number is its cost, so that the cost of an edge says which pair it belongs to.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     system = replace(model, costs=numbered).transition_system()
     order = np.argsort(system.costs, kind="stable")
     bounds = np.searchsorted(system.costs[order], np.arange(len(pairs) + 1))
     edges = {pair: order[low:high] for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False) if low < high}
     sources = np.repeat(np.arange(system.size), np.diff(system.offsets))
-    kinds = np.array([action.split()[0] for action in system.action_names])
-    left = np.zeros(system.size, dtype=bool)
-    left[system.targets[kinds[system.actions] == "release"]] = True
+    actions = [model.action(name) for name in system.action_names]
+    placing = np.array([at(action.obj, action.location) in model.effect(action) for action in actions])
+    placed = np.zeros(system.size, dtype=bool)
+    placed[system.targets[placing[system.actions]]] = True
 
     def trial(edge: int) -> Trial:
         state = cast(ManipulationState, system.states[int(sources[edge])])
-        action = system.action_names[system.actions[edge]]
-        working = state.hand_slot is not None or action.startswith("transit")
-        put = _put(state) if working and left[sources[edge]] and state.held is None else None
-        return Trial(state, action, put)
+        action = actions[system.actions[edge]]
+        working = state.hand_slot is not None or not action.obj
+        put = _put(state) if working and placed[sources[edge]] and state.held is None else None
+        return Trial(state, str(action), put)
 
     chosen = {}
     for pair, all_edges in edges.items():
-        # Plans hardly ever bring the empty hand somewhere only to bring it elsewhere.
-        likely = all_edges[left[sources[all_edges]]] if pair[0] == "transit" else all_edges
+        # In plans a transit nearly always follows a release.
+        likely = all_edges[placed[sources[all_edges]]] if pair[0] == "transit" else all_edges
         sampled = _sample(likely if len(likely) else all_edges, system.actions)
         chosen[pair] = tuple(trial(edge) for edge in sampled)
     return chosen
@@ -178,15 +179,15 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
     scene = replace(scene, model=replace(model, objects=objects, begin=begin))
     cell = Workcell(scene, initial_state(scene))
     if state.hand in scene.slots:
-        transit(cell, state.hand)
+        perform(cell, Action("transit", location=state.hand))
     taken = state.held or trial.put
     if taken:
-        grasp(cell, taken)
+        perform(cell, Action("grasp", taken))
     if trial.put:
-        release(cell, trial.put, state.hand)
+        perform(cell, Action("release", trial.put, state.hand))
     before = cell.meter.total
     perform(cell, trial.action)
-    _check_done(cell, trial.action)
+    _check_effect(cell, model.action(trial.action))
     return cell.meter.total - before
 
 
@@ -197,17 +198,16 @@ def _put(state: ManipulationState) -> str | None:
     return next(here, None)
 
 
-def _check_done(cell: Workcell, action: str) -> None:
+def _check_effect(cell: Workcell, action: Action) -> None:
     """Raise SkillError unless an action has had its effect."""
-    kind, *arguments = action.split()
-    match kind:
-        case "transit":
-            done = hand_over(cell.scene, cell.data, arguments[0])
-        case "release":
-            slot = slot_of(cell.scene, true_poses(cell.scene, cell.data), arguments[0])
-            done = slot is not None and slot.location == arguments[1]
-        case _:
-            done = cell.held() == arguments[0]
+    effect = cell.scene.model.effect(action)
+    if holding(action.obj) in effect:
+        done = cell.held() == action.obj
+    elif at(action.obj, action.location) in effect:
+        slot = slot_of(cell.scene, true_poses(cell.scene, cell.data), action.obj)
+        done = slot is not None and slot.location == action.location
+    else:
+        done = hand_over(cell.scene, cell.data, action.location)
     if not done:
         raise SkillError("it had no effect")
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
 import mujoco
 import numpy as np
 
+from prefplan.errors import choices
+from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from sim.errors import BlockedError, SimulationError
@@ -21,14 +23,22 @@ from sim.perception.sensors import ObjectPose, ObservationTimeoutError, Poses, S
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import HOVER_HEIGHT_M, SkillError, perform, transit
+from sim.skills.catalogue import SKILLS
+from sim.skills.hand import HOVER_HEIGHT_M
+from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
 SETTLE_AFTER_FAILURE_S = 1.0
 """Wait after a failed skill: an object that was dropped comes to rest before it is observed."""
 
-REST_DISTANCE_M, REST_PERIOD_S, REST_TIMEOUT_S = 0.004, 0.2, 3.0
-"""An object is at rest when it moves by less than this distance in this period; the timeout bounds the wait for it."""
+REST_DISTANCE_M = 0.004
+"""An object at rest moves by less than this within `REST_PERIOD_S`."""
+
+REST_PERIOD_S = 0.2
+"""Time between two observations of objects that may be moving."""
+
+REST_TIMEOUT_S = 3.0
+"""How long to wait for objects to come to rest."""
 
 
 class Execution:
@@ -42,8 +52,8 @@ class Execution:
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
-        blocked: names of the bodies in the way of the last action, which would fail again with all objects where they
-            are; empty if its goal was out of reach; None if it may succeed when it is tried again.
+        blocked: names of the bodies that blocked the last action, which fails again unless an object moves; empty if
+            its goal was out of reach; None if it may succeed when it is tried again.
         lost: objects out of the arm's reach.
         injector: injects the faults.
     """
@@ -55,6 +65,7 @@ class Execution:
         *,
         system: TransitionSystem | None = None,
         sensor: Sensor | None = None,
+        skills: Mapping[str, Skill] = SKILLS,
         faults: Sequence[Fault] = (),
         seed: int | None = None,
     ) -> None:
@@ -65,25 +76,33 @@ class Execution:
             data: from `initial_state`; it is simulated on from there.
             system: the model's transition system, if it was built already.
             sensor: observes the objects; None for an exact one.
+            skills: how each kind of action is carried out.
             faults: faults to inject.
             seed: of their random numbers.
+
+        Raises:
+            SimulationError: a kind of action of the model has no skill.
         """
+        for kind in scene.model.kinds:
+            if kind not in skills:
+                raise SimulationError(f"skills: none for {kind!r} {choices(kind, skills)}")
         self.scene = self._built = scene
         self.system = system or scene.model.transition_system()
         self.cell = Workcell(scene, data, sensor=sensor)
+        self._skills = dict(skills)
         self.state = self.system.start
         self.steps: list[Step] = []
         self.reason: str | None = None
         self.lost_sensor = False
         self.blocked: tuple[str, ...] | None = None
         self.lost: tuple[str, ...] = ()
-        self.injector = FaultInjector(self.cell, faults, seed=seed)
+        self.injector = FaultInjector(self.cell, self._skills, faults, seed=seed)
         self._began = time.perf_counter()
-        self._released: set[str] = set()
+        self._placed: set[str] = set()
         if scene.model.start in scene.slots:
-            transit(self.cell, scene.model.start)
+            self._skills["transit"].perform(self.cell, Action("transit", location=scene.model.start))
 
-    def look(self) -> bool:
+    def check_state(self) -> bool:
         """Return whether an observation agrees with the present state; if not, `reason` says why."""
         state = self._states(self.state)
         try:
@@ -94,7 +113,7 @@ class Execution:
             self.reason, self.lost_sensor = str(error), True
         return self.reason is None
 
-    def carry_out(self, action: str) -> bool:
+    def step(self, action: str) -> bool:
         """Carry out one action and compare what is observed with what the model predicts.
 
         Returns:
@@ -105,25 +124,15 @@ class Execution:
         """
         target, cost = self.system.step(self.state, action)
         before, predicted = self._states(self.state), self._states(target)
-        # Whoever disturbed the scene since the last action may have moved positions alone.
+        symbolic = self.scene.model.action(action)
+        # The poses of objects that were moved since the last action may not be up to date yet.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start, spent = float(self.cell.data.time), self.cell.meter.total
         self.injector.begin(len(self.steps) + 1)
-        failure = difference = self.blocked = None
+        failure = difference = None
         observed = before
         try:
-            try:
-                perform(self.cell, action)
-                self._check_grip(predicted.held)
-            except ObservationTimeoutError:
-                raise
-            except SimulationError as error:
-                failure = str(error)
-                if isinstance(error, BlockedError):
-                    self.blocked = error.by
-                elif not isinstance(error, SkillError):
-                    self.blocked = ()
-                self.cell.wait(SETTLE_AFTER_FAILURE_S)
+            failure = self._attempt(symbolic, predicted.held)
             poses = self._poses()
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
@@ -131,12 +140,12 @@ class Execution:
             failure, self.lost_sensor = str(error), True
         effort = self.cell.meter.total - spent
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
-        if action.startswith("release"):
-            self._released.add(action.split()[1])
+        if at(symbolic.obj, symbolic.location) in self.scene.model.effect(symbolic):
+            self._placed.add(symbolic.obj)
         if difference or failure:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
-            self.cell.tell("mismatch", action=action, reason=self.reason)
+            self.cell.log_event("mismatch", action=action, reason=self.reason)
             return False
         self.state = target
         return True
@@ -183,6 +192,27 @@ class Execution:
 
     def _states(self, index: int) -> ManipulationState:
         return cast(ManipulationState, self.system.states[index])
+
+    def _attempt(self, action: Action, held: str | None) -> str | None:
+        """Perform an action that should end with an object in the hand, or with none; return why it failed, or None.
+
+        Raises:
+            ObservationTimeoutError: an object is not observed for too long.
+        """
+        self.blocked = None
+        try:
+            self._skills[action.kind].perform(self.cell, action)
+            self._check_grip(held)
+        except ObservationTimeoutError:
+            raise
+        except SimulationError as error:
+            if isinstance(error, BlockedError):
+                self.blocked = error.by
+            elif not isinstance(error, SkillError):
+                self.blocked = ()
+            self.cell.wait(SETTLE_AFTER_FAILURE_S)
+            return str(error)
+        return None
 
     def _check_grip(self, obj: str | None) -> None:
         """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
@@ -239,10 +269,10 @@ class Execution:
         return replace(seen, marks=before.marks | earned if done else before.marks)
 
     def _placement_error(self) -> float:
-        """Return the largest horizontal distance of a released object from its slot's centre, m."""
+        """Return the largest horizontal distance of a placed object from its slot's centre, m."""
         errors = [0.0]
         poses = true_poses(self.scene, self.cell.data)
-        for obj in self._released:
+        for obj in self._placed:
             slot = slot_of(self.scene, poses, obj)
             if slot is not None:
                 errors.append(float(np.hypot(*(poses[obj].position - slot.position)[:2])))
@@ -255,6 +285,7 @@ def execute(
     *,
     seed: int | None = None,
     system: TransitionSystem | None = None,
+    skills: Mapping[str, Skill] = SKILLS,
     on_progress: Callable[[int, int, str], None] | None = None,
 ) -> Rollout:
     """Carry out a plan from the model's start; stop at the first action whose outcome is not the predicted one.
@@ -264,18 +295,19 @@ def execute(
         actions: symbolic actions, e.g. `transit top`, `grasp pink`.
         seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
         system: the model's transition system, if it was built already: that takes a tenth of a rollout.
+        skills: how each kind of action is carried out.
         on_progress: called before each action with how many are done, how many there are, and its name.
 
     Raises:
         ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
     """
-    run = Execution(scene, initial_state(scene, seed=seed), system=system)
+    run = Execution(scene, initial_state(scene, seed=seed), system=system, skills=skills)
     state = run.state
     for action in actions:
         state, _ = run.system.step(state, action)
     for done, action in enumerate(actions):
         if on_progress is not None:
             on_progress(done, len(actions), action)
-        if not run.carry_out(action):
+        if not run.step(action):
             break
     return run.rollout()

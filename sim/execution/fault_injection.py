@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
 
 import mujoco
 import numpy as np
 
 from sim.execution.faults import Fault
+from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, SlippingGripper
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
+from sim.skills.skill import Skill
 from sim.world.furniture import yaw_quat
 from sim.world.places import Slot
 
@@ -21,25 +23,34 @@ LIFTED_HEIGHT_M = 0.01
 """An object hangs in the hand when it is this much higher than where it was gripped."""
 
 SLIP_DELAY_S = 1.0
-"""A slip happens within this time of the first moment at which it can."""
+"""Greatest delay of a slip after the first moment at which it can happen."""
 
-SLIP_TIME, SLIP_GAP = 0.25, 0.02
-"""For how long the hand opens when something slips from it, s, and by how much, m."""
+SLIP_DURATION_S = 0.25
+"""How long the hand opens when an object slips from it."""
+
+SLIP_GAP_M = 0.02
+"""By how much it opens."""
 
 RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
 
-BEARING, OUTERMOST = np.radians(65), 0.64
-"""Objects are moved to within this angle of straight ahead, rad, and this distance from the base, m."""
+MAX_BEARING_RAD = np.radians(65)
+"""Greatest angle from straight ahead at which a moved object is put down."""
 
-ASKEW_BY = np.array([0.005, 0.005, np.radians(5)])
+MAX_DISTANCE_M = 0.64
+"""Greatest distance from the base at which a moved object is put down."""
+
+SLOT_ERROR = np.array([0.005, 0.005, np.radians(5)])
 """Greatest offset and turn from a slot of an object that is moved into it: m, m and rad."""
 
-PUSH, TOSS, TUMBLE = (0.25, 0.6), 0.6, (8.0, 14.0)
-"""Speeds of an object that is knocked over: to the side and upwards, m/s, and of its tumbling, rad/s."""
+PUSH_SPEEDS_M_S, TOSS_SPEED_M_S = (0.25, 0.6), 0.6
+"""Range of an object's horizontal speed when it is knocked over, and its upward speed."""
+
+TUMBLE_SPEEDS_RAD_S = (8.0, 14.0)
+"""Range of its rotational speed."""
 
 MAX_DRAWS = 500
-"""Poses that are drawn for an object that is moved, until one is free."""
+"""Poses drawn for a moved object until one is free."""
 
 
 class FaultInjector:
@@ -49,12 +60,15 @@ class FaultInjector:
         happened: time of each fault that has happened, s, by its number.
     """
 
-    def __init__(self, cell: Workcell, faults: Sequence[Fault], *, seed: int | None) -> None:
-        """Inject faults into a simulation; the seed is 0 if there is none."""
-        self._cell, self._action = cell, 0
+    def __init__(
+        self, cell: Workcell, skills: MutableMapping[str, Skill], faults: Sequence[Fault], *, seed: int | None
+    ) -> None:
+        """Inject faults into a simulation and its skills, some of which it wraps; the seed is 0 if there is none."""
+        self._cell, self._skills, self._action = cell, skills, 0
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
-        self._slips = {i: _Slip(cell) for i, fault in self._faults if fault.kind == "slip"}
+        self._hanging = {i: _HangingTime(cell) for i, fault in self._faults if fault.kind == "slip"}
+        self._slipping: list[SlippingGripper] = []
         self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
         self._delays = [float(rng.uniform(0, SLIP_DELAY_S)) for rng in self._rng]
         self.happened: dict[int, float] = {}
@@ -75,26 +89,37 @@ class FaultInjector:
         self._tick()
 
     def _tick(self) -> None:
-        for slip in self._slips.values():
-            slip.hold_open()
+        for gripper in self._slipping:
+            gripper.update()
         for i, fault in self._faults:
             if i in self.happened or fault.action > self._action:
                 continue
             if self._faults_by_kind[fault.kind](i, fault):
                 self.happened[i] = float(self._cell.data.time)
                 moved = self._moved.get(i)
-                self._cell.tell("fault", fault=str(fault), **({"object": moved} if moved else {}))
+                self._cell.log_event("fault", fault=str(fault), **({"object": moved} if moved else {}))
                 mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
 
     def _slip(self, i: int, fault: Fault) -> bool:
-        return self._slips[i].happens(self._delays[i])
+        hanging, now = self._hanging[i].seconds(), float(self._cell.data.time)
+        if hanging is None or hanging < self._delays[i]:
+            return False
+        fingers = self._cell.scene.robot.gripper.joints
+        open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP_M
+        gripper = SlippingGripper(
+            self._cell.gripper, self._cell.data, least_width=open_width, until=now + SLIP_DURATION_S
+        )
+        self._cell.gripper = gripper
+        self._slipping.append(gripper)
+        return True
 
     def _miss(self, i: int, fault: Fault) -> bool:
-        self._cell.misses += int(fault.amount)
+        self._skills["grasp"] = MissingGrasp(self._skills["grasp"], misses=int(fault.amount))
         return True
 
     def _blind(self, i: int, fault: Fault) -> bool:
-        self._cell.sensor_off_until = self._cell.data.time + fault.amount
+        cell = self._cell
+        cell.sensor = DropoutSensor(cell.sensor, until=float(cell.data.time) + fault.amount)
         return True
 
     def _knock(self, i: int, fault: Fault) -> bool:
@@ -104,9 +129,9 @@ class FaultInjector:
         rng, velocity = self._rng[i], self._cell.data.joint(fault.target).qvel
         heading = rng.uniform(-np.pi, np.pi)
         direction = np.array([np.cos(heading), np.sin(heading), 0.0])
-        velocity[:3] = direction * rng.uniform(*PUSH) + [0.0, 0.0, TOSS]
+        velocity[:3] = direction * rng.uniform(*PUSH_SPEEDS_M_S) + [0.0, 0.0, TOSS_SPEED_M_S]
         axes = self._cell.data.body(fault.target).xmat.reshape(3, 3)
-        velocity[3:] = axes.T @ np.cross([0.0, 0.0, 1.0], direction) * rng.uniform(*TUMBLE)
+        velocity[3:] = axes.T @ np.cross([0.0, 0.0, 1.0], direction) * rng.uniform(*TUMBLE_SPEEDS_RAD_S)
         return True
 
     def _move(self, i: int, fault: Fault) -> bool:
@@ -122,7 +147,9 @@ class FaultInjector:
         height = float(self._cell.scene.shapes[obj].half[2])
         nearest = self._cell.scene.robot.nearest_m
         for _ in range(MAX_DRAWS):
-            far, bearing, yaw = rng.uniform([nearest, -BEARING, -np.pi], [OUTERMOST, BEARING, np.pi])
+            far, bearing, yaw = rng.uniform(
+                [nearest, -MAX_BEARING_RAD, -np.pi], [MAX_DISTANCE_M, MAX_BEARING_RAD, np.pi]
+            )
             position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
             if self._fits(obj, position, yaw):
                 self._put(obj, position, yaw)
@@ -138,8 +165,8 @@ class FaultInjector:
         return True
 
     def _in_hand(self, obj: str) -> bool:
-        watch = self._cell.watch
-        return watch.handled == obj and self._cell.data.time - watch.pressed < CONTACT_FLICKER_S
+        contacts = self._cell.contacts
+        return contacts.handled == obj and self._cell.data.time - contacts.pressed < CONTACT_FLICKER_S
 
     def _is_free(self, slot: Slot) -> bool:
         """Return whether an object can be placed in a slot on the table without a contact with another."""
@@ -148,7 +175,7 @@ class FaultInjector:
             return False
         objects = [obj for obj in scene.shapes if not stored(scene, data, obj)]
         half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
-        place = Rectangle(slot.position[:2], np.full(2, half + ASKEW_BY[0]), slot.yaw)
+        place = Rectangle(slot.position[:2], np.full(2, half + SLOT_ERROR[0]), slot.yaw)
         poses = {obj: object_pose(scene, data, obj) for obj in objects}
         return not any(
             overlap(place, Rectangle(pose.position[:2], scene.shapes[obj].half[:2], pose.yaw))
@@ -156,7 +183,7 @@ class FaultInjector:
         )
 
     def _put_into(self, rng: np.random.Generator, obj: str, slot: Slot) -> None:
-        off = rng.uniform(-1, 1, 3) * ASKEW_BY
+        off = rng.uniform(-1, 1, 3) * SLOT_ERROR
         height = float(self._cell.scene.shapes[obj].half[2]) + 0.001
         self._put(obj, slot.position + [off[0], off[1], height], slot.yaw + off[2])
 
@@ -175,44 +202,26 @@ class FaultInjector:
         return self._cell.scene.mujoco.geom(obj).id not in scratch.contact.geom[: scratch.ncon]
 
 
-class _Slip:
-    """The hand opens a little for a moment while it holds something."""
+class _HangingTime:
+    """How long an object has hung in the hand; to be asked in every control period."""
 
     def __init__(self, cell: Workcell) -> None:
         self._cell = cell
         self._gripped: tuple[str, float] | None = None
-        self._hanging_since: float | None = None
-        self._until, self._before, self._width = -np.inf, 0.0, 0.0
+        self._since: float | None = None
 
-    def happens(self, delay: float) -> bool:
-        """Begin once an object has hung in the hand for a while; return whether it began."""
+    def seconds(self) -> float | None:
+        """Return for how long something has hung in the hand, s; None if nothing does."""
         cell, now = self._cell, float(self._cell.data.time)
-        obj = cell.watch.handled
-        if obj is None or now - cell.watch.pressed > CONTACT_FLICKER_S:
-            self._gripped = self._hanging_since = None
-            return False
+        obj = cell.contacts.handled
+        if obj is None or now - cell.contacts.pressed > CONTACT_FLICKER_S:
+            self._gripped = self._since = None
+            return None
         height = float(cell.data.body(obj).xpos[2])
         if self._gripped is None or self._gripped[0] != obj:
             self._gripped = (obj, height)
-        if not cell.watch.aloft and height - self._gripped[1] < LIFTED_HEIGHT_M:
-            return False
-        if self._hanging_since is None:
-            self._hanging_since = now
-        if now - self._hanging_since < delay:
-            return False
-        self._until, self._before = now + SLIP_TIME, cell.gripping
-        fingers = cell.scene.robot.gripper.joints
-        self._width = sum(float(cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP
-        self.hold_open()
-        return True
-
-    def hold_open(self) -> None:
-        """Keep the hand open while the moment lasts, and close it again at its end unless it was opened meanwhile."""
-        if self._until == -np.inf:
-            return
-        if self._cell.data.time < self._until:
-            self._cell.gripping = max(self._cell.gripping, self._width)
-            return
-        self._until = -np.inf
-        if self._cell.gripping <= self._width:
-            self._cell.gripping = self._before
+        if not cell.contacts.aloft and height - self._gripped[1] < LIFTED_HEIGHT_M:
+            return None
+        if self._since is None:
+            self._since = now
+        return now - self._since

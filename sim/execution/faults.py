@@ -28,8 +28,8 @@ class Fault:
         kind: `slip` (the held object slips from the hand), `move` (an object is moved), `knock` (an object is knocked
             over), `miss` (grasps close on nothing), `foreign` (an unknown object is put at a location) or `blind` (no
             object is observed).
-        action: number of the executed action, from 1, with which it falls due; it happens at the first moment from
-            then on at which it can.
+        action: number of the executed action, from 1, with which it falls due; it happens as soon as it can from then
+            on.
         target: the object or the location.
         amount: how many grasps are missed, or for how many seconds nothing is seen.
     """

@@ -1,17 +1,44 @@
-"""Geoms of a scene: which are drawn and which only collide, and solids that are drawn."""
+"""Geoms of a scene: which are drawn and which only collide, and meshes that are drawn."""
 
 from __future__ import annotations
 
 import mujoco
-
-from sim.geometry.solids import Solid
+import numpy as np
+import trimesh
 
 VISIBLE, HIDDEN = 2, 3
 """Geom groups: what is drawn, and what only collides."""
 
 
-def add_solid(spec: mujoco.MjSpec, name: str, solid: Solid) -> None:
+def add_solid(spec: mujoco.MjSpec, name: str, solid: trimesh.Trimesh) -> None:
     """Add a mesh that is drawn with the solid's own normals."""
     mesh = spec.add_mesh(name=name, uservert=solid.vertices.ravel(), userface=solid.faces.ravel())
-    mesh.usernormal, mesh.userfacenormal = solid.normals.ravel(), solid.faces.ravel()
+    mesh.usernormal, mesh.userfacenormal = solid.vertex_normals.ravel(), solid.faces.ravel()
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+
+
+def draw_solid(
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    name: str,
+    solid: trimesh.Trimesh,
+    material: str,
+    *,
+    xy: np.ndarray | tuple[float, float] = (0.0, 0.0),
+    z: float = 0.0,
+) -> None:
+    """Give a body a solid that collides with nothing and weighs nothing.
+
+    Args:
+        spec: the model.
+        body: where it is added.
+        name: of the geom and of its mesh.
+        solid: its surface.
+        material: name of its material.
+        xy: (2,) where its origin is in the body's frame, m.
+        z: how high, m.
+    """
+    add_solid(spec, name, solid)
+    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[*xy, z])
+    geom.contype = geom.conaffinity = geom.mass = 0
+    geom.group = VISIBLE

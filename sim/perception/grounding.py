@@ -12,11 +12,11 @@ from sim.world.places import Slot
 from sim.world.scene import Scene
 from sim.world.shapes import UPRIGHT
 
-AT_RADIUS = 0.045
-"""An object is at a slot when its centre is this near to the slot's on the horizontal, m: a block's width."""
+AT_RADIUS_M = 0.045
+"""Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
 
-AT_HEIGHT = 0.008
-"""... and its underside this near to what it rests on, m."""
+AT_HEIGHT_M = 0.008
+"""Greatest vertical distance of its underside from what it rests on."""
 
 NOWHERE = "no location"
 """The hand's location when it is over none: not a valid name of a location."""
@@ -25,8 +25,8 @@ NOWHERE = "no location"
 def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
     """Return the slot of every object that rests in one.
 
-    Of those that are too many for a location only the nearest to their slots rest there. Temporary locations have what
-    rests at no other: where something is does not depend on where it once lay.
+    Where there are more objects than the capacity, only the nearest to their slots count. An object is at a temporary
+    location only if it is at none of the scenario's: where it is does not depend on where it once lay.
     """
     found = {obj: slot for obj in poses if (slot := slot_of(scene, poses, obj)) is not None}
 
@@ -42,10 +42,10 @@ def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
 
 
 def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
-    """Return the slot in which an object rests, however many others do, or None.
+    """Return the slot in which an object rests, whatever the location's capacity, or None.
 
-    It rests there when it is upright, near the slot's centre and as high as what it would rest on. Where the location
-    lies on others, that is an object it lies on, standing on one of them.
+    It rests there when it is upright, near the slot's centre, and its underside as high as what carries it: the slot,
+    or where the location lies on others, an object that stands on one of those.
 
     Args:
         scene: the scene.
@@ -58,20 +58,20 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
         return None
     underside = pose.position - [0.0, 0.0, half[2]]
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
-    near = [slot for slot in slots if np.hypot(*(underside - slot.position)[:2]) < AT_RADIUS]
+    near = [slot for slot in slots if np.hypot(*(underside - slot.position)[:2]) < AT_RADIUS_M]
     for slot in sorted(near, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
         supports = scene.model.location(slot.location).on
         floors = [float(slot.position[2])]
         if supports:
             under = [other for other in carriers(scene, poses, name) if _stands_on(scene, poses, other, supports)]
             floors = [float(poses[other].position[2] + scene.shapes[other].half[2]) for other in under]
-        if any(abs(underside[2] - floor) < AT_HEIGHT for floor in floors):
+        if any(abs(underside[2] - floor) < AT_HEIGHT_M for floor in floors):
             return slot
     return None
 
 
 def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
-    """Return the objects that an object lies on, or leans over: its underside is at their top, or falls below it."""
+    """Return the objects that an object lies on or leans on: its underside is level with their top, or below it."""
     pose, half = poses[name], scene.shapes[name].half
     underside = pose.position[2] - half[2]
     own = footprint(scene, poses, name)
@@ -79,7 +79,7 @@ def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
     for other in poses:
         top = poses[other].position[2] + scene.shapes[other].half[2]
         higher = pose.position[2] > poses[other].position[2] + scene.shapes[other].half[2] / 2
-        level = abs(underside - top) < AT_HEIGHT or (pose.tilt > UPRIGHT and higher and underside < top)
+        level = abs(underside - top) < AT_HEIGHT_M or (pose.tilt > UPRIGHT and higher and underside < top)
         if other != name and level and overlap(own, footprint(scene, poses, other)):
             found.append(other)
     return found
@@ -97,7 +97,7 @@ def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     first, last = row[0].position, row[-1].position
     along = (last - first)[:2]
     share = np.clip((tool - first)[:2] @ along / max(along @ along, 1e-12), 0.0, 1.0)
-    return bool(np.hypot(*(tool - first)[:2] - share * along) < AT_RADIUS and tool[2] > first[2])
+    return bool(np.hypot(*(tool - first)[:2] - share * along) < AT_RADIUS_M and tool[2] > first[2])
 
 
 def observe(
@@ -131,8 +131,8 @@ def observe(
 def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observed: ManipulationState) -> str | None:
     """Return how an observed state differs from the predicted one, in words, or None.
 
-    The first difference among the objects is told, else that of the hand or the marks, else an object that is seen
-    and not in the model.
+    The first difference among the objects is returned, else that of the hand or the marks, else an observed object
+    that is not in the model.
     """
     for obj in (known.name for known in scene.model.objects):
         expected, found = _where(predicted, obj), _where(observed, obj)

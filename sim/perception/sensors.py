@@ -1,4 +1,4 @@
-"""Sensors: observed poses of objects, which are all that skills and grounding know of the world."""
+"""Sensors: observed poses of objects, the only source of skills and grounding."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from sim.world.shapes import ObjectShape
 OBSERVATION_TIMEOUT_S = 5.0
 """How long to wait for an observation of an object."""
 
-NOISY_LOOKS = 10
-"""Observations of a noisy sensor averaged in a measurement, one a control period: a third of the noise is left."""
+NOISY_SAMPLES = 10
+"""Observations of a noisy sensor in a measurement, one a control period: their average has a third of the noise."""
 
-LEVER = 0.0225
-"""Noise of a position is noise of a heading at this distance from an object's middle, m."""
+NOISE_LEVER_M = 0.0225
+"""Noise of the yaw, rad, is noise of the position divided by this distance: half a cube's edge."""
 
 
 class ObservationTimeoutError(SimulationError):
@@ -33,9 +33,9 @@ class ObjectPose:
 
     Attributes:
         position: (3,) of its centre, m, robot base frame.
-        yaw: heading about z of the line along which the fingers rather close, rad, up to its shape's symmetry.
-        tilt: of its height from the vertical, rad; a cube stands on any of its faces.
-        rotation: (3, 3) its axes in the base frame.
+        yaw: heading about z of the line along which the fingers preferably close, rad, up to its shape's symmetry.
+        tilt: of its vertical axis from the vertical, rad; a cube stands on any of its faces.
+        rotation: (3, 3) of its axes in the base frame.
     """
 
     position: np.ndarray
@@ -52,10 +52,10 @@ class Sensor(Protocol):
     """Observes poses of objects; a camera could stand behind it."""
 
     @property
-    def looks(self) -> int:
+    def samples(self) -> int:
         """Number of observations in a measurement."""
 
-    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the observed pose of an object, or None if it is not observed."""
 
 
@@ -63,9 +63,9 @@ class Sensor(Protocol):
 class ExactSensor:
     """Observes the true poses."""
 
-    looks: int = 1
+    samples: int = 1
 
-    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the true pose; None for what is stored below the table."""
         return None if stored(scene, data, obj) else object_pose(scene, data, obj)
 
@@ -74,20 +74,20 @@ class NoisySensor:
     """Observes poses with normally distributed errors of position and heading, independent at every observation.
 
     Attributes:
-        looks: number of observations in a measurement.
+        samples: number of observations in a measurement.
     """
 
     def __init__(self, noise: float, *, seed: int) -> None:
         """Take the standard deviation of a position along each axis, m, and the seed that the errors are drawn by."""
-        self.looks = NOISY_LOOKS
+        self.samples = NOISY_SAMPLES
         self._noise, self._rng = noise, np.random.default_rng(seed)
 
-    def look(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the true pose with noise; None for what is stored below the table."""
         if stored(scene, data, obj):
             return None
         true = object_pose(scene, data, obj)
-        turn = self._rng.normal(0, self._noise / LEVER)
+        turn = self._rng.normal(0, self._noise / NOISE_LEVER_M)
         c, s = np.cos(turn), np.sin(turn)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ true.rotation
         return pose_of(scene.shapes[obj], true.position + self._rng.normal(0, self._noise, 3), rotation)

@@ -14,7 +14,7 @@ HOLD_FORCE = 0.5
 """Least contact force of each pad on a held object, N: its weight; a firm grip has 15 N."""
 
 
-class Watch:
+class ContactMonitor:
     """Roles of the bodies, and their latest contacts.
 
     Attributes:
@@ -50,7 +50,7 @@ class Watch:
         if obj != self.handled:
             self.handled, self.pressed = obj, -np.inf
 
-    def look(self, data: mujoco.MjData) -> list[tuple[str, str]]:
+    def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Update from a state just simulated; return the unwanted contacts as `touches` does."""
         presses, touches = self._sort(data)
         self.pad_forces = np.zeros(2)

@@ -1,8 +1,8 @@
 """World model: a planning model and a scene that agree with an observation.
 
-An object off every location gets a temporary location of its own, from which it can be taken and to which nothing can
-be moved. Locations also express what it obstructs: nothing is released where it lies in the way, and an object below it
-cannot be taken before it is gone.
+An object off every location gets a temporary location of its own: it can be taken from there, and nothing can be put
+there. It also obstructs others: nothing is released at a location that it overlaps, and an object below it cannot be
+taken first.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Regrounded:
     """The world as it is observed.
 
     Attributes:
-        scene: the scene with its model, to which locations and objects may have been added, and which begins here;
-            what fell from the table is no longer in it.
+        scene: the scene with its model, which begins here; it may have more locations and objects, and has none that
+            fell from the table.
         state: where everything is.
         lost: objects out of the arm's reach.
     """

@@ -1,4 +1,4 @@
-"""Short films made of finished ones: side by side, quicker, smaller, as MP4, GIF or WebP."""
+"""Videos made of finished ones: side by side, quicker, smaller, as MP4, GIF or WebP."""
 
 from __future__ import annotations
 
@@ -13,24 +13,22 @@ from PIL import Image, ImageDraw, ImageFont
 
 from sim.errors import RenderingError
 
-ENDINGS = (".mp4", ".gif", ".webp")
-"""Of the files that can be written."""
-
-GAP = 4
-"""Between two films side by side, pixels."""
+GAP_PX = 4
+"""Gap between two videos side by side."""
 
 HEADING = 0.055
-"""Height of a heading's letters, in heights of the film."""
+"""Height of a heading's letters, in heights of the video."""
 
 ENCODERS = {
     ".mp4": "-c:v libx264 -crf 21 -preset veryfast -pix_fmt yuv420p -movflags +faststart -f mp4",
     ".gif": "-loop 0 -f gif",
     ".webp": "-c:v libwebp_anim -quality 70 -loop 0 -f webp",
 }
+"""ffmpeg's options for each ending of the file to write."""
 
 
 def compose(
-    films: Sequence[Path],
+    videos: Sequence[Path],
     path: Path,
     *,
     headings: Sequence[str] = (),
@@ -38,42 +36,44 @@ def compose(
     fps: int = 30,
     speed: float = 1.0,
 ) -> Path:
-    """Write a film of others side by side; those that end before the longest one rest on their last picture.
+    """Write a video of others side by side; those that end before the longest one rest on their last frame.
 
     Args:
-        films: the others; a single one is only made smaller or quicker.
-        path: the file to write; its ending is one of `ENDINGS`. It appears only when it is complete.
-        headings: what to write over each film; none for nothing.
-        height: of the film in pixels, even.
-        fps: pictures a second.
+        videos: the others; a single one is only made smaller or quicker.
+        path: the file to write; its ending is one of `ENCODERS`. It appears only when it is complete.
+        headings: text over each video; none for nothing.
+        height: of the video in pixels, even.
+        fps: frames a second.
         speed: how many times as quick.
 
     Returns:
         The path.
 
     Raises:
-        RenderingError: a film is missing or cannot be read, or ffmpeg failed.
+        RenderingError: a video is missing or cannot be read, or ffmpeg failed.
     """
-    durations = [_duration(film) for film in films]
+    durations = [_duration(video) for video in videos]
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y"]
-    for film in films:
-        command += ["-i", str(film)]
+    for video in videos:
+        command += ["-i", str(video)]
     steps, shown = [], []
     for i, duration in enumerate(durations):
         rest = max(durations) - duration
         steps.append(
             f"[{i}:v]tpad=stop_mode=clone:stop_duration={rest:.3f},setpts=PTS/{speed:g},fps={fps},"
-            f"scale=-2:{height}:flags=lanczos,pad=iw+{GAP if i else 0}:ih:{GAP if i else 0}:0:white[film{i}]"
+            f"scale=-2:{height}:flags=lanczos,pad=iw+{GAP_PX if i else 0}:ih:{GAP_PX if i else 0}:0:white[video{i}]"
         )
-        shown.append(f"[film{i}]")
+        shown.append(f"[video{i}]")
     with tempfile.TemporaryDirectory(prefix=".clip-", dir=path.parent) as folder:
         for i, text in enumerate(headings):
             heading = Path(folder, f"{i}.png")
             _heading(text, height).save(heading)
             command += ["-i", str(heading)]
-            steps.append(f"{shown[i]}[{len(films) + i}:v]overlay=x=(W-w)/2:y={round(0.4 * HEADING * height)}[named{i}]")
+            steps.append(
+                f"{shown[i]}[{len(videos) + i}:v]overlay=x=(W-w)/2:y={round(0.4 * HEADING * height)}[named{i}]"
+            )
             shown[i] = f"[named{i}]"
-        joined = f"{''.join(shown)}hstack=inputs={len(films)}" if len(films) > 1 else f"{shown[0]}null"
+        joined = f"{''.join(shown)}hstack=inputs={len(videos)}" if len(videos) > 1 else f"{shown[0]}null"
         if path.suffix == ".gif":
             joined += ",split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=bayer:bayer_scale=4"
         elif path.suffix == ".mp4":
@@ -87,13 +87,13 @@ def compose(
     return path
 
 
-def _duration(film: Path) -> float:
-    """Return how long a film is, s."""
+def _duration(video: Path) -> float:
+    """Return the length of a video, s."""
     try:
-        return float(imageio_ffmpeg.count_frames_and_secs(film)[1])
+        return float(imageio_ffmpeg.count_frames_and_secs(video)[1])
     except (OSError, RuntimeError):
-        why = "cannot be read as a film" if film.exists() else "no such file"
-        raise RenderingError(f"{film}: {why}") from None
+        why = "cannot be read as a video" if video.exists() else "no such file"
+        raise RenderingError(f"{video}: {why}") from None
 
 
 def _heading(text: str, height: int) -> Image.Image:

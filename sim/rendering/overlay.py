@@ -78,38 +78,30 @@ def draw_caption(frame: np.ndarray, caption: Caption) -> None:
         frame: (height, width, 3) uint8.
         caption: what to draw.
     """
-    colour, through = _panel(caption, frame.shape[1], frame.shape[0])
-    band = frame[-len(colour) :]
-    band[:] = ((band * through) >> 8) + colour
+    panel = _panel(caption, frame.shape[1], frame.shape[0])
+    band = Image.fromarray(frame[-panel.height :])
+    band.paste(panel, mask=panel)
+    frame[-panel.height :] = band
 
 
 @functools.lru_cache(maxsize=4)
-def _panel(caption: Caption, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return what to add to the lower rows of a frame (uint16), and 256ths of the frame that shine through."""
+def _panel(caption: Caption, width: int, height: int) -> Image.Image:
+    """Return the translucent picture to paste over the lower rows of a (height, width) frame."""
     unit = height / 720
     rows = int(unit * max(150, 74 + 27 * len(caption.tasks)))
     canvas = Image.new("RGBA", (width * OVERSAMPLING, rows * OVERSAMPLING), (0, 0, 0, 0))
     _draw(ImageDraw.Draw(canvas), caption, canvas.width, canvas.height, unit * OVERSAMPLING)
-    ink = np.asarray(canvas.resize((width, rows), Image.Resampling.BOX), dtype=np.float32)
-    rise = np.linspace(0, 1, rows)[:, None, None]
-    scrim = SCRIM_STRENGTH * rise * rise * (3 - 2 * rise)
-    alpha = ink[..., 3:] / 255
-    colour = alpha * ink[..., :3] + (1 - alpha) * scrim * np.array(SCRIM)
-    through = np.repeat(256 * (1 - alpha) * (1 - scrim), 3, axis=2)
-    return colour.astype(np.uint16), through.astype(np.uint16)
+    scrim = Image.new("RGBA", (width, rows), SCRIM)
+    fade = Image.linear_gradient("L").point([SCRIM_STRENGTH * x * x * (3 - 2 * x / 255) / 255 for x in range(256)])
+    scrim.putalpha(fade.resize((width, rows)))
+    return Image.alpha_composite(scrim, canvas.resize((width, rows), Image.Resampling.BOX))
 
 
 def _draw(draw: ImageDraw.ImageDraw, caption: Caption, width: int, height: int, unit: float) -> None:
     """Draw text and marks; `unit` is the length of a pixel of a picture 720 high."""
     left, base = 44 * unit, height - 34 * unit
     draw.text((left, base - 52 * unit), caption.action, fill=INK, font=_font(31 * unit), anchor="ls")
-    draw.text(
-        (left, base - 20 * unit),
-        _spent(caption),
-        fill=MUTED,
-        font=_font(18 * unit),
-        anchor="ls",
-    )
+    draw.text((left, base - 20 * unit), _spent(caption), fill=MUTED, font=_font(18 * unit), anchor="ls")
     length = 330 * unit
     share = min(1.0, caption.cost / caption.total) if caption.total else 1.0
     track = (left, base - 4 * unit, left + length, base)

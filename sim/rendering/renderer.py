@@ -8,7 +8,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
 from sim.rendering.antialias import smooth_edges
-from sim.rendering.cameras import Camera, camera
+from sim.rendering.cameras import camera
 from sim.rendering.quality import DRAFT, Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import Scene
@@ -26,15 +25,14 @@ from sim.world.scene import Scene
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
-LAMP_RADIUS = 0.03
-"""Of the key light, where several of its points shed light, seen from what it lights: rad. With a larger one the
-shadows of its few points could be told apart."""
+LAMP_RADIUS_RAD = 0.03
+"""Radius of the key light, seen from what it lights. With a larger one the shadows of its few points are told apart."""
 
-CLOSER = 2
+WRIST_SHADOW_SCALE = 2
 """How many times as fine shadows are drawn for the camera on the hand, to which they come near."""
 
-GOLDEN = np.pi * (3 - np.sqrt(5))
-"""Turned by this angle each, points on a spiral lie evenly on a disc: rad."""
+GOLDEN_ANGLE_RAD = np.pi * (3 - np.sqrt(5))
+"""Points on a spiral that are turned by this angle each lie evenly on a disc."""
 
 
 class Painter:
@@ -50,21 +48,21 @@ class Painter:
         *,
         size: tuple[int, int] | None = None,
         quality: Quality = DRAFT,
-        camera: Camera = "fixed",
+        camera: str = "fixed",
     ) -> None:
         """Make the OpenGL context.
 
         Args:
-            scene: what is to be painted.
+            scene: the scene.
             size: (width, height) in pixels; None for the quality's.
             quality: how much work a picture is worth.
-            camera: where it is seen from.
+            camera: one of `sim.rendering.cameras.CAMERAS`.
         """
         size = size or quality.size
         self._scene, self._quality, self._place = scene, quality, camera
         self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
-        self._model.vis.quality.shadowsize = quality.shadow_pixels * (CLOSER if camera == "wrist" else 1)
+        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == "wrist" else 1)
         self._key = self._model.light(KEY_LIGHT).id
         self._key_direction = self._model.light_dir[self._key].copy()
         self._key_home = self._model.light_pos[self._key].copy()
@@ -100,7 +98,7 @@ class Painter:
         Args:
             qpos: (nq,) positions of the scene's MuJoCo model.
             glow: for marking locations at work, how brightly their lamp glows, 0 .. 1.
-            share: of the film that has passed, 0 .. 1.
+            share: of the video that has passed, 0 .. 1.
 
         Returns:
             (height, width, 3) uint8.
@@ -118,7 +116,7 @@ class Painter:
         total = np.full(self._pixels.shape, samples // 2, dtype=np.uint16)
         for k in range(samples):
             self._move_key_light(k, samples)
-            total += self._painted(view, shift=((k + 0.5) / samples - 0.5, k * GOLDEN / np.pi % 1 - 0.5))
+            total += self._painted(view, shift=((k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5))
         return (total // samples).astype(np.uint8)[::-1]
 
     def _painted(self, view: mujoco.MjvCamera, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
@@ -140,7 +138,7 @@ class Painter:
         """Let the light come from the k-th of several points of a round lamp."""
         across = np.cross(self._key_direction, [0.0, 0.0, 1.0])
         across /= np.linalg.norm(across)
-        radius, angle = LAMP_RADIUS * np.sqrt((k + 0.5) / samples), k * GOLDEN
+        radius, angle = LAMP_RADIUS_RAD * np.sqrt((k + 0.5) / samples), k * GOLDEN_ANGLE_RAD
         aside = np.cos(angle) * across + np.sin(angle) * np.cross(self._key_direction, across)
         direction = self._key_direction + radius * aside
         distance = np.linalg.norm(self._key_home - self._scene.focus)
@@ -156,25 +154,14 @@ class Painter:
         self._model.light_diffuse[light] = level * np.array(glow.light)
 
 
-def gl_environment() -> dict[str, str]:
-    """Return the environment for a process that renders: EGL unless the user chose otherwise or has a display."""
-    environment = dict(os.environ)
-    if not environment.get("MUJOCO_GL") and _headless():
-        environment["MUJOCO_GL"] = "egl"
-    root = str(Path(__file__).parents[2])
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, [root, environment.get("PYTHONPATH")]))
-    return environment
-
-
 def check_rendering() -> None:
     """Set up rendering in a process of its own, which a faulty driver may end without harm.
 
     Raises:
         RenderingError: it cannot be done; the message says why and what mends it, in one sentence.
     """
-    # -P: not from the folder of the call, where something else may be named `sim`.
-    probe = "from sim.rendering.renderer import probe; probe()"
-    done = subprocess.run([sys.executable, "-P", "-c", probe], env=gl_environment(), capture_output=True, text=True)
+    call = f"import sys; sys.path = {sys.path}; from sim.rendering.renderer import probe; probe()"
+    done = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True)
     if done.returncode:
         lines = done.stderr.strip().splitlines()
         why = lines[-1] if lines else f"the renderer ended with status {done.returncode}"
@@ -197,19 +184,17 @@ def _no_gl(why: str) -> str:
     return f"no OpenGL here ({why}); {CURE}{other}"
 
 
-def _headless() -> bool:
+def gl_backend() -> str:
+    """Return the OpenGL backend that MUJOCO_GL names, else `egl` where there is no display, or nothing."""
     displays = ("DISPLAY", "WAYLAND_DISPLAY")
-    return sys.platform == "linux" and not any(os.environ.get(name) for name in displays)
+    headless = sys.platform == "linux" and not any(os.environ.get(name) for name in displays)
+    return os.environ.get("MUJOCO_GL", "").lower().strip() or ("egl" if headless else "")
 
 
 def _gl_context(width: int, height: int) -> Any:
-    """Return a context of the backend that MUJOCO_GL names, else of EGL where there is no display.
-
-    MuJoCo reads that variable once, as it is imported; here it may still be chosen.
-    """
-    wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
-    if wanted in ("egl", "osmesa") or (not wanted and _headless()):
-        return importlib.import_module(f"mujoco.{wanted or 'egl'}").GLContext(width, height)
+    """Return an OpenGL context. MuJoCo reads MUJOCO_GL once, as it is imported; here it may still be chosen."""
+    if gl_backend() in ("egl", "osmesa"):
+        return importlib.import_module(f"mujoco.{gl_backend()}").GLContext(width, height)
     if not hasattr(mujoco, "GLContext"):
         raise RuntimeError("MuJoCo has no renderer")
     return mujoco.GLContext(width, height)

@@ -1,62 +1,55 @@
-"""An execution as a film: saved states rendered by several processes, joined without another encoding."""
+"""Video of an execution: its recorded states rendered in parallel, part by part, and joined without encoding again."""
 
 from __future__ import annotations
 
 import os
-import pickle
-import queue
+import signal
 import subprocess
-import sys
 import tempfile
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import mediapy
 import numpy as np
+from joblib import Parallel, cpu_count, delayed
 
 from sim.errors import RenderingError
-from sim.rendering.cameras import Camera
 from sim.rendering.overlay import Caption, caption_at, draw_caption
 from sim.rendering.quality import DRAFT, Quality
-from sim.rendering.renderer import CURE, Painter, gl_environment
+from sim.rendering.renderer import Painter
 from sim.simulation.rollout import FRAME_RATE, Rollout
 from sim.world.scene import Scene
 
-LAST_FRAME = 1.5
+LAST_FRAME_S = 1.5
 """How long the last state stays on the screen, s."""
 
-LAMP_TIME_CONSTANT = 0.15
+LAMP_TIME_CONSTANT_S = 0.15
 """Time constant with which a lamp comes on and goes off, s."""
 
-FEWEST_FRAMES = 60
-"""A process that renders fewer is not worth its second of starting up."""
+PART_FRAMES = 100
+"""Frames of a part, about: six seconds' work, a fortieth of which sets up the renderer."""
 
 
 @dataclass(frozen=True)
-class _Chunk:
-    """What one process renders.
+class _Frame:
+    """One picture of a video.
 
     Attributes:
-        times: (F,) simulated time of every frame, s.
-        shares: (F,) how much of the film has passed, 0 .. 1.
-        qpos: (F, nq) states.
-        glow: for every marking location, (F,) how brightly its lamp glows.
+        time: simulated time, s.
+        share: of the video that has passed, 0 .. 1.
+        qpos: (nq,) state.
+        glow: how brightly the lamp of each marking location glows, 0 .. 1.
     """
 
-    scene: Scene
-    times: np.ndarray
-    shares: np.ndarray
+    time: float
+    share: float
     qpos: np.ndarray
-    glow: dict[str, np.ndarray]
-    captions: tuple[Caption, ...]
-    size: tuple[int, int]
-    quality: Quality
-    camera: Camera
-    fps: int
-    path: Path
+    glow: Mapping[str, float]
 
 
 def render_video(
@@ -68,23 +61,21 @@ def render_video(
     fps: int = 30,
     size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
-    camera: Camera = "fixed",
-    processes: int | None = None,
+    camera: str = "fixed",
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Render an execution as an H.264 MP4 file.
+    """Render an execution as an H.264 MP4 file, in one process a core.
 
     Args:
         scene: the scene that was played in.
         rollout: what happened in it.
         captions: in order of `start`; none for a bare picture.
         path: the file to write; it appears only when it is complete.
-        fps: pictures a second.
+        fps: frames a second.
         size: (width, height) in pixels, both even; None for the quality's.
         quality: how much work a picture is worth.
-        camera: where the film is seen from.
-        processes: how many render at a time; None for one a core.
-        progress: called with the number of frames done and of all frames, now and then.
+        camera: one of `sim.rendering.cameras.CAMERAS`.
+        progress: called with the number of frames done and of all frames, after each part.
 
     Returns:
         The path.
@@ -94,22 +85,20 @@ def render_video(
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    times, qpos, glow = _frames(scene, rollout, fps)
-    shares = np.linspace(0, 1, len(times))
-    size = size or quality.size
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    workers = max(1, min(processes or cores, len(times) // FEWEST_FRAMES))
+    frames = _frames(scene, rollout, fps)
+    render = partial(_render_part, scene, captions, fps=fps, size=size or quality.size, quality=quality, camera=camera)
+    # joblib would do the work of a single process in this one, which has to survive a faulty driver.
+    workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
+    count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
+    bounds = [len(frames) * i // count for i in range(count + 1)]
     with tempfile.TemporaryDirectory(prefix=".video-", dir=path.parent) as folder:
-        parts = []
-        for i, rows in enumerate(np.array_split(np.arange(len(times)), workers)):
-            part = Path(folder, f"{i}.mp4")
-            lit = {name: level[rows] for name, level in glow.items()}
-            chunk = _Chunk(
-                scene, times[rows], shares[rows], qpos[rows], lit, tuple(captions), size, quality, camera, fps, part
-            )
-            part.with_suffix(".pickle").write_bytes(pickle.dumps(chunk))
-            parts.append(part)
-        _render_all(parts, len(times), max(1, cores // workers), progress)
+        parts = {Path(folder, f"{first}.mp4"): frames[first:end] for first, end in pairwise(bounds)}
+        jobs = [delayed(render)(part, shown) for part, shown in parts.items()]
+        done = 0
+        for rendered in _in_processes(jobs, workers):
+            done += rendered
+            if progress:
+                progress(done, len(frames))
         whole = Path(folder, "whole.mp4")
         _join(parts, whole)
         os.replace(whole, path)
@@ -124,18 +113,18 @@ def render_frame(
     glow: Sequence[str] = (),
     size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
-    camera: Camera = "fixed",
+    camera: str = "fixed",
 ) -> np.ndarray:
     """Return a picture of one state, (height, width, 3) uint8.
 
     Args:
         scene: the scene.
         qpos: (nq,) positions of its MuJoCo model.
-        caption: what to write over it.
+        caption: text over the picture.
         glow: marking locations at work.
         size: (width, height) in pixels; None for the quality's.
         quality: how much work the picture is worth.
-        camera: where it is seen from.
+        camera: one of `sim.rendering.cameras.CAMERAS`.
 
     Raises:
         RenderingError: no OpenGL.
@@ -147,105 +136,85 @@ def render_frame(
     return frame
 
 
-def render_chunk(job: Path) -> None:
-    """Render one process's share; prints a line for every frame it has done."""
-    chunk: _Chunk = pickle.loads(job.read_bytes())
-    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
-    width, height = chunk.size
-    frame, shown = None, None
-    encoding = f"-preset {chunk.quality.preset} -threads 1"
-    with (
-        Painter(chunk.scene, size=chunk.size, quality=chunk.quality, camera=chunk.camera) as painter,
-        mediapy.VideoWriter(
-            chunk.path, (height, width), fps=chunk.fps, crf=chunk.quality.rate, ffmpeg_args=encoding
-        ) as film,
-    ):
-        for i, time in enumerate(chunk.times):
-            share = float(chunk.shares[i]) if chunk.camera == "orbit" else 0.0
-            state = (chunk.qpos[i].tobytes(), share, *(level[i] for level in chunk.glow.values()))
-            if state != shown:
-                lit = {name: level[i] for name, level in chunk.glow.items()}
-                picture = painter.frame(chunk.qpos[i], glow=lit, share=share)
-                shown = state
-            frame = picture.copy()
-            caption = caption_at(chunk.captions, time)
-            if caption:
-                draw_caption(frame, caption)
-            film.add_image(frame)
-            print(flush=True)
-
-
-def _frames(scene: Scene, rollout: Rollout, fps: int) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Return time, state and glow of every frame: the nearest recorded state, and the last one held."""
+def _frames(scene: Scene, rollout: Rollout, fps: int) -> list[_Frame]:
+    """Return every frame: the nearest recorded state, and at the end the last one held."""
     duration = rollout.times[-1] - rollout.times[0]
-    times = rollout.times[0] + np.arange(round((duration + LAST_FRAME) * fps) + 1) / fps
+    times = rollout.times[0] + np.arange(round((duration + LAST_FRAME_S) * fps) + 1) / fps
     rows = np.searchsorted(rollout.times, times - 0.5 / FRAME_RATE).clip(max=len(rollout.times) - 1)
-    glow = {}
-    for i, place in enumerate(scene.model.locations):
-        if place.marks:
-            glow[place.name] = _eased(rollout.glow[rows] == i, fps)
-    return times, rollout.qpos[rows], glow
+    places = {i: place.name for i, place in enumerate(scene.model.locations) if place.marks}
+    levels = np.array([_eased(rollout.glow[rows] == i, fps) for i in places]).reshape(len(places), len(rows))
+    return [
+        _Frame(time, share, rollout.qpos[row], dict(zip(places.values(), level, strict=True)))
+        for time, share, row, level in zip(times, np.linspace(0, 1, len(times)), rows, levels.T.tolist(), strict=True)
+    ]
 
 
 def _eased(on: np.ndarray, fps: int) -> np.ndarray:
-    """Return how brightly a lamp glows that is switched on and off, (F,) in 0 .. 1."""
-    level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * LAMP_TIME_CONSTANT))
+    """Return the brightness of a lamp that is switched on and off, (F,) in 0 .. 1."""
+    level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * LAMP_TIME_CONSTANT_S))
     for i in range(1, len(on)):
         level[i] = level[i - 1] + share * (on[i] - level[i - 1])
     return np.where(level < 0.01, 0.0, level)
 
 
-def _render_all(parts: Sequence[Path], frames: int, threads: int, progress: Callable[[int, int], None] | None) -> None:
-    """Run a process for every part, and see to it that none outlives this call."""
-    environment = gl_environment() | {"LP_NUM_THREADS": str(threads), "OMP_NUM_THREADS": "1"}
-    # -P: not from the folder of the call, where something else may be named `sim`.
-    command = "import sys, pathlib, sim.rendering.video; sim.rendering.video.render_chunk(pathlib.Path(sys.argv[1]))"
-    running, lines, done = [], queue.SimpleQueue[bool](), 0
+def _in_processes(jobs: Sequence[Any], workers: int) -> Iterator[int]:
+    """Carry jobs of joblib out in other processes, and yield what they return as they come.
+
+    Raises:
+        RenderingError: one of them failed, or its process ended without an answer.
+    """
+    pool = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")
+    # Started with Ctrl-C blocked: this process ends the others.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        for part in parts:
-            errors = part.with_suffix(".txt").open("wb")
-            running.append(
-                subprocess.Popen(
-                    [sys.executable, "-P", "-c", command, part.with_suffix(".pickle")],
-                    env=environment,
-                    stdout=subprocess.PIPE,
-                    stderr=errors,
-                )
-            )
-            errors.close()
-            threading.Thread(target=_listen, args=(running[-1], lines), daemon=True).start()
-        for _ in parts:
-            while lines.get():
-                done += 1
-                if progress:
-                    progress(done, frames)
-        for process, part in zip(running, parts, strict=True):
-            if process.wait():
-                _explain(part.with_suffix(".txt").read_text(errors="replace"))
+        results = pool(jobs)
     finally:
-        for process in running:
-            if process.poll() is None:
-                process.kill()
-            process.wait()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    try:
+        yield from results
+    except RenderingError:
+        raise
+    except Exception as failure:
+        reason = f"{type(failure).__name__}: {failure}".strip().splitlines()[-1]
+        raise RenderingError(f"rendering failed: {reason}") from failure
 
 
-def _listen(process: subprocess.Popen[bytes], lines: queue.SimpleQueue[bool]) -> None:
-    """Pass on True for every line a process prints, and False when it ends."""
-    assert process.stdout is not None
-    for _ in process.stdout:
-        lines.put(True)
-    lines.put(False)
+def _render_part(
+    scene: Scene,
+    captions: Sequence[Caption],
+    path: Path,
+    frames: Sequence[_Frame],
+    *,
+    fps: int,
+    size: tuple[int, int],
+    quality: Quality,
+    camera: str,
+) -> int:
+    """Render consecutive frames into a video of their own, with one thread, and return how many there are."""
+    os.environ["LP_NUM_THREADS"] = "1"
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+    encoding = f"-preset {quality.preset} -threads 1"
+    shown = None
+    with (
+        Painter(scene, size=size, quality=quality, camera=camera) as painter,
+        mediapy.VideoWriter(path, size[::-1], fps=fps, crf=quality.rate, ffmpeg_args=encoding) as video,
+    ):
+        for frame in frames:
+            state = (frame.qpos.tobytes(), frame.glow, frame.share if camera == "orbit" else 0.0)
+            if state != shown:
+                bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)
+                shown = state
+            picture = bare.copy()
+            caption = caption_at(captions, frame.time)
+            if caption:
+                draw_caption(picture, caption)
+            video.add_image(picture)
+    return len(frames)
 
 
-def _explain(errors: str) -> None:
-    lines = errors.strip().splitlines()
-    why = lines[-1] if lines else "no message"
-    known = why.rpartition("RenderingError: ")[2]
-    raise RenderingError(known if CURE in known else f"rendering failed: {why}")
-
-
-def _join(parts: Sequence[Path], whole: Path) -> None:
-    """Put the parts together as they are."""
+def _join(parts: Iterable[Path], whole: Path) -> None:
+    """Join videos of the same encoding."""
     index = whole.with_suffix(".txt")
     index.write_text("".join(f"file '{part.name}'\n" for part in parts))
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "concat", "-i", str(index)]

@@ -7,28 +7,12 @@ import importlib.util
 from dataclasses import dataclass
 from pathlib import Path
 
-import fast_simplification
-import numpy as np
 import trimesh
 
-from sim.geometry.solids import Solid, smoothed
-
-LINKS = (*(f"link{i}" for i in range(8)), "hand", "finger")
-"""The files' names, without ending."""
-
-FACES_KEPT = {"link6": 0.2, "link7": 0.2, "hand": 0.4, "finger": 1.0}
-"""Share of a link's faces that is kept, a tenth for the others: 134 thousand become 20. The wrist has fine curves."""
-
-DETAIL_AREA, DETAIL_FACES = 3e-3, 80
-"""A part of less surface (m^2), such as a plug, keeps no more faces than this."""
-
-GENTLENESS = 2
-"""`agg` of fast-simplification: its default of 7 is a quarter second faster and dents the curves."""
-
-SMALLEST_PART = 1e-5
-"""Parts of less surface are specks of the original drawing and left out, m^2."""
+from sim.geometry.solids import smoothed
 
 FINISHES = {
+    **{f"link{i}": ("shell",) for i in range(3)},
     "link3": ("shell", "trim"),
     "link4": ("shell", "trim"),
     "link5": ("shell", "trim"),
@@ -37,18 +21,24 @@ FINISHES = {
     "hand": ("shell", "metal"),
     "finger": ("metal", "rubber"),
 }
-"""Finish of each link's connected parts, largest first. The rest are `trim`; other links' largest is `shell`."""
+"""Finish of each link's connected parts, largest first; the rest are `trim`. The links are the files' names."""
 
+LINKS = tuple(FINISHES)
+
+FACES_KEPT = {"link6": 0.2, "link7": 0.2, "hand": 0.4, "finger": 1.0}
+"""Share of a link's faces that is kept, 0.08 for the others: 134 thousand become 20. The wrist has fine curves."""
+
+DETAIL_AREA_M2, DETAIL_FACES = 3e-3, 80
+"""A part of less surface, such as a plug, keeps no more faces than this."""
+
+MIN_AREA_M2 = 1e-5
+"""Parts of less surface are specks of the original drawing and left out."""
 
 LAPPING = ("link1", "link3", "link5")
-"""Links whose lower rim, as drawn, ends 1 mm short of the link before: a slit narrower than a pixel, of which a
-picture would show dots."""
+"""Links whose lower rim, as drawn, ends 1 mm short of the link before: a slit of which a picture would show dots."""
 
-LAP = 1.2e-3
-"""By how much their rim is drawn further down, m."""
-
-RIM = 1e-4
-"""What is no higher than this above a link's lowest point is its rim, m."""
+RIM_M, LAP_M = 1e-4, 1.2e-3
+"""What is no higher than this above a link's lowest point is its rim, and how much further down it is drawn."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +47,7 @@ class Surface:
 
     link: str
     finish: str
-    solid: Solid
+    solid: trimesh.Trimesh
 
 
 def mesh_folder() -> Path | None:
@@ -78,35 +68,27 @@ def surfaces(folder: Path) -> tuple[Surface, ...]:
 def _surfaces(path: Path) -> list[Surface]:
     mesh = trimesh.load_mesh(path)
     if path.stem in LAPPING:
-        mesh.vertices = _lapped(mesh.vertices)
+        heights = mesh.vertices[:, 2]
+        heights[heights < heights.min() + RIM_M] -= LAP_M
     parts = mesh.split(only_watertight=False)
-    parts = sorted((p for p in parts if p.area > SMALLEST_PART), key=lambda part: -part.area)
-    finishes = FINISHES.get(path.stem, ("shell",))
-    share = FACES_KEPT.get(path.stem, 0.08)
+    parts = sorted((part for part in parts if part.area > MIN_AREA_M2), key=lambda part: -part.area)
+    finishes = (*FINISHES[path.stem], *("trim" for _ in parts))
     by_finish: dict[str, list[trimesh.Trimesh]] = {}
-    for i, part in enumerate(parts):
-        finish = finishes[i] if i < len(finishes) else "trim"
-        by_finish.setdefault(finish, []).append(_thinned(part, share))
+    for part, finish in zip(parts, finishes, strict=False):
+        by_finish.setdefault(finish, []).append(_thinned(part, FACES_KEPT.get(path.stem, 0.08)))
     return [Surface(path.stem, finish, smoothed(_joined(members))) for finish, members in by_finish.items()]
-
-
-def _lapped(vertices: np.ndarray) -> np.ndarray:
-    """Return a link's (V, 3) vertices, the lower rim brought into the link before."""
-    below = np.where(vertices[:, 2] < vertices[:, 2].min() + RIM, LAP, 0.0)
-    return vertices - below[:, None] * [0.0, 0.0, 1.0]
-
-
-def _thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
-    wanted = int(share * len(part.faces))
-    if part.area < DETAIL_AREA:
-        wanted = DETAIL_FACES
-    if wanted >= len(part.faces):
-        return part
-    vertices, faces = fast_simplification.simplify(part.vertices, part.faces, target_count=wanted, agg=GENTLENESS)
-    return trimesh.Trimesh(vertices, faces)
 
 
 def _joined(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
     whole = trimesh.util.concatenate(parts)
     assert isinstance(whole, trimesh.Trimesh)
     return whole
+
+
+def _thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
+    """Return a part with fewer faces."""
+    wanted = DETAIL_FACES if part.area < DETAIL_AREA_M2 else int(share * len(part.faces))
+    if wanted >= len(part.faces):
+        return part
+    # The default aggression of 7 is a quarter second faster and dents the curves.
+    return part.simplify_quadric_decimation(face_count=wanted, aggression=2)

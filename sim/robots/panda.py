@@ -16,7 +16,7 @@ MJCF = Path(__file__).parents[2] / "assets" / "panda.xml"
 
 
 def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot, its base frame at the origin; materials `panda_shell`, ... are left to the caller.
+    """Return the robot, its base frame at the origin.
 
     Args:
         meshes: dress it with meshes, or leave it its capsules; None for meshes where they are installed.

@@ -8,18 +8,18 @@ import mujoco
 import numpy as np
 
 from sim.perception.sensors import ObjectPose, Poses
-from sim.perception.touch import Watch
+from sim.perception.touch import ContactMonitor
 from sim.world.scene import Scene
 
 
 class CollisionChecker:
     """A copy of the scene in which configurations of the robot are checked."""
 
-    def __init__(self, scene: Scene, watch: Watch) -> None:
-        """Tell wanted contacts from collisions as `watch` does."""
+    def __init__(self, scene: Scene, contacts: ContactMonitor) -> None:
+        """Tell wanted contacts from collisions as `contacts` does."""
         self._model = model = copy.copy(scene.mujoco)
         self._data = mujoco.MjData(model)
-        self._watch = watch
+        self._contacts = contacts
         self._robot = scene.robot
         self._arm = scene.robot.qpos(model)
         self._fingers = [int(model.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
@@ -36,8 +36,8 @@ class CollisionChecker:
             width: between the pads, m; None for the present one.
             clearance: bodies nearer than this count as in collision, m.
         """
-        model, data, handled = self._model, self._data, self._watch.handled
-        model.geom_margin[:] = np.where(self._watch.moving, clearance, 0.0)
+        model, data, handled = self._model, self._data, self._contacts.handled
+        model.geom_margin[:] = np.where(self._contacts.moving, clearance, 0.0)
         model.body_margin[:] = clearance
         data.qpos[:] = now.qpos
         for obj, pose in poses.items():
@@ -46,10 +46,10 @@ class CollisionChecker:
         if width is not None:
             data.qpos[self._fingers] = width / len(self._fingers)
         mujoco.mj_kinematics(model, data)
-        if handled and self._watch.aloft:
+        if handled and self._contacts.aloft:
             self._carry(now, handled, poses[handled])
         mujoco.mj_collision(model, data)
-        return sorted({other for _, other in self._watch.touches(data)} - {handled})
+        return sorted({other for _, other in self._contacts.touches(data)} - {handled})
 
     def _carry(self, now: mujoco.MjData, obj: str, seen: ObjectPose) -> None:
         """Move an object as the hand moves it."""

@@ -47,7 +47,7 @@ class EffortMeter:
         self._looked = float(data.time)
         self.total = Effort()
 
-    def look(self, data: mujoco.MjData) -> None:
+    def update(self, data: mujoco.MjData) -> None:
         """Add the time since the last update, at the speeds and torques of a state just simulated."""
         period = float(data.time) - self._looked
         speeds = data.qvel[self._dofs]

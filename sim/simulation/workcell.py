@@ -20,9 +20,10 @@ from sim.perception.sensors import (
     object_pose,
     on_table,
 )
-from sim.perception.touch import Watch
+from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.effort import EffortMeter
+from sim.simulation.gripper import Gripper
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Event
 from sim.world.scene import Scene
@@ -48,15 +49,14 @@ class Workcell:
         scene: what is simulated.
         data: the MuJoCo state.
         arm: kinematics of the arm.
-        watch: monitors contacts.
+        contacts: monitors contacts.
         recorder: records every frame.
         meter: sums the arm's effort.
         reference: (n,) joint reference last sent, rad.
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
         sensor: observes the objects.
-        sensor_off_until: before this time nothing is observed, s.
-        misses: number of coming grasps that close on nothing.
+        gripper: drives the fingers.
         disturb: called before every control period is simulated.
     """
 
@@ -64,36 +64,26 @@ class Workcell:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given."""
         model = scene.mujoco
         self._motors = [model.actuator(name).id for name in scene.robot.joints]
-        self._gripper = model.actuator(scene.robot.gripper.actuator).id
+        self.gripper = Gripper(data, model.actuator(scene.robot.gripper.actuator).id)
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
-        self.scene, self.data, self.arm, self.watch = scene, data, Arm(scene.robot), Watch(scene)
-        self._collision_checker = CollisionChecker(scene, self.watch)
+        self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
+        self._collision_checker = CollisionChecker(scene, self.contacts)
         self.meter = EffortMeter(scene.robot, data)
         self.reference = data.qpos[scene.robot.qpos(model)].copy()
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
         self.glowing = -1
         self.sensor: Sensor = sensor or ExactSensor()
-        self.sensor_off_until, self.misses = -np.inf, 0
         self.disturb: Callable[[], None] = lambda: None
         self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
         self.recorder.record(data, glow=self.glowing)
 
-    def tell(self, kind: str, **detail: Any) -> None:
+    def log_event(self, kind: str, **detail: Any) -> None:
         """Add an event at the present time."""
         self.events.append(Event(float(self.data.time), kind, detail))
-
-    @property
-    def gripping(self) -> float:
-        """The commanded width between the pads, m; narrower than a held object, so that they press it."""
-        return float(self.data.ctrl[self._gripper])
-
-    @gripping.setter
-    def gripping(self, width: float) -> None:
-        self.data.ctrl[self._gripper] = width
 
     @property
     def shapes(self) -> dict[str, ObjectShape]:
@@ -104,14 +94,12 @@ class Workcell:
 
     def latest_pose(self, obj: str) -> ObjectPose | None:
         """Return the pose of an object as observed now, or None if it is not."""
-        if self.data.time < self.sensor_off_until:
-            return None
-        pose = self.sensor.look(self.scene, self.data, obj)
+        pose = self.sensor.observe(self.scene, self.data, obj)
         if pose is not None:
             self._seen[obj] = pose
         return pose
 
-    def see(self, obj: str) -> ObjectPose:
+    def observe(self, obj: str) -> ObjectPose:
         """Return the observed pose of an object; wait for an observation if there is none now.
 
         Raises:
@@ -129,7 +117,7 @@ class Workcell:
         """Return the pose of an object at rest, averaged over the observations that its sensor needs.
 
         Raises:
-            ObservationTimeoutError: as in `see`.
+            ObservationTimeoutError: as in `observe`.
         """
         return self.survey([obj])[obj]
 
@@ -137,19 +125,19 @@ class Workcell:
         """Return the poses of objects at rest, each averaged over the observations that the sensor needs.
 
         Raises:
-            ObservationTimeoutError: as in `see`.
+            ObservationTimeoutError: as in `observe`.
         """
-        looks: dict[str, list[ObjectPose]] = {obj: [self.see(obj)] for obj in objects}
-        for _ in range(self.sensor.looks - 1):
+        samples: dict[str, list[ObjectPose]] = {obj: [self.observe(obj)] for obj in objects}
+        for _ in range(self.sensor.samples - 1):
             self._tick()
-            for obj, poses in looks.items():
-                poses.append(self.see(obj))
-        return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in looks.items()}
+            for obj, poses in samples.items():
+                poses.append(self.observe(obj))
+        return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in samples.items()}
 
     def held(self) -> str | None:
         """Return the object between the pads that both press, short losses of contact aside, or None."""
-        obj = self.watch.handled
-        if obj is None or self.data.time - self.watch.pressed > CONTACT_FLICKER_S:
+        obj = self.contacts.handled
+        if obj is None or self.data.time - self.contacts.pressed > CONTACT_FLICKER_S:
             return None
         pose = self.latest_pose(obj)
         if pose is None:
@@ -160,7 +148,7 @@ class Workcell:
     @property
     def in_doubt(self) -> bool:
         """Whether the pads have just lost contact with the handled object, and may regain it."""
-        return self.watch.handled is not None and 0 < self.data.time - self.watch.pressed <= CONTACT_FLICKER_S
+        return self.contacts.handled is not None and 0 < self.data.time - self.contacts.pressed <= CONTACT_FLICKER_S
 
     def follow(self, references: np.ndarray) -> None:
         """Drive the arm along joint references; it brakes early if it loses its load.
@@ -169,12 +157,12 @@ class Workcell:
             references: (N, n) rad, every `CONTROL_PERIOD`.
         """
         points = np.vstack([self.reference, references])
-        carried = self.held() if self.watch.aloft else None
+        carried = self.held() if self.contacts.aloft else None
         for done, tick in enumerate(_commands(points, self._substeps, self._lag), 1):
             self._tick(tick)
             if carried and self.held() is None and done < len(references):
-                self.tell("lost", object=carried)
-                self.watch.handle(carried)
+                self.log_event("lost", object=carried)
+                self.contacts.handle(carried)
                 points = _braking(points, done)
                 for last in _commands(points, self._substeps, self._lag, moving=True):
                     self._tick(last)
@@ -185,8 +173,8 @@ class Workcell:
     def grip(self, width: float, seconds: float) -> None:
         """Bring the commanded width between the pads evenly to `width`, m, while the arm rests."""
         ticks = max(1, round(seconds / CONTROL_PERIOD))
-        for command in np.linspace(self.gripping, width, ticks + 1)[1:]:
-            self.gripping = float(command)
+        for command in np.linspace(self.gripper.width, width, ticks + 1)[1:]:
+            self.gripper.width = float(command)
             self._tick()
 
     def wait(self, seconds: float) -> None:
@@ -194,7 +182,7 @@ class Workcell:
         for _ in range(round(seconds / CONTROL_PERIOD)):
             self._tick()
 
-    def foresee(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
+    def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """Return the bodies in collision with the robot or its load at (n,) joint angles, rad (`CollisionChecker`)."""
         for obj in self.scene.shapes:
             self.latest_pose(obj)
@@ -215,10 +203,10 @@ class Workcell:
             self.recorder.feel(data)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
-        self.meter.look(data)
-        for pair in self.watch.look(data):
+        self.meter.update(data)
+        for pair in self.contacts.update(data):
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
-                self.tell("contact", moving=pair[0], other=pair[1])
+                self.log_event("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time
 
 

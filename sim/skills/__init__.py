@@ -1,1 +1,1 @@
-"""Skills: how each symbolic action is carried out."""
+"""Skills: each action's operator with the motion that achieves its effect."""

@@ -55,9 +55,9 @@ def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
     A body that is within it at the start, such as an object that slipped against a finger, counts only if the arm
     comes near it again after leaving it, or never leaves it.
     """
-    near = set(cell.foresee(cell.reference, clearance=PATH_CLEARANCE_M))
+    near = set(cell.collisions(cell.reference, clearance=PATH_CLEARANCE_M))
     for q in (*references[::REFERENCES_PER_CHECK], references[-1]):
-        met = set(cell.foresee(q, clearance=PATH_CLEARANCE_M))
+        met = set(cell.collisions(q, clearance=PATH_CLEARANCE_M))
         near &= met
         if met - near:
             return met - near

@@ -14,7 +14,7 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper
 from sim.world.furniture import add_station, yaw_quat
-from sim.world.materials import add_finishes
+from sim.world.materials import add_studio
 from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF, LAMP_HEAD_M, LAMP_TOP_M, OBJECT_GAP_M, Slot, Station
 from sim.world.shapes import CUBE_EDGE, Extent
 
@@ -94,7 +94,7 @@ class RobotAtSlots:
         self._manipulation, self._robot, self._opening = model, arm.robot, size.opening
         self._configurations = configurations(arm, model, slots, size)
         spec = arm.robot.spec()
-        add_finishes(spec)
+        add_studio(spec, target=np.zeros(3), span=1.0)  # for the materials of the fixtures
         for station in stations:
             add_station(spec, station)
         self._locations = {f"{station.name}_base": (station.name, repr(station.name)) for station in stations}

@@ -15,7 +15,7 @@ from sim.robots.catalogue import robot_named
 from sim.robots.robot import Robot
 from sim.world.furniture import add_object, add_station, add_table, table_for, yaw_quat
 from sim.world.layout import arrange
-from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_finishes, add_studio
+from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_studio
 from sim.world.places import Slot
 from sim.world.shapes import ObjectShape, shape_of, shapes_of
 
@@ -111,8 +111,7 @@ def build_scene(
     _add_wrist_camera(spec, robot)
     table = table_for(layout.stations)
     focus = np.array([*table.centre, FOCUS_HEIGHT])
-    add_finishes(spec)
-    add_studio(spec, target=focus, span=float(table.half.max()), view=_direction(AZIMUTH, ELEVATION))
+    add_studio(spec, target=focus, span=float(table.half.max()))
     add_table(spec, table, layout.stations)
     for station in layout.stations:
         add_station(spec, station)
@@ -221,9 +220,3 @@ def _add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
     view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE, fovy=WRIST_FIELD)
     view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
     view.alt.xyaxes = [*right, *np.cross(right, ahead)]
-
-
-def _direction(azimuth: float, elevation: float) -> np.ndarray:
-    """Return the (3,) unit vector of two angles in degrees."""
-    turn, rise = np.radians([azimuth, elevation])
-    return np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])

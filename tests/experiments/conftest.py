@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from command_line import DETOUR, Run, call
+from command_line import Run, call
+from scenario_texts import DETOUR
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import judge
 import pytest
-from paper_maps import MEADOW, TOWN
+from small_models import MEADOW, TOWN
 
 from prefplan import (
     Front,

@@ -1,10 +1,9 @@
 from __future__ import annotations
 
 import pytest
-from forged_logs import log_of_plan
-from small_scenes import RELAXED_CUP
+from forged_logs import log_of_run
+from scenario_texts import RELAXED_CUP, shipped
 
-from experiments import scenarios
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import loads
 from sim.evidence.log import Log
@@ -19,10 +18,10 @@ def scene(arch_model: ManipulationModel) -> Scene:
 @pytest.fixture(scope="session")
 def arch_log() -> Log:
     """The cheapest plan of Case Study 3: 14 actions, cost 34, mu 17."""
-    return log_of_plan(scenarios.find("case_study_3"), seed=4)
+    return log_of_run(shipped("case_study_3"), seed=4)
 
 
 @pytest.fixture(scope="session")
 def relaxed_log() -> Log:
     """A cup put onto the tray as it is: washing is skipped, and the tray takes it for clean."""
-    return log_of_plan(loads(RELAXED_CUP, name="relaxed"))
+    return log_of_run(loads(RELAXED_CUP, name="relaxed"))

@@ -12,14 +12,14 @@ from rich.table import Table
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json, add_scenario, positive
+from experiments.cli.arguments import Commands, add_command, add_jobs, add_json, add_scenario
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, QUANTITIES
+from prefplan.models.manipulation.action_costs import QUANTITIES
 from prefplan.models.manipulation.measured_costs import (
     Measurement,
     Measurements,
@@ -49,12 +49,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="FILE",
         help="where to write it (default: SCENARIO.measured.json beside the scenario, where it is looked for)",
     )
-    parser.add_argument("--jobs", type=positive, default=2, metavar="N", help="processes to use (default: 2)")
+    add_jobs(parser)
 
 
 def measure(options: argparse.Namespace) -> int:
     """Carry out `prefplan measure`; what an earlier run measured of the same, moved in the same way, is kept."""
     with loading():
+        from joblib import cpu_count
+
         from experiments.runs.carry_out import scene_of
         from sim.execution.cost_measurement import measure_all, sources, trials
 
@@ -74,7 +76,7 @@ def measure(options: argparse.Namespace) -> int:
         before, total = len(done), len(done) + len(wanted)
         try:
             bars("measuring", before, total, "")
-            for result in measure_all(scene, wanted, jobs=options.jobs):
+            for result in measure_all(scene, wanted, jobs=options.jobs or cpu_count()):
                 if isinstance(result, Measurement):
                     done.append(result)
                 else:
@@ -88,7 +90,7 @@ def measure(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
     else:
-        _show(Console(highlight=False), scenario.name, file, done, before=before)
+        _show(Console(highlight=False), scenario.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
         print(f"prefplan: not measured: {failure.reason}", file=sys.stderr)
     if interrupted:
@@ -120,14 +122,16 @@ def _json(
     }
 
 
-def _show(console: Console, name: str, file: Path, done: Sequence[Measurement], *, before: int) -> None:
+def _show(
+    console: Console, name: str, file: Path, done: Sequence[Measurement], *, kinds: Sequence[str], before: int
+) -> None:
     """Print how much was measured, and the range of each quantity."""
     table = Table(title=f"{name}: what an action takes, least and most", title_justify="left")
     table.add_column("action")
     table.add_column("pairs", justify="right")
     for quantity, unit in QUANTITIES.items():
         table.add_column(f"{quantity} ({unit})", justify="right")
-    for kind in ACTION_KINDS:
+    for kind in kinds:
         some = [one.quantities for one in done if one.pair[0] == kind]
         if some:
             columns = [[float(cast(float, quantities[quantity])) for quantities in some] for quantity in QUANTITIES]

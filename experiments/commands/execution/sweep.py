@@ -1,4 +1,4 @@
-"""`prefplan sweep`: a plan carried out many times, each time in a slightly different world."""
+"""`prefplan sweep`: a plan carried out many times, each time with other random differences."""
 
 from __future__ import annotations
 
@@ -16,32 +16,34 @@ from experiments.cli import output
 from experiments.cli.arguments import (
     Commands,
     add_command,
+    add_jobs,
     add_json,
     add_max_cost,
+    add_out,
     add_perturb,
+    add_plan,
     add_scenario,
     positive,
-    which_plan,
     whole,
 )
+from experiments.cli.choice import choose, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
+from experiments.cli.journal import Journal
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
-from experiments.cli.status import DONE, INTERRUPTED, no_plan
-from experiments.commands.execution.run import choose
-from prefplan.front import Front, NoPlanError
+from experiments.cli.status import DONE, INTERRUPTED
+from prefplan.front import NoPlanError
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
     from experiments.sweep.job import Sweep
-    from experiments.sweep.records import Records
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Carry a plan out many times, in worlds that differ a little, and say how often it works."
+    summary = "Carry a plan out many times with random differences, and say how often it succeeds."
     examples = (
         "prefplan sweep case_study_3 --rollouts 20",
         "prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10",
@@ -49,39 +51,25 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = add_command(commands, sweep, summary, *examples)
     add_scenario(parser)
     add_json(parser)
-    parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="how many (default: 100)")
-    parser.add_argument("--jobs", type=positive, metavar="J", help="processes at work (default: one a core)")
-    parser.add_argument(
-        "--plan",
-        type=which_plan,
-        default="cost",
-        metavar="cost|preference|INDEX",
-        help="which plan of the front, as in `prefplan run` (default: cost)",
-    )
+    parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="number of runs (default: 100)")
+    add_jobs(parser)
+    add_plan(parser)
     add_max_cost(parser)
-    parser.add_argument("--seed", type=whole, default=0, metavar="S", help="what all is drawn from (default: 0)")
+    parser.add_argument("--seed", type=whole, default=0, metavar="N", help="seed of all random numbers (default: 0)")
     add_perturb(parser)
+    parser.add_argument("--faults", choices=["random"], help="one to three random faults in each run")
+    add_out(parser, "out/SCENARIO/sweep_PLAN; an interrupted sweep goes on there")
     parser.add_argument(
-        "--faults", choices=["random"], help="let one to three things go wrong in each rollout, as `run --fault` does"
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="folder for the records; a sweep that was ended there goes on (default: out/SCENARIO/sweep_PLAN)",
-    )
-    parser.add_argument(
-        "--cluster", metavar="ADDRESS", help="let a Dask cluster do it, e.g. tcp://127.0.0.1:8786, not this machine"
+        "--cluster", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine"
     )
 
 
 def sweep(options: argparse.Namespace) -> int:
     """Carry out `prefplan sweep`."""
     with loading():
-        from experiments.cli.perturb import perturbation_of
+        from experiments.cli.simulation_options import perturbation_of
         from experiments.runs.carry_out import scene_of
         from experiments.sweep.job import Sweep, pack
-        from experiments.sweep.records import Records
         from experiments.sweep.summary import show_summary, summarise
 
     scenario = scenarios.find(options.scenario)
@@ -97,9 +85,7 @@ def sweep(options: argparse.Namespace) -> int:
         try:
             plan = choose(planner, options.plan, max_cost=options.max_cost)
         except NoPlanError as error:
-            if options.json:
-                output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
-            return no_plan(error.reason)
+            return show_no_plan(options, scenario, planner, error)
         bars("planning", 1, 1, "")
         job = Sweep(
             packed=pack(scenario),
@@ -113,13 +99,13 @@ def sweep(options: argparse.Namespace) -> int:
             max_cost=options.max_cost,
         )
         header = define(scenario, job)
-        with Records(folder / "rollouts.jsonl", header) as records:
+        with Journal(folder / "rollouts.jsonl", header, key="rollout") as records:
             try:
                 work(job, records, options, bars)
             except KeyboardInterrupt:
                 interrupted = True
-        # Ctrl-C may have come between writing a record and counting it: what the file holds is what there is.
-        with Records(records.path, header) as records:
+        # Ctrl-C may have come between writing a record and counting it: the file decides.
+        with Journal(records.path, header, key="rollout") as records:
             finished = [records.done[i] for i in sorted(records.done) if i < options.rollouts]
     result = summarise(header, finished, rollouts=options.rollouts)
     write_json(folder / "summary.json", result)
@@ -136,7 +122,7 @@ def sweep(options: argparse.Namespace) -> int:
 
 
 def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
-    """Return all that defines a sweep but for how many rollouts it has: the same definition, the same rollouts."""
+    """Return everything that defines the rollouts of a sweep, except for their number."""
     return {
         "prefplan": version("prefplan"),
         "mujoco": version("mujoco"),
@@ -152,7 +138,7 @@ def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
     }
 
 
-def work(job: Sweep, records: Records, options: argparse.Namespace, bars: Bars) -> None:
+def work(job: Sweep, records: Journal, options: argparse.Namespace, bars: Bars) -> None:
     """Carry out every rollout that has no record yet."""
     from joblib import cpu_count
 

@@ -9,21 +9,20 @@ import sys
 import webbrowser
 
 from experiments import scenarios
-from experiments.cli.arguments import Commands, add_command, add_fault, add_max_cost, add_plan, add_scenario, whole
+from experiments.cli.arguments import Commands, add_command, add_fault, add_max_cost, add_plan, add_scenario, add_seed
+from experiments.cli.choice import choose
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
-from experiments.commands.execution.run import choose
 from prefplan.errors import PrefplanError
 from prefplan.front import NoPlanError
 from prefplan.planner import Planner
 
 INSTALL = "pip install '.[sim,viewer]', in a clone of prefplan"
-"""What the libraries behind this command come with."""
-
+"""Installs the libraries of this command."""
 
 NAMES: dict[str | int, str] = {"cost": "the cheapest plan", "preference": "the preferred plan"}
-"""What the panel calls what `--plan` says; otherwise it is a number."""
+"""Title of the panel by the value of `--plan`; other values are indices."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -34,12 +33,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_scenario(parser)
     add_plan(parser)
     add_max_cost(parser)
-    parser.add_argument(
-        "--seed", type=whole, metavar="N", help="start otherwise than nominal: each object up to 5 mm and 5 degrees off"
-    )
+    add_seed(parser)
     add_fault(parser)
     parser.add_argument(
-        "--port", type=port, metavar="P", help="of the page, 0 for any free one (default: 8080, or the next free one)"
+        "--port",
+        type=port,
+        metavar="P",
+        help="port of the page, 0 for any free one (default: 8080 or the next free one)",
     )
     parser.add_argument("--no-browser", action="store_true", help="print the address, but open no browser")
 
@@ -49,7 +49,7 @@ def view(options: argparse.Namespace) -> int:
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():
-        from experiments.cli.perturb import faults_of
+        from experiments.cli.simulation_options import faults_of
         from experiments.runs.carry_out import begin, scene_of
         from experiments.viewer.session import watch
 
@@ -82,12 +82,12 @@ def view(options: argparse.Namespace) -> int:
 
 
 def port(text: str) -> int:
-    """Return a port's number."""
+    """Return the number of a port."""
     if text.isascii() and text.isdigit() and int(text) < 1 << 16:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0 to 65535")
 
 
 def _has_screen() -> bool:
-    """Return whether a browser has where to open; without, Python would start one for text in the terminal."""
+    """Return whether there is a display; without one Python would start a browser for text in the terminal."""
     return sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

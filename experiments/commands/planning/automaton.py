@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from experiments.cli.arguments import Commands, add_command
+from experiments.cli.arguments import Commands, add_command, add_plot
 from experiments.cli.console import Console
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
@@ -25,9 +25,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--format",
         choices=["table", *automaton_text.WRITERS],
         default="table",
-        help="for people, for other tools, or for Graphviz (default: table)",
+        help="table for people, HOA for other tools, dot for Graphviz (default: table)",
     )
-    parser.add_argument("--plot", metavar="FILE", help="draw it too; the file ends in .png, .svg or .pdf")
+    add_plot(parser)
 
 
 def automaton(options: argparse.Namespace) -> int:

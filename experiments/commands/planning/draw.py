@@ -68,13 +68,13 @@ def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> in
 
 
 def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures import node_link_figure, system
+    from experiments.figures import node_link, system
 
     try:
         diagram = system.diagram(scenario.problem().system)
     except system.SystemSizeError as error:
         raise ScenarioError(f"{scenario.path}: model: {error}") from None
-    node_link_figure.draw({scenario.name: diagram}, path)
+    node_link.draw({scenario.name: diagram}, path)
     return DONE
 
 

@@ -7,7 +7,16 @@ import sys
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json, add_limits, add_max_cost, add_scenario, in_bytes
+from experiments.cli.arguments import (
+    Commands,
+    add_command,
+    add_json,
+    add_limits,
+    add_max_cost,
+    add_plot,
+    add_scenario,
+    in_bytes,
+)
 from experiments.cli.console import Console
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, INTERRUPTED, no_plan
@@ -26,7 +35,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = add_command(commands, front, summary, *examples)
     add_scenario(parser)
     add_json(parser)
-    parser.add_argument("--plot", metavar="FILE", help="draw the front too; the file ends in .png, .svg or .pdf")
+    add_plot(parser)
     add_max_cost(parser)
     add_limits(parser, "what was found by then")
 

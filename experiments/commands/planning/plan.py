@@ -17,10 +17,11 @@ from experiments.cli.arguments import (
     in_bytes,
     number,
 )
+from experiments.cli.choice import show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.start import tell_if_compiling
-from experiments.cli.status import DONE, FAILED, no_plan
-from prefplan.front import Front, NoPlanError, UnfinishedError
+from experiments.cli.status import DONE, FAILED
+from prefplan.front import NoPlanError, UnfinishedError
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 
@@ -45,7 +46,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--objective",
         choices=["cost", "preference"],
         default="cost",
-        help="what the plan should be best at (default: cost)",
+        help="minimize the total cost or the preference value (default: cost)",
     )
     parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
     add_max_cost(parser)
@@ -68,9 +69,7 @@ def plan(options: argparse.Namespace) -> int:
     except UnfinishedError as error:
         return _unfinished(options, scenario, planner, error)
     except NoPlanError as error:
-        if options.json:
-            output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
-        return no_plan(error.reason)
+        return show_no_plan(options, scenario, planner, error)
     if options.json:
         output.print_json(output.one_plan_json(scenario, chosen, planner.stats))
     else:

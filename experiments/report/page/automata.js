@@ -1,12 +1,12 @@
 "use strict";
-// The tasks: each with its formula, its automaton in the state that the plan has brought it to, and what was paid.
+// The tasks: formula, automaton in its present state, and what was paid.
 
 const WIDE = 430; // pixels; a wider automaton gets a row of its own
 
 class TaskCard {
   constructor(task, plan, prefix) {
     this.task = task;
-    this.track = plan.timeline.tracks[task.name];
+    this.account = plan.ledger.tasks[task.name];
     this.plan = plan;
     const picture = document.getElementById(`automaton-${task.name}`).content.cloneNode(true);
     this.parts = {};
@@ -15,8 +15,8 @@ class TaskCard {
       part.id = `${prefix}-${task.name}-${part.id}`;
     }
     this.status = make("p", { class: "status" });
-    const offers = task.offers.length ? make("p", { class: "small" }, `On offer: ${task.offers.join("; ")}.`) : null;
-    const used = this.track.bought.map((bought) => make("li", {}, bought.assume === null
+    const offers = task.offers.length ? make("p", { class: "small" }, `Allowed: ${task.offers.join("; ")}.`) : null;
+    const used = this.account.bought.map((bought) => make("li", {}, bought.assume === null
       ? `Skipped, for ${bought.cost}`
       : `${bought.assume} counts as true ${bought.step ? `after action ${bought.step}` : "at the start"}, for ${bought.cost}`));
     const svg = picture.querySelector("svg"), width = Number(svg.getAttribute("width"));
@@ -31,11 +31,11 @@ class TaskCard {
   }
 
   show(done) {
-    const { states, satisfied } = this.track;
+    const { states, satisfied } = this.account;
     const state = states === null ? null : states[done];
     const words = state === null ? "skipped"
       : satisfied !== null && done >= satisfied ? "done"
-      : state === this.task.dead ? "cannot be done any more" : "open";
+      : state === this.task.dead ? "can no longer be done" : "open";
     if (this.shown === `${state} ${words}`) return;
     this.shown = `${state} ${words}`;
     this.status.textContent = state === null ? words : `${words} · state ${state}`;
@@ -45,11 +45,11 @@ class TaskCard {
     if (state !== null && this.parts[`q${state}`]) this.parts[`q${state}`].classList.add("here");
     if (this.edge && states[done - 1] !== state) this.edge.classList.add("here");
     this.state = state;
-    this.bringIntoSight(this.parts[`q${state}`]);
+    this.scrollTo(this.parts[`q${state}`]);
   }
 
-  // Where an automaton is wider than its place, the state it is in is the part to be seen.
-  bringIntoSight(node) {
+  // Where an automaton is wider than its box, scroll to its present state.
+  scrollTo(node) {
     if (!node || this.box.scrollWidth <= this.box.clientWidth) return;
     const frame = this.box.getBoundingClientRect(), here = node.getBoundingClientRect();
     if (here.left >= frame.left && here.right <= frame.right) return;

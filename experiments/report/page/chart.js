@@ -1,7 +1,7 @@
 "use strict";
 // The Pareto front as a chart: a step line, and points that can be chosen by mouse, touch and keyboard.
 
-const LABELLED = 14; // points up to which each bears its number
+const LABELLED = 14; // up to so many points each shows its number
 
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -79,7 +79,7 @@ class FrontChart {
     if (datum && datum.index !== undefined) this.choose(datum.index, event.shiftKey);
   }
 
-  // Vega draws the points; that they are buttons, it does not know.
+  // Vega draws the points; make buttons of them.
   prepare() {
     const svg = this.place.querySelector("svg");
     svg.setAttribute("role", "group");

@@ -1,10 +1,10 @@
 "use strict";
-// One clock that everything on the page follows; films are played by it, and kept in step with one another.
+// One clock for everything on the page; it plays the videos and keeps them in step.
 
-const FRAME_RATE = 30; // of the films
-const FILM_DRIFT = 0.12; // s by which a film may be off before it is set right
+const FRAME_RATE = 30; // of the videos
+const MAX_DRIFT = 0.12; // s; a video that is further off is set to the clock
 
-// A film's picture at the border of two actions is to be the later one's: the first after that time, which is rounded.
+// Between two actions show the first picture of the later one; times are rounded.
 function nextFrame(time) {
   return (Math.floor(time * FRAME_RATE + 0.02) + 1.5) / FRAME_RATE;
 }
@@ -16,14 +16,14 @@ class Clock {
     this.duration = 0;
     this.rate = 1;
     this.playing = false;
-    this.films = [];
+    this.videos = [];
     this.last = null;
   }
 
-  load(duration, films) {
+  load(duration, videos) {
     this.pause();
     this.duration = duration;
-    this.films = films;
+    this.videos = videos;
     this.seek(Math.min(this.time, duration));
   }
 
@@ -32,14 +32,14 @@ class Clock {
     if (this.time >= this.duration - 1e-3) this.seek(0);
     this.playing = true;
     this.last = null;
-    for (const film of this.films) this.roll(film);
+    for (const video of this.videos) this.roll(video);
     requestAnimationFrame((now) => this.tick(now));
     this.listener();
   }
 
   pause() {
     this.playing = false;
-    for (const film of this.films) film.pause();
+    for (const video of this.videos) video.pause();
     this.listener();
   }
 
@@ -50,40 +50,40 @@ class Clock {
 
   seek(time) {
     this.time = Math.max(0, Math.min(time, this.duration));
-    for (const film of this.films) {
-      film.currentTime = nextFrame(this.time);
-      if (this.playing) this.roll(film);
+    for (const video of this.videos) {
+      video.currentTime = nextFrame(this.time);
+      if (this.playing) this.roll(video);
     }
     this.listener();
   }
 
   setRate(rate) {
     this.rate = rate;
-    for (const film of this.films) film.playbackRate = rate;
+    for (const video of this.videos) video.playbackRate = rate;
   }
 
-  roll(film) {
-    film.playbackRate = this.rate;
-    // A film that is over stays at its last picture. A play() that a pause overtakes is no failure.
-    if (!(film.currentTime >= film.duration)) film.play().catch(() => {});
+  roll(video) {
+    video.playbackRate = this.rate;
+    // A video at its end keeps its last picture. A pause may reject an earlier play(), which is no error.
+    if (!(video.currentTime >= video.duration)) video.play().catch(() => {});
   }
 
   tick(now) {
     if (!this.playing) return;
     const passed = this.last === null ? 0 : ((now - this.last) / 1000) * this.rate;
     this.last = now;
-    // The clock waits for films that are still loading, rather than running ahead of them.
-    const waiting = this.films.some((film) => film.readyState < 2 && !film.error);
+    // Wait for videos that are still loading.
+    const waiting = this.videos.some((video) => video.readyState < 2 && !video.error);
     if (!waiting) this.time = Math.min(this.time + passed, this.duration);
-    for (const film of this.films) {
-      const over = film.currentTime >= film.duration;
-      if (!over && !film.seeking && Math.abs(film.currentTime - this.time) > FILM_DRIFT * Math.max(1, this.rate)) {
-        film.currentTime = this.time;
+    for (const video of this.videos) {
+      const over = video.currentTime >= video.duration;
+      if (!over && !video.seeking && Math.abs(video.currentTime - this.time) > MAX_DRIFT * Math.max(1, this.rate)) {
+        video.currentTime = this.time;
       }
     }
     if (this.time >= this.duration) {
       this.pause();
-      this.seek(this.duration); // the films are behind by a few pictures, and the last one shows what has been done
+      this.seek(this.duration); // the videos are a few pictures behind, and the last one shows the result
     } else {
       this.listener();
       requestAnimationFrame((next) => this.tick(next));

@@ -1,5 +1,5 @@
 "use strict";
-// A grid plan on its map: the path it takes (drawn by prefplan), what it has gone of it, and the robot.
+// A grid plan on its map: its path (drawn by prefplan), the part already taken, and the robot.
 
 function draw(tag, attributes = {}) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);

@@ -1,19 +1,19 @@
 "use strict";
-// One plan in full: its film or map, why it costs what it costs, its timeline, its tasks and what was checked.
+// One plan in full: video or map, why it costs what it costs, timeline, tasks and checks.
 
-const AUTOMATA = "A circle is a state, the coloured one where the task stands: a double ring means done, a dashed one that it cannot be "
-  + "done any more. An arrow is taken when its label holds: ! not, & and, | or. In formulas F is eventually, U until, X next.";
-const MAP = "A dot with a name: a task is done there. The dot without one: the start.";
+const AUTOMATA = "A circle is a state; the coloured one is the present state. A double ring means done, a dashed ring that the task "
+  + "can no longer be done. An arrow is taken when its label holds: ! not, & and, | or. In formulas F is eventually, U until, X next.";
+const MAP = "A dot with a name: a task is done there. A dot without a name: the start.";
 
 class Panel {
-  // `other`: the plan it is compared with, or null; `part`: how many actions both begin with alike.
+  // `other`: the plan it is compared with, or null; `part`: number of equal actions at the start of both.
   constructor(data, plan, { other, part, most, side, seek }) {
     this.plan = plan;
-    this.film = this.makeFilm(plan);
+    this.video = this.makeVideo(plan);
     this.map = data.map ? new GridMap(data.map, plan) : null;
     this.caption = make("p", { class: "caption" });
     const timeline = new Timeline(plan, ordered(data.tasks, plan), {
-      most, seek, part: other ? plan.timeline.spent[part] : null,
+      most, seek, part: other ? plan.ledger.spent[part] : null,
     });
     const cards = data.tasks.map((task) => new TaskCard(task, plan, `panel${plan.index}`));
     this.followers = [timeline, ...(this.map ? [this.map] : [])];
@@ -22,35 +22,35 @@ class Panel {
       make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
         ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
         plan.rank ? make("span", { class: "rank" }, plan.rank) : null),
-      make("div", { class: this.film || this.map ? "stage" : "stage bare" },
-        make("div", { class: "watch" }, this.film || (this.map && this.map.element) || null, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.filmNote(plan)),
+      make("div", { class: this.video || this.map ? "stage" : "stage bare" },
+        make("div", { class: "watch" }, this.video || (this.map && this.map.element) || null, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.videoNote(plan)),
         make("div", { class: "why" }, ...this.why(plan, other), this.costs(data.tasks, plan))),
-      make("h4", { class: "part-title" }, "What it does, and what it has spent by then"),
+      make("h4", { class: "part-title" }, "Actions, and the cost spent"),
       timeline.element,
       make("h4", { class: "part-title" }, "The tasks and their automata"),
       make("div", { class: "tasks" }, make("p", { class: "small key" }, AUTOMATA), ...cards.map((card) => card.element)),
       this.steps(plan, seek), this.certificate(plan));
   }
 
-  makeFilm(plan) {
+  makeVideo(plan) {
     if (!plan.run || !plan.run.video) return null;
     return make("video", {
       src: plan.run.video, preload: "auto", playsinline: true, muted: true,
-      "aria-label": `Film of the robot carrying out plan ${plan.index}`,
+      "aria-label": `Video of the robot carrying out plan ${plan.index}`,
     });
   }
 
-  filmNote(plan) {
+  videoNote(plan) {
     const { run } = plan;
-    if (!run) return this.map ? null : make("p", { class: "small" }, "This plan was not carried out; the clock gives every action one second.");
+    if (!run) return this.map ? null : make("p", { class: "small" }, "This plan was not carried out; every action is shown for one second.");
     const notes = [];
-    if (!run.video) notes.push(run.no_video ? `No film: ${run.no_video}` : "Carried out without a film; the clock is that of the run.");
-    if (!run.completed) notes.push(`The run was not completed: ${run.reason}. What is shown is what happened.`);
-    else if (!run.as_planned) notes.push(`The run went otherwise than planned; it was planned again ${run.replans} ${run.replans === 1 ? "time" : "times"}. What is shown is what happened.`);
+    if (!run.video) notes.push(run.no_video ? `No video: ${run.no_video}` : "Carried out without a video; times are those of the run.");
+    if (!run.completed) notes.push(`The run was not completed: ${run.reason}. The page shows what happened.`);
+    else if (!run.as_planned) notes.push(`The run did not go as planned; the arm planned again ${run.replans === 1 ? "once" : `${run.replans} times`}. The page shows what happened.`);
     return notes.length ? make("p", { class: "notice" }, notes.join(" ")) : null;
   }
 
-  // Why it costs more than the plan it is compared with, if that is cheaper; or than its neighbour and the cheapest.
+  // Why it costs more than the plan it is compared with, if that is cheaper, or else than its neighbour and the cheapest.
   why(plan, other) {
     const against = (index) => plan.explanations.filter((explanation) => explanation.against === index);
     const compared = other ? against(other.index) : [];
@@ -63,33 +63,33 @@ class Panel {
   }
 
   costs(tasks, plan) {
-    const wishes = plan.wishes.length > 0;
+    const shared = plan.shares.length > 0;
     const rows = ordered(tasks, plan).map((task) => {
-      const mine = plan.wishes.filter((wish) => wish.task === task.name);
+      const mine = plan.shares.filter((share) => share.task === task.name);
       const place = plan.order.indexOf(task.name);
-      const came = place < 0 ? "not done" : ordinal(place);
-      const adds = mine.reduce((sum, wish) => sum + wish.adds, 0);
+      const position = place < 0 ? "not done" : ordinal(place);
+      const adds = mine.reduce((sum, share) => sum + share.adds, 0);
       return make("tr", {},
         make("th", { scope: "row" }, task.title),
         make("td", {}, show(plan.task_costs[task.name])),
-        make("td", {}, came),
-        wishes ? make("td", {}, mine.map((wish) => wish.words).join("; ") || "–") : null,
-        wishes ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
+        make("td", {}, position),
+        shared ? make("td", {}, mine.map((share) => share.preferred).join("; ") || "–") : null,
+        shared ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
     });
-    const heads = ["Task", "Done at cost", "Came", ...(wishes ? ["Wished", "Adds to preference"] : [])];
+    const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to preference"] : [])];
     return make("div", { class: "scroll" }, make("table", { class: "costs" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)));
   }
 
   steps(plan, seek) {
-    const { actions, costs, spent, tracks } = plan.timeline;
+    const { actions, costs, spent, tasks } = plan.ledger;
     const rows = actions.map((action, k) => {
-      const news = Object.entries(tracks).flatMap(([name, track]) => {
-        if (track.states === null) return [];
-        const bought = track.bought.filter((one) => one.step === k + 1).map((one) => `${name}: ${one.assume} counts as true, for ${one.cost}`);
-        if (track.satisfied === k + 1) return [...bought, `${name} is done`];
-        return track.advances.includes(k + 1) ? [...bought, `${name} goes on to state ${track.states[k + 1]}`] : bought;
+      const news = Object.entries(tasks).flatMap(([name, account]) => {
+        if (account.states === null) return [];
+        const bought = account.bought.filter((one) => one.step === k + 1).map((one) => `${name}: ${one.assume} counts as true, for ${one.cost}`);
+        if (account.satisfied === k + 1) return [...bought, `${name} is done`];
+        return account.advances.includes(k + 1) ? [...bought, `${name} changes to state ${account.states[k + 1]}`] : bought;
       });
       const go = make("button", { type: "button", class: "link" }, MOVES[action] || action);
       go.addEventListener("click", () => seek(plan.times[k][0]));
@@ -106,14 +106,14 @@ class Panel {
     const proof = plan.run ? plan.run.certificate : null;
     const checks = proof ? proof.checks : plan.checks;
     const refuted = checks.filter((check) => !check.holds).length;
-    const what = proof ? "checks of the run’s log" : "checks of the plan, by the definitions alone,";
-    const verdict = refuted ? `Not certified: ${refuted} of ${checks.length} ${what} failed` : `Certified: ${checks.length} ${what} confirm it`;
+    const what = proof ? "checks of the run’s log" : "checks of the plan by its definitions";
+    const verdict = refuted ? `Not certified: ${refuted} of ${checks.length} ${what} fail` : `Certified: ${checks.length} ${what} hold`;
     const lists = [this.checkList(checks)];
     if (proof) {
       lists.push(make("p", { class: "small" }, "Check it again: ", make("code", {}, `prefplan verify ${plan.run.log}`), " (in this folder). ",
         make("a", { href: plan.run.log, download: true }, "The log"), "."));
       const failed = plan.checks.filter((check) => !check.holds).length;
-      lists.push(make("p", { class: "small" }, failed ? `${failed} checks of the plan itself failed:` : `The plan itself passes ${plan.checks.length} checks:`), this.checkList(plan.checks));
+      lists.push(make("p", { class: "small" }, failed ? `${failed} checks of the plan itself fail:` : `${plan.checks.length} checks of the plan itself hold:`), this.checkList(plan.checks));
     }
     return make("details", { class: `certificate ${refuted ? "refuted" : "confirmed"}` }, make("summary", {}, verdict), ...lists);
   }
@@ -128,17 +128,17 @@ class Panel {
     const { done, now, spent } = progress(this.plan, time);
     for (const follower of this.followers) follower.show(time);
     for (const card of this.cards) card.show(done);
-    const { actions } = this.plan.timeline;
+    const { actions } = this.plan.ledger;
     const action = now === null ? (actions.length ? "the end" : "nothing to do") : `${now + 1} of ${actions.length}: ${MOVES[actions[now]] || actions[now]}`;
-    const words = `${action} · spent ${show(Math.round(spent * 10) / 10)} of ${show(this.plan.timeline.spent[actions.length])}`;
+    const words = `${action} · spent ${show(Math.round(spent * 10) / 10)} of ${show(this.plan.ledger.spent[actions.length])}`;
     if (words !== this.words) this.caption.textContent = this.words = words;
   }
 }
 
-// The tasks as the preference would have them; as in the scenario where it does not say.
+// The tasks in the preferred order; the others in the order of the scenario.
 function ordered(tasks, plan) {
-  const wished = plan.wishes.map((wish) => wish.task);
-  const rank = (task) => (wished.includes(task.name) ? wished.indexOf(task.name) : tasks.length);
+  const preferred = plan.shares.map((share) => share.task);
+  const rank = (task) => (preferred.includes(task.name) ? preferred.indexOf(task.name) : tasks.length);
   return [...tasks].sort((a, b) => rank(a) - rank(b));
 }
 

@@ -14,18 +14,18 @@
     other = against === plan ? null : against;
     const one = plans[chosen], two = other === null ? null : plans[other];
     const shown = two ? [one, two] : [one];
-    const part = two ? common(one.timeline.actions, two.timeline.actions) : null;
-    const most = Math.max(...shown.map((p) => p.timeline.spent[p.timeline.spent.length - 1]));
+    const part = two ? common(one.ledger.actions, two.ledger.actions) : null;
+    const most = Math.max(...shown.map((p) => p.ledger.spent[p.ledger.spent.length - 1]));
     panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek }));
     byId("panels").replaceChildren(...panels.map((panel) => panel.element));
     byId("panels").classList.toggle("two", panels.length === 2);
     byId("plan").textContent = two ? `Plans ${chosen} and ${other}` : `Plan ${chosen}`;
-    const films = panels.map((panel) => panel.film).filter(Boolean);
-    for (const film of films) film.muted = true;
+    const videos = panels.map((panel) => panel.video).filter(Boolean);
+    for (const video of videos) video.muted = true;
     tellParting(one, two, part);
     const duration = Math.max(...shown.map((p) => (p.times.length ? p.times[p.times.length - 1][1] : 0)));
     byId("scrub").max = String(duration || 1);
-    clock.load(duration, films);
+    clock.load(duration, videos);
     clock.setRate(Number(byId("speed").value));
     for (const row of byId("points").querySelectorAll("tbody tr")) {
       const index = Number(row.dataset.plan);
@@ -51,10 +51,10 @@
     words.hidden = mark.hidden = !two;
     if (!two) return;
     const time = startOf(one, part);
-    const does = (plan) => plan.timeline.actions[part] ? `plan ${plan.index} does ${MOVES[plan.timeline.actions[part]] ? `a move ${MOVES[plan.timeline.actions[part]]}` : plan.timeline.actions[part]}` : `plan ${plan.index} is over`;
+    const does = (plan) => plan.ledger.actions[part] ? `plan ${plan.index} does ${MOVES[plan.ledger.actions[part]] ? `a move ${MOVES[plan.ledger.actions[part]]}` : plan.ledger.actions[part]}` : `plan ${plan.index} has ended`;
     const go = make("button", { type: "button", class: "link" }, "Go there");
     go.addEventListener("click", () => seek(time));
-    const same = part ? `Both begin with the same ${part === 1 ? "action" : `${part} actions`} (cost ${show(one.timeline.spent[part])}). Then` : "They differ from the first action on:";
+    const same = part ? `Both begin with the same ${part === 1 ? "action" : `${part} actions`} (cost ${show(one.ledger.spent[part])}). Then` : "They differ from the first action:";
     words.replaceChildren(`${same} ${does(one)}, and ${does(two)}. `, go);
     const whole = Math.max(startOf(one, Infinity), startOf(two, Infinity)) || 1;
     mark.style.left = `${(100 * time) / whole}%`;

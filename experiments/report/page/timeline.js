@@ -1,5 +1,5 @@
 "use strict";
-// A plan as a timeline: along the cost spent, a bar for every action, and below it how every task gets on.
+// A plan as a timeline: along the cost spent, a bar for every action, and below it the progress of every task.
 
 function show(value) {
   return String(Math.round(value * 1e6) / 1e6);
@@ -26,9 +26,9 @@ function kindOf(action, actions) {
   return order.indexOf(kind in MOVES || KINDS.includes(kind) ? kind : action) % 4;
 }
 
-// How far a plan has come at a time: `done` actions are over, `now` is under way (or null), `spent` so far.
+// The progress of a plan at a time: number of actions done, the one under way (or null), and the cost spent.
 function progress(plan, time) {
-  const { spent } = plan.timeline;
+  const { spent } = plan.ledger;
   let done = 0;
   while (done < plan.times.length && plan.times[done][1] <= time + 1e-6) done += 1;
   if (done === plan.times.length) return { done, now: null, spent: spent[done] };
@@ -37,19 +37,19 @@ function progress(plan, time) {
   return { done, now: done, spent: spent[done] + share * (spent[done + 1] - spent[done]) };
 }
 
-function taskWords(task, track) {
-  if (track.states === null) return "skipped";
-  return track.satisfied === null ? "not done" : null;
+function taskWords(account) {
+  if (account.states === null) return "skipped";
+  return account.satisfied === null ? "not done" : null;
 }
 
 class Timeline {
-  // `most`: cost at the right end; `part`: cost at which the plans compared part, or null.
+  // `most`: cost at the right end; `part`: cost at which two compared plans part, or null.
   constructor(plan, tasks, { most, part, seek }) {
-    const { actions, costs, spent, tracks } = plan.timeline;
+    const { actions, costs, spent, tasks: accounts } = plan.ledger;
     this.plan = plan;
     this.most = most || 1;
     this.bars = actions.map((action, k) => {
-      const words = `Action ${k + 1} of ${actions.length}: ${MOVES[action] || action}, costs ${costs[k]}, ${show(spent[k + 1])} spent then`;
+      const words = `Action ${k + 1} of ${actions.length}: ${MOVES[action] || action}, costs ${costs[k]}, ${show(spent[k + 1])} spent after it`;
       const bar = make("button", {
         type: "button", class: `bar kind-${kindOf(action, actions)}`, title: words, "aria-label": words,
         tabindex: k ? -1 : 0, "data-action": k,
@@ -60,21 +60,21 @@ class Timeline {
       return bar;
     });
     this.head = make("div", { class: "playhead", "aria-hidden": "true" });
-    const lanes = tasks.map((task) => this.lane(task, tracks[task.name], spent));
+    const lanes = tasks.map((task) => this.lane(task, accounts[task.name], spent));
     const line = part === null ? null : make("div", { class: "part-line", style: `left:${this.at(part)}`, title: "Here the plans part" });
     this.element = make("div", { class: "timeline", role: "group", "aria-label": `Timeline of plan ${plan.index}` },
       make("div", { class: "track" },
         this.scale(),
-        make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys walk along them" }, ...this.bars),
+        make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys go along them" }, ...this.bars),
         ...lanes, line, this.head),
-      this.legend(actions, tracks));
+      this.legend(actions, accounts));
   }
 
-  legend(actions, tracks) {
+  legend(actions, accounts) {
     const kinds = KINDS.filter((kind) => actions.some((action) => action.startsWith(`${kind} `)));
     const chips = kinds.flatMap((kind) => [make("span", { class: `chip kind-${KINDS.indexOf(kind)}` }), ` ${kind}   `]);
-    const paid = Object.values(tracks).some((track) => track.bought.length);
-    return make("p", { class: "small legend" }, ...chips, `○ a task's automaton moves on · ✓ the task is done${paid ? " · $ it is relaxed for a price" : ""}`);
+    const paid = Object.values(accounts).some((account) => account.bought.length);
+    return make("p", { class: "small legend" }, ...chips, `○ a task's automaton changes its state · ✓ the task is done${paid ? " · $ it is relaxed" : ""}`);
   }
 
   at(cost) {
@@ -101,23 +101,23 @@ class Timeline {
     return make("div", { class: "scale", "aria-hidden": "true" }, ...ticks);
   }
 
-  lane(task, track, spent) {
-    const state = taskWords(task, track);
-    const end = track.satisfied === null ? spent[spent.length - 1] : spent[track.satisfied];
+  lane(task, account, spent) {
+    const state = taskWords(account);
+    const end = account.satisfied === null ? spent[spent.length - 1] : spent[account.satisfied];
     const words = state || `done at ${show(end)}`;
-    const marks = track.advances.filter((k) => k !== track.satisfied).map((k) => make("span", {
+    const marks = account.advances.filter((k) => k !== account.satisfied).map((k) => make("span", {
       class: "advance", style: `left:${this.at(spent[k])}`,
-      title: `After action ${k} its automaton is in state ${track.states[k]}`,
+      title: `After action ${k} its automaton is in state ${account.states[k]}`,
     }));
-    for (const bought of track.bought) {
+    for (const bought of account.bought) {
       const what = bought.assume === null ? `skipped for ${bought.cost}` : `${bought.assume} counts as true, for ${bought.cost}`;
       marks.push(make("span", { class: "bought", style: `left:${this.at(spent[bought.step])}`, title: what }, "$"));
     }
-    if (track.satisfied !== null) marks.push(make("span", { class: "done", style: `left:${this.at(end)}`, title: words }, "✓"));
+    if (account.satisfied !== null) marks.push(make("span", { class: "done", style: `left:${this.at(end)}`, title: words }, "✓"));
     return make("div", { class: "lane", "data-task": task.name },
       make("div", { class: "lane-name" }, make("b", {}, task.title), ` ${words}`),
       make("div", { class: "lane-line" },
-        make("div", { class: `lane-fill${track.satisfied === null ? " open" : ""}`, style: `width:${this.at(end)}` }), ...marks));
+        make("div", { class: `lane-fill${account.satisfied === null ? " open" : ""}`, style: `width:${this.at(end)}` }), ...marks));
   }
 
   show(time) {

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
 from prefplan.exact_costs import Number, exact
-
-ACTION_KINDS = ("transit", "grasp", "transport", "release")
 
 QUANTITIES = {"time": "s", "travel": "rad", "energy": "J"}
 """What can be measured of an action, with its unit."""
@@ -29,16 +27,16 @@ class MeasuredCosts:
         entries: the cost of each (kind, hand before, hand after) that was measured.
     """
 
-    quantity: str
-    entries: Mapping[Pair, Number] = field(default_factory=dict)
+    quantity: str = field(metadata={"key": "measured"})
+    entries: Mapping[Pair, Number] = field(default_factory=dict, metadata={"key": None})
 
 
 ActionCosts = Mapping[str, Number] | MeasuredCosts
-"""A cost for each of `ACTION_KINDS`, or measured ones."""
+"""A cost for each kind of action, or measured ones."""
 
 
-def check_costs(costs: ActionCosts) -> None:
-    """Check that costs are costs, and the actions known ones.
+def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
+    """Check that each kind of action has a cost, and no other; of measured costs, that each is of one of the kinds.
 
     Raises:
         ModelError: they are not; the message starts with the key as in a scenario file.
@@ -48,15 +46,15 @@ def check_costs(costs: ActionCosts) -> None:
             valid = choices(costs.quantity, QUANTITIES)
             raise ModelError(f"costs.measured: unknown quantity {costs.quantity!r} {valid}")
         for pair, cost in costs.entries.items():
-            if pair[0] not in ACTION_KINDS:
-                raise ModelError(f"costs.measured: unknown action {pair[0]!r} {choices(pair[0], ACTION_KINDS)}")
+            if pair[0] not in kinds:
+                raise ModelError(f"costs.measured: unknown action {pair[0]!r} {choices(pair[0], kinds)}")
             if exact(cost, f"costs.measured: {_described(pair)}") < 0:
                 raise ModelError(f"costs.measured: {_described(pair)}: negative cost {cost}")
         return
     for kind in costs:
-        if kind not in ACTION_KINDS:
-            raise ModelError(f"costs: unknown action {kind!r} {choices(kind, ACTION_KINDS)}")
-    for kind in ACTION_KINDS:
+        if kind not in kinds:
+            raise ModelError(f"costs: unknown action {kind!r} {choices(kind, kinds)}")
+    for kind in kinds:
         if kind not in costs:
             raise ModelError(f"costs: no cost for {kind!r}")
         if exact(costs[kind], f"costs.{kind}") < 0:

@@ -11,34 +11,35 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, UNMEASURED, MeasuredCosts
+from prefplan.models.manipulation.action_costs import UNMEASURED, MeasuredCosts
 from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.slots import location_of
 
 
-def cost_matrix(model: Description, hands: Sequence[str]) -> tuple[np.ndarray, Fraction]:
+def cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str]) -> tuple[np.ndarray, Fraction]:
     """Return the cost of every kind of action between every two poses of the hand.
 
-    A pose that was never measured, such as that of an object that fell, costs what the nearest measured one does; one
-    that is over no location is as good as the start pose.
+    A pose without measurements, such as one over an object that fell, takes those of the nearest measured pose; one
+    over no location takes those of the start pose.
 
     Args:
         model: its costs and locations.
+        kinds: the K kinds of actions.
         hands: names of the H poses.
 
     Returns:
-        (4, H, H) by kind, hand before and hand after, multiples of a unit, `UNMEASURED` where unknown; and that unit.
+        (K, H, H) by kind, hand before and hand after, multiples of a unit, `UNMEASURED` where unknown; and that unit.
     """
     costs = model.costs
     if not isinstance(costs, MeasuredCosts):
-        kinds, unit = in_common_unit([exact(costs[kind]) for kind in ACTION_KINDS])
-        return np.broadcast_to(kinds[:, None, None], (4, len(hands), len(hands))), unit
+        values, unit = in_common_unit([exact(costs[kind]) for kind in kinds])
+        return np.broadcast_to(values[:, None, None], (len(kinds), len(hands), len(hands))), unit
     values, unit = in_common_unit([exact(cost) for cost in costs.entries.values()])
     entries = dict(zip(costs.entries, values.tolist(), strict=True))
     measured = sorted({hand for pair in entries for hand in pair[1:]})
     nearest = {hand: _nearest(model, hand, measured) for hand in hands}
-    matrix = np.full((len(ACTION_KINDS), len(hands), len(hands)), UNMEASURED, dtype=values.dtype)
-    for (k, kind), (i, before), (j, after) in product(enumerate(ACTION_KINDS), enumerate(hands), enumerate(hands)):
+    matrix = np.full((len(kinds), len(hands), len(hands)), UNMEASURED, dtype=values.dtype)
+    for (k, kind), (i, before), (j, after) in product(enumerate(kinds), enumerate(hands), enumerate(hands)):
         options = [
             (far + near, entries[kind, a, b])
             for (a, far), (b, near) in product(nearest[before].items(), nearest[after].items())

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, check_costs
+from prefplan.models.manipulation.action import at, holding, marked
+from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.transition_system import check_names
 
 
@@ -25,19 +26,19 @@ class Location:
             any.
     """
 
-    name: str
+    name: str = field(metadata={"key": None})
     at: tuple[float, float] | None = None
     on: tuple[str, ...] = ()
     capacity: int = 1
     marks: str | None = None
     kind: str | None = None
-    closed: bool = False
-    clear_of: tuple[str, ...] = ()
+    closed: bool = field(default=False, metadata={"key": None})
+    clear_of: tuple[str, ...] = field(default=(), metadata={"key": None})
 
 
 @dataclass(frozen=True)
 class Object:
-    """A thing the arm may move.
+    """An object that the arm may move.
 
     Attributes:
         start: name of the location where it rests at first.
@@ -47,7 +48,7 @@ class Object:
         size: its lengths in metres, which and how many its kind says; None for a cube of usual size.
     """
 
-    name: str
+    name: str = field(metadata={"key": None})
     start: str
     fixed: bool = False
     rgba: tuple[float, float, float, float] | None = None
@@ -85,8 +86,8 @@ class ManipulationState:
     @property
     def label(self) -> frozenset[str]:
         """The propositions true in this state."""
-        names = {f"{obj}_{place}" for obj, place in (*self.places, *self.marks)}
-        return frozenset(names | ({f"holding_{self.held}"} if self.held else set()))
+        names = {at(obj, place) for obj, place in self.places} | {marked(obj, mark) for obj, mark in self.marks}
+        return frozenset(names | ({holding(self.held)} if self.held else set()))
 
     def __str__(self) -> str:
         """Return the state on one line."""
@@ -104,15 +105,15 @@ class Description:
 
     Attributes:
         start: where the hand is at first: a location, or any other word for a pose it leaves for good.
-        costs: cost of each action kind, `transit grasp transport release`, or measured ones.
+        costs: cost of each kind of action, or measured ones.
         locations: in the order of the file.
         objects: in the order of the file.
         propositions: names that may be used in formulas although no state carries them.
-        begin: the state it begins in, if that is not the hand at `start` and every object where it starts.
+        begin: the first state, if that is not the hand at `start` and every object where it starts.
 
     Raises:
-        ModelError: (on construction) for names that clash, unknown supports, overfull or unsupported starts,
-            or missing or negative costs. The message starts with the key as in a scenario file.
+        ModelError: (on construction) for names that clash, unknown supports, or overfull or unsupported starts.
+            The message starts with the key as in a scenario file.
     """
 
     start: str
@@ -120,11 +121,10 @@ class Description:
     locations: tuple[Location, ...]
     objects: tuple[Object, ...]
     propositions: frozenset[str] = field(default_factory=frozenset)
-    begin: ManipulationState | None = None
+    begin: ManipulationState | None = field(default=None, metadata={"key": None})
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
-        check_costs(self.costs)
         _check_locations(self.locations)
         _check_objects(self)
         _check_propositions(self)
@@ -133,10 +133,21 @@ class Description:
         """Return the location of that name."""
         return next(place for place in self.locations if place.name == name)
 
+    def propositions_of(self, obj: str) -> list[tuple[str, str]]:
+        """Return every proposition about an object, each with its meaning in words."""
+        names = [(holding(obj), f"holding {obj!r}")]
+        names += [(at(obj, place.name), f"{obj!r} at {place.name!r}") for place in self.locations]
+        return names + [(marked(obj, mark), f"{obj!r} marked {mark!r}") for mark in self.marks]
+
     @property
     def marks(self) -> tuple[str, ...]:
         """The distinct marks that locations leave, in the order of the file."""
         return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
+
+    @property
+    def own_propositions(self) -> frozenset[str]:
+        """Every proposition that a state's label may have."""
+        return frozenset(name for obj in self.objects for name, _ in self.propositions_of(obj.name))
 
     @property
     def slot_counts(self) -> dict[str, int]:
@@ -216,10 +227,7 @@ def _check_propositions(model: Description) -> None:
     check_names(model.propositions, where="propositions")
     origin: dict[str, str] = {}
     for obj in model.objects:
-        names = [(f"holding_{obj.name}", f"holding {obj.name!r}")]
-        names += [(f"{obj.name}_{place.name}", f"{obj.name!r} at {place.name!r}") for place in model.locations]
-        names += [(f"{obj.name}_{mark}", f"{obj.name!r} marked {mark!r}") for mark in model.marks]
-        for name, meaning in names:
+        for name, meaning in model.propositions_of(obj.name):
             if name in origin:
                 raise ModelError(
                     f"objects.{obj.name}: proposition {name!r} would mean both {origin[name]} and {meaning}"

@@ -13,7 +13,7 @@ from typing import Any
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, QUANTITIES, MeasuredCosts, Pair
+from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses
 
@@ -79,7 +79,7 @@ def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, A
     hands = hand_poses((place.name for place in places), (place.capacity for place in places), model.start)
     ordered = sorted(
         measurements.actions,
-        key=lambda done: (ACTION_KINDS.index(done.pair[0]), *(hands.index(hand) for hand in done.pair[1:])),
+        key=lambda done: (model.kinds.index(done.pair[0]), *(hands.index(hand) for hand in done.pair[1:])),
     )
     return {
         "format": FORMAT,

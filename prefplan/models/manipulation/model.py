@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from prefplan.errors import ModelError
+from prefplan.models.manipulation.action import Action, parse_action
+from prefplan.models.manipulation.action_costs import check_costs
 from prefplan.models.manipulation.description import Description, Location, ManipulationState, Object
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.state_space import reachable
 from prefplan.models.transition_system import TransitionSystem
 
@@ -13,13 +17,54 @@ __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
 
 @dataclass(frozen=True)
 class ManipulationModel(Description):
-    """Locations, objects and action costs; `transition_system` makes the WTS. Attributes are those of `Description`."""
+    """Locations, objects, operators and their costs; `transition_system` makes the WTS.
+
+    Attributes are those of `Description`, and:
+
+    Attributes:
+        operators: the kinds of actions, in the order in which plans of equal worth prefer them; after the standard
+            ones there may be others.
+
+    Raises:
+        ModelError: (on construction) as `Description`; for two operators of one kind, and for missing, unknown or
+            negative costs.
+    """
+
+    operators: tuple[Operator, ...] = STANDARD_OPERATORS
+
+    def __post_init__(self) -> None:
+        """Check that the parts fit together."""
+        for kind in self.kinds:
+            if self.kinds.count(kind) > 1:
+                raise ModelError(f"operators: {kind!r} is there twice")
+        check_costs(self.costs, self.kinds)
+        super().__post_init__()
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of actions."""
+        return tuple(operator.kind for operator in self.operators)
+
+    def operator(self, kind: str) -> Operator:
+        """Return the operator of a kind of action."""
+        return next(operator for operator in self.operators if operator.kind == kind)
+
+    def action(self, text: str) -> Action:
+        """Return the action that a text, such as `transport blue san`, means; its names need not be the model's.
+
+        Raises:
+            ModelError: it is written as none of the model's kinds is.
+        """
+        return parse_action(text, {operator.kind: operator.parameters for operator in self.operators})
+
+    def effect(self, action: Action) -> frozenset[str]:
+        """Return the propositions that an action makes true whenever it succeeds."""
+        return self.operator(action.kind).effect(action)
 
     def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
         """Return every state reachable from the first as a weighted transition system.
 
-        States are `ManipulationState`s; the actions are `transit L`, `grasp O`, `transport O L` and
-        `release O L`, in this order, then in file order.
+        Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
 
         Args:
             start: the state to begin in; None for `initial_state`. A hand at no location leaves its pose for good.
@@ -27,4 +72,4 @@ class ManipulationModel(Description):
         Raises:
             ModelError: the state mentions what the model does not have, or leaves an object without a place.
         """
-        return reachable(self, start or self.initial_state)
+        return reachable(self, self.operators, start or self.initial_state)

@@ -10,7 +10,8 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
-from command_line import DETOUR, Run, assert_is_error
+from command_line import Run, assert_is_error
+from scenario_texts import DETOUR
 
 import prefplan
 from experiments import commands
@@ -90,7 +91,7 @@ def test_the_package_is_a_program(tmp_path: Path) -> None:
 NO_SIMULATION = "import sys; sys.modules['mujoco'] = None; from prefplan.__main__ import main; sys.exit(main())"
 
 
-@pytest.mark.parametrize("call", ["run case_study_3", "report case_study_3", "verify run.npz", "film a.mp4 b.mp4"])
+@pytest.mark.parametrize("call", ["run case_study_3", "verify run.npz"])
 def test_without_the_simulation_a_sentence_says_how_to_install_it(call: str, tmp_path: Path) -> None:
     command = [sys.executable, "-c", NO_SIMULATION, *call.split()]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -99,7 +100,7 @@ def test_without_the_simulation_a_sentence_says_how_to_install_it(call: str, tmp
     assert done.stderr == f"prefplan: {call.split()[0]} needs the simulation: {install}\n"
 
 
-@pytest.mark.parametrize("call", ["plan case_study_3", "check case_study_3", "report case_study_1"])
+@pytest.mark.parametrize("call", ["check case_study_3", "report case_study_1"])
 def test_planning_does_without_the_simulation(call: str, tmp_path: Path) -> None:
     command = [sys.executable, "-c", NO_SIMULATION, *call.split()]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -143,17 +144,10 @@ def test_the_program_works_from_any_folder(program: list[str], tmp_path: Path) -
     assert [(point["cost"], point["preference"]) for point in json.loads(done.stdout)["front"]] == [(6, 4), (9, 3)]
 
 
-def test_the_program_hands_on_its_exit_status(program: list[str], tmp_path: Path) -> None:
-    for arguments, status in ((["front", "nowhere"], 2), (["front", "example", "--max-cost", "1"], 3)):
-        done = subprocess.run([*program, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert (done.returncode, done.stdout) == (status, "")
-        assert "Traceback" not in done.stderr
-
-
 def test_every_process_finds_the_same_plans(program: list[str], tmp_path: Path) -> None:
     """The order of sets differs between processes; plans must not."""
     fronts = []
-    for seed in ("1", "2", "3"):
+    for seed in ("1", "2"):
         done = subprocess.run(
             [*program, "front", "case_study_3", "--json"],
             cwd=tmp_path,
@@ -163,12 +157,10 @@ def test_every_process_finds_the_same_plans(program: list[str], tmp_path: Path) 
             check=True,
         )
         fronts.append(json.loads(done.stdout)["front"])
-    assert fronts[0] == fronts[1] == fronts[2]
+    assert fronts[0] == fronts[1]
 
 
-@pytest.mark.parametrize(
-    "arguments", [["front", "example"], ["plan", "example"], ["front", "example", "--json"], ["--help"]]
-)
+@pytest.mark.parametrize("arguments", [["front", "example"], ["--help"]])
 def test_a_reader_that_leaves_early_is_no_failure(program: list[str], tmp_path: Path, arguments: list[str]) -> None:
     """The pipe is closed before anything is written to it."""
     reading, writing = os.pipe()

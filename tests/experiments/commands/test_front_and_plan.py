@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import DETOUR, Run, assert_is_error
+from command_line import Run, assert_is_error
+from scenario_texts import DETOUR
 
 from experiments import scenarios
-from experiments.commands.execution.run import choose
+from experiments.cli.choice import choose
 from prefplan.planner import Planner
 
 

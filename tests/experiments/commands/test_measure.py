@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from command_line import Run, call
-from small_scenes import cup_scenario
+from scenario_texts import cup_scenario
 
 from experiments import scenarios
 from experiments.runs import carry_out

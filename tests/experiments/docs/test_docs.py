@@ -8,12 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from documents import ROOT
 
 import prefplan
 import sim
 
 inventory = pytest.importorskip("sphinx.util.inventory")
+
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Tutorial and guide, done page by page as a reader does it: what is printed is what the pages show."""
+"""README, tutorial and guide, done as a reader does: save the files, run the commands, compare what is printed."""
 
 from __future__ import annotations
 
@@ -8,28 +8,40 @@ import io
 import json
 import os
 import re
+import shlex
+import signal
 import socket
+import subprocess
+import sys
+import tempfile
+import urllib.request
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from documents import ROOT, Block, blocks, save, shell
+from command_line import main
+
+from experiments.sweep import job, workers
+
+ROOT = Path(__file__).parents[3]
 
 PAGES = [
-    ROOT / "docs" / f"{name}.md"
+    ROOT / f"{name}.md"
     for name in (
-        "tutorial/first_grid",
-        "tutorial/own_preference",
-        "tutorial/partial_satisfaction",
-        "tutorial/own_scene",
-        "tutorial/regression_tests",
-        "tutorial/cluster",
-        "guide/scenarios",
-        "guide/executions",
-        "guide/report",
-        "guide/json",
-        "guide/extending",
+        "README",
+        "docs/tutorial/first_grid",
+        "docs/tutorial/own_preference",
+        "docs/tutorial/partial_satisfaction",
+        "docs/tutorial/own_scene",
+        "docs/tutorial/regression_tests",
+        "docs/tutorial/cluster",
+        "docs/guide/scenarios",
+        "docs/guide/executions",
+        "docs/guide/report",
+        "docs/guide/json",
+        "docs/guide/extending",
     )
 ]
 """In the order in which they are read."""
@@ -37,35 +49,62 @@ PAGES = [
 FAST = ("first_grid", "own_preference", "partial_satisfaction", "extending")
 """Pages on which nothing is simulated."""
 
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+
 AS_ON_A_TERMINAL = {"FORCE_COLOR": "1", "TERM": "dumb", "PY_COLORS": "0"}
 
 OUTPUT = ("text", "json")
 """Languages of blocks that show what is printed."""
 
 SLURM = {"sbatch": 'exec sh "$1"', "srun": 'exec "$@"'}
-"""What stands in for Slurm: the job runs here and now."""
+"""Stand-ins for Slurm: the job runs here and now."""
 
 PORT = "8786"
-"""The pages use Dask's usual one; here another test may have taken it."""
+"""The pages use Dask's usual port; here another test may have taken it."""
+
+FOR_A_SHELL = re.compile(r"[|&<>$]")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of code on a page."""
+
+    language: str
+    text: str
+
+    @property
+    def file_name(self) -> str | None:
+        """The file that the block is to be saved as: its first comment begins with the name."""
+        match = re.match(r"(?:#!.*\n)?# (\w+\.\w+)", self.text)
+        return match[1] if match else None
+
+
+def blocks(page: Path) -> list[Block]:
+    """Return the blocks of a page in order."""
+    return [Block(language, text) for language, text in FENCE.findall(page.read_text(encoding="utf-8"))]
+
+
+def save(page: list[Block], folder: Path) -> None:
+    """Save the files that a page says to save."""
+    for block in page:
+        if block.file_name:
+            (folder / block.file_name).write_text(block.text, encoding="utf-8")
 
 
 def test_all_pages_are_done() -> None:
     folders = (ROOT / "docs" / "tutorial", ROOT / "docs" / "guide")
-    assert sorted(PAGES) == sorted(page for folder in folders for page in folder.glob("*.md"))
+    assert sorted(PAGES[1:]) == sorted(page for folder in folders for page in folder.glob("*.md"))
 
 
 @pytest.mark.parametrize(
     "page", [pytest.param(page, id=page.stem, marks=[pytest.mark.slow] * (page.stem not in FAST)) for page in PAGES]
 )
-def test_what_is_printed_is_what_is_shown(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_what_is_printed_is_what_is_shown(page: Path, reader: Path) -> None:
     for earlier in PAGES[: PAGES.index(page)]:
-        save(blocks(earlier), tmp_path)
-    if page.stem == "cluster":
-        _install_slurm(tmp_path / "bin", monkeypatch)
+        save(blocks(earlier), reader)
     compare = doctest.OutputChecker().check_output
     shown = 0
-    for block, printed in done_in_order(blocks(page), tmp_path):
+    for block, printed in done_in_order(blocks(page), reader):
         if block is None:
             continue
         if block.language == "json":
@@ -76,28 +115,104 @@ def test_what_is_printed_is_what_is_shown(page: Path, tmp_path: Path, monkeypatc
     assert shown, "the page shows no output"
 
 
+@pytest.fixture
+def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder that a reader works in, with the program of this working tree on the path."""
+    monkeypatch.chdir(tmp_path)
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    for name, script in SLURM.items():
+        (programs / name).write_text(f"#!/bin/sh\n{script}\n")
+        (programs / name).chmod(0o755)
+    path = [str(programs), str(Path(sys.executable).parent), os.environ["PATH"]]
+    for name, value in {**AS_ON_A_TERMINAL, "PATH": os.pathsep.join(path), "PYTHONPATH": str(ROOT)}.items():
+        monkeypatch.setenv(name, value)
+    # The tests of sweeps have their processes; here each process would load the simulation once more.
+    monkeypatch.setattr(
+        workers, "on_this_machine", lambda sweep, numbers, *, jobs: (job.roll_out(sweep, k) for k in numbers)
+    )
+    return tmp_path
+
+
 def done_in_order(page: list[Block], folder: Path) -> Iterator[tuple[Block | None, str]]:
     """Do what a page says; yield what was printed, with the block that shows it, if one follows."""
     names: dict[str, Any] = {"__name__": "reader"}
-    port = str(_free_port())
+    port = str(free_port())
     for block, following in zip(page, [*page[1:], Block("", "")], strict=True):
         if block.file_name:
             save([block], folder)
         elif block.language in ("sh", "python"):
             if block.language == "sh":
-                script = re.sub(r"(prefplan run [^|&\n]*\.toml(?! --no-video))", r"\1 --no-video", block.text)
-                if "||" in script:  # a mistake is shown, and what is said of it
-                    script = f"exec 2>&1\n{script}"
-                done = shell(script.replace(PORT, port), folder, **AS_ON_A_TERMINAL)
-                assert done.returncode == 0, done.stdout + done.stderr
-                printed = done.stdout
+                printed = printed_by(block.text.replace(PORT, port)).replace(port, PORT)
             else:
                 with contextlib.redirect_stdout(io.StringIO()) as out:
                     exec(compile(block.text, "page", "exec"), names)
                 printed = out.getvalue()
-            yield (following if following.language in OUTPUT else None), printed.replace(port, PORT)
+            yield (following if following.language in OUTPUT else None), printed
         else:
             assert block.language in OUTPUT, f"nothing is done with {block.language}, and it is no file:\n{block.text}"
+
+
+def printed_by(script: str) -> str:
+    """Return what a script prints; videos and make's targets are spared."""
+    if "&\n" in script:  # what runs in the background serves the lines after it
+        return in_shell(script)
+    return "".join(map(line_printed_by, re.split(r"\n| && ", script.strip())))
+
+
+def line_printed_by(line: str) -> str:
+    if line.startswith("make "):
+        subprocess.run([*line.split(), "-n"], cwd=ROOT, check=True, capture_output=True)
+        return ""
+    if line.startswith("prefplan view "):
+        return looked_at(line)
+    line = re.sub(r"^(?:MUJOCO_GL=\w+ )?(prefplan run .*)", r"\1 --no-video", line)
+    if line.startswith("prefplan ") and not FOR_A_SHELL.search(line):
+        return in_this_process(line)
+    return in_shell(line)
+
+
+def in_this_process(line: str) -> str:
+    """Call the program without a process of its own, which takes a second or two to load everything."""
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
+        status = main(shlex.split(line)[1:])
+    assert status == 0, f"{line}\n{out.getvalue()}{err.getvalue()}"
+    return out.getvalue()
+
+
+def in_shell(script: str) -> str:
+    """Run a script, and end what it leaves running in the background."""
+    if "||" in script:  # a mistake is shown, and what is said of it
+        script = f"exec 2>&1\n{script}"
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+        process = subprocess.Popen(["sh", "-ec", script], stdout=out, stderr=err, start_new_session=True)
+        try:
+            status = process.wait()
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGTERM)
+        out.seek(0)
+        err.seek(0)
+        printed = out.read()
+        assert status == 0, f"{script}\n{printed}{err.read()}"
+        return printed
+
+
+def looked_at(command: str) -> str:
+    """Open the page that `prefplan view` serves, and end it with Ctrl-C."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen(["sh", "-c", f"exec {command} --no-browser --port 0"], stdout=pipe, stderr=pipe) as program:
+        assert program.stdout is not None
+        try:
+            address = re.search(rb"http://[0-9.:]+", program.stdout.readline())
+            if address:
+                assert b"<title>" in urllib.request.urlopen(address[0].decode(), timeout=60).read()
+            program.send_signal(signal.SIGINT)
+            _, errors = program.communicate(timeout=60)
+        finally:
+            program.kill()
+    assert address and program.returncode == 0, errors
+    return ""
 
 
 def assert_alike(shown: Any, real: Any) -> None:
@@ -113,16 +228,14 @@ def assert_alike(shown: Any, real: Any) -> None:
         assert isinstance(real, (int, float) if isinstance(shown, (int, float)) else type(shown))
 
 
-def _install_slurm(programs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    programs.mkdir()
-    for name, script in SLURM.items():
-        (programs / name).write_text(f"#!/bin/sh\n{script}\n")
-        (programs / name).chmod(0o755)
-    monkeypatch.setenv("PATH", f"{programs}{os.pathsep}{os.environ['PATH']}")
-
-
-def _free_port() -> int:
+def free_port() -> int:
     with socket.socket() as server:
         server.bind(("127.0.0.1", 0))
         port: int = server.getsockname()[1]
         return port
+
+
+def test_the_pictures_of_the_readme_are_there_and_light() -> None:
+    pictures = [ROOT / name for name in re.findall(r"!\[.*?\]\((.*?)\)", PAGES[0].read_text(encoding="utf-8"))]
+    assert pictures
+    assert sum(picture.stat().st_size for picture in pictures) < 1_200_000

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import networkx as nx
 import pytest
-from small_scenes import PLACES_NEARBY, cup_scenario
+from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.regression.assertions import assert_front, assert_plan
 from prefplan import Expression, Order, PrefplanError, Problem, Task, TransitionSystem

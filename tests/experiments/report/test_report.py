@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import imageio_ffmpeg
 import mujoco
 import pytest
 from command_line import Run, call
-from small_scenes import PLACES, cup_scenario
+from report_pages import ERRANDS, data, page, pictures_for_tests
+from scenario_texts import PLACES, cup_scenario
 
-from experiments.report import performance, recordings
+from experiments.report import recordings
 from experiments.runs import carry_out
 from prefplan.planner import Planner
 from sim.errors import RenderingError
@@ -23,29 +23,6 @@ from sim.execution import executor
 from sim.world.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"tray": '{ at = [0.45, -0.20], kind = "bin" }'})
-
-ERRANDS = """# Two errands, and only one of them on the way.
-[model]
-kind = "grid"
-size = [4, 3]
-start = [0, 0]
-[model.regions]
-bank = [3, 0, 3, 0]
-post = [0, 2, 0, 2]
-[model.obstacles]
-wall = [1, 1, 1, 1]
-
-[[tasks]]
-name = "pay"
-formula = "F bank"
-[[tasks]]
-name = "send"
-formula = "F post"
-
-[preference]
-kind = "order"
-order = ["pay", "send"]
-"""
 
 
 @pytest.fixture
@@ -59,29 +36,10 @@ def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
 
 @pytest.fixture
-def filmed(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """Film a grey wall instead of the robot, so that no OpenGL is needed; return what was filmed."""
-    films: list[Path] = []
-
-    def grey(scene: Any, rollout: Any, captions: Any, path: Path, *, size: tuple[int, int], **options: Any) -> Path:
-        source = f"color=c=gray:s={size[0]}x{size[1]}:r=10:d={rollout.sim_seconds}"
-        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "lavfi", "-i", source]
-        subprocess.run([*command, "-pix_fmt", "yuv420p", str(path)], check=True)
-        films.append(path)
-        return path
-
-    monkeypatch.setattr(carry_out, "render_video", grey)
-    monkeypatch.setattr(performance, "check_rendering", lambda: None)
-    return films
-
-
-def page(folder: str | Path) -> str:
-    return Path(folder, "index.html").read_text(encoding="utf-8")
-
-
-def data(folder: str | Path) -> Any:
-    (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page(folder), re.DOTALL)
-    return json.loads(found)
+def rendered() -> Iterator[list[Path]]:
+    """The paths of the videos that are rendered, of a test picture."""
+    with pictures_for_tests() as videos:
+        yield videos
 
 
 @pytest.mark.parametrize(
@@ -118,16 +76,16 @@ def test_the_page_holds_what_is_known_of_every_plan(report: Run) -> None:
     assert [(plan["cost"], plan["preference"]) for plan in found["plans"]] == [(7, 5), (8, 0)]
     cheap, dear = found["plans"]
     assert dear["explanations"][0]["headline"] == (
-        "1 more than the cheapest: it goes first to bank, not to post, so that pay is done first."
+        "1 more than the cheapest: it goes first to bank instead of post, so that pay is done before send."
     )
-    assert dear["timeline"]["tracks"]["pay"] == {"states": [0, 0, 0, 1, 1, 1, 1, 1, 1]} | {
+    assert dear["ledger"]["tasks"]["pay"] == {"states": [0, 0, 0, 1, 1, 1, 1, 1, 1]} | {
         "satisfied": 3,
         "advances": [3],
         "bought": [],
     }
-    assert cheap["map_words"] == ("Map of 4 by 3 cells with the robot's path of 7 moves, by way of post, bank.")
+    assert cheap["map_words"] == ("Map of 4 by 3 cells with the robot's path of 7 moves through post, bank.")
     assert all(check["holds"] for check in dear["checks"])
-    assert "Two errands, and only one of them on the way." in page("here")
+    assert "Two errands, and the nearer one is not the one that is preferred first." in page("here")
     assert page("here").count('id="map-') == 2
 
 
@@ -155,13 +113,14 @@ def test_a_cost_bound_is_passed_on(report: Run) -> None:
 def test_an_unfinished_front_is_called_so(report: Run) -> None:
     result = report("case_study_1", "--max-seconds", "0")
     assert "stopped by the time limit" in result.err
-    assert "The search did not come to its end (stopped by the time limit" in page("out/case_study_1")
-    assert "nothing costs less" not in page("out/case_study_1")
+    assert "The search was not completed (stopped by the time limit" in page("out/case_study_1")
+    assert "no plan costs less" not in page("out/case_study_1")
 
 
-def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) -> None:
+def test_plans_are_carried_out_and_certified(report: Run, rendered: list[Path]) -> None:
     result = report("shelf.toml", "--size", "64x36", "--seed", "4")
     assert (result.status, result.err) == (0, "")
+    assert rendered == [Path("out/shelf/plan_0.mp4")]
     written = {path.name for path in Path("out", "shelf").iterdir()}
     assert written == {"index.html", "page"} | {f"plan_0.{end}" for end in ("json", "npz", "mp4", "certificate.json")}
     (plan,) = data("out/shelf")["plans"]
@@ -170,10 +129,10 @@ def test_plans_are_carried_out_and_certified(report: Run, filmed: list[Path]) ->
     assert run["certificate"]["confirmed"] is True and run["certificate"]["setting"]["seed"] == 4
     assert len(plan["times"]) == len(plan["plan"]) == 4
     assert all(start < end for start, end in plan["times"])
-    assert plan["timeline"]["tracks"]["tidy"]["satisfied"] == 4
+    assert plan["ledger"]["tasks"]["tidy"]["satisfied"] == 4
 
 
-def test_what_is_there_is_not_done_again(report: Run, filmed: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_there_is_not_done_again(report: Run, rendered: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     report("shelf.toml", "--size", "64x36")
     before = data("out/shelf")
     with monkeypatch.context() as patch:
@@ -194,17 +153,11 @@ def data_of_run(folder: str) -> Any:
     return json.loads(Path(folder, "plan_0.json").read_text())
 
 
-def test_only_the_plans_asked_for_are_carried_out(report: Run) -> None:
-    assert report("shelf.toml", "--plans", "0", "--no-video").status == 0
-    assert data("out/shelf")["plans"][0]["run"]["video"] is None
-    assert not Path("out/shelf/plan_0.mp4").exists()
-
-
 def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(self: executor.Execution, what: str) -> bool:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(executor.Execution, "carry_out", interrupted)
+    monkeypatch.setattr(executor.Execution, "step", interrupted)
     result = report("shelf.toml", "--no-video")
     assert result.status == 130 and "goes on from here" in result.err
     assert data("out/shelf")["plans"][0]["run"] is None
@@ -219,14 +172,14 @@ def test_ctrl_c_while_planning_leaves_a_page(report: Run, monkeypatch: pytest.Mo
     monkeypatch.setattr(Planner, "_search", interrupted)
     result = report("errands.toml")
     assert result.status == 130
-    assert "The search did not come to its end (interrupted" in page("out/errands")
+    assert "The search was not completed (interrupted" in page("out/errands")
 
 
-def test_without_opengl_all_but_the_films_is_there(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_opengl_all_but_the_videos_is_there(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def none() -> None:
         raise RenderingError("no OpenGL here")
 
-    monkeypatch.setattr(performance, "check_rendering", none)
+    monkeypatch.setattr(recordings, "check_rendering", none)
     result = report("shelf.toml")
     assert (result.status, result.err) == (0, "prefplan: no videos: no OpenGL here\n")
     (plan,) = data("out/shelf")["plans"]

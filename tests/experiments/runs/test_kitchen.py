@@ -52,7 +52,7 @@ def test_the_preferred_plan_is_carried_out_to_the_end(scenario: Scenario, front:
 
 
 @pytest.mark.parametrize(
-    ("thing", "key", "value", "message"),
+    ("obj", "key", "value", "message"),
     [
         ("mug", "kind", "cup", r"kitchen\.toml: model\.objects\.mug\.kind: unknown kind 'cup'"),
         (
@@ -73,9 +73,9 @@ def test_the_preferred_plan_is_carried_out_to_the_end(scenario: Scenario, front:
     ],
 )
 def test_what_an_object_cannot_be_is_refused_by_file_and_key(
-    scenario: Scenario, contents: dict[str, Any], thing: str, key: str, value: Any, message: str
+    scenario: Scenario, contents: dict[str, Any], obj: str, key: str, value: Any, message: str
 ) -> None:
-    contents["model"]["objects"][thing][key] = value
+    contents["model"]["objects"][obj][key] = value
     with pytest.raises(ScenarioError, match=message):
         scene_of(from_dict(contents, name="kitchen", path=scenario.path))
 

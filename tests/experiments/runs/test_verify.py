@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_scenes import CUP
+from scenario_texts import CUP
 
 from experiments.commands.command_line import main
 from sim.evidence.log import encode, read_log
@@ -62,15 +62,15 @@ def test_people_see_every_check(cup: Path, capsys: pytest.CaptureFixture[str]) -
     assert main(["verify", str(cup)]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("cup: completed: confirmed\n")
-    assert "ok  action 1 to 4: 4 actions, each observed as the frames show it" in printed
-    assert "ok  completed: tidy satisfied on the recorded states" in printed
+    assert "ok  action 1 to 4: 4 actions, the frames agree with the log" in printed
+    assert "ok  completed: tidy satisfied" in printed
 
 
 def test_a_forged_log_is_refuted(forged: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", str(forged)]) == 4
     printed = capsys.readouterr().out
     assert "cup: completed: refuted\n" in printed
-    assert "NO  total cost: 9 is claimed, but the frames give 10\n" in printed
+    assert "NO  total cost: 9 is claimed, but it is 10\n" in printed
     assert main(["verify", str(forged), "--json"]) == 4
     printed = json.loads(capsys.readouterr().out)
     assert printed["confirmed"] is False and printed["completed"] is True

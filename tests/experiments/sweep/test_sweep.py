@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_scenes import PLACES_NEARBY, cup_scenario
+from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.commands.command_line import main
 from experiments.sweep import workers
@@ -31,7 +31,7 @@ PROGRAM = [sys.executable, "-c", "import sys; from experiments.program import ma
 
 CUP = cup_scenario(places=PLACES_NEARBY)
 
-ROLLOUTS = 24
+ROLLOUTS = 16
 SWEEP = ["sweep", "cup.toml", "--rollouts", str(ROLLOUTS), "--jobs", "2", "--seed", "7"]
 
 Records = dict[int, dict[str, Any]]
@@ -97,7 +97,7 @@ def test_a_killed_sweep_goes_on_with_nothing_lost_and_nothing_twice(cup: Path, u
     kept = file.read_bytes()
     kept = kept[: kept.rfind(b"\n") + 1]
     assert 3 <= kept.count(b"\n") - 1 < ROLLOUTS
-    file.write_bytes(kept + b'{"rollout": 23, "seed"')  # as if it had been killed while writing
+    file.write_bytes(kept + b'{"rollout": 15, "seed"')  # as if it had been killed while writing
     again = begin("--json")
     printed, errors = again.communicate()
     assert (again.returncode, errors) == (0, "")
@@ -254,9 +254,9 @@ def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path) -> None:
 
     status, out, err = call("--seed", "1", "--perturb", "position=8")
     assert (status, out) == (2, "")
-    assert "holds another sweep (perturb position=5,angle=5, not position=8, seed 0, not 1)" in err
+    assert "holds another experiment (perturb position=5,angle=5, not position=8, seed 0, not 1)" in err
     (cup / "cup.toml").write_text(CUP + "\n# changed\n")
-    assert "holds another sweep (other scenario sha256)" in call()[2]
+    assert "holds another experiment (other scenario sha256)" in call()[2]
 
 
 @pytest.mark.parametrize(
@@ -273,7 +273,7 @@ def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path) -> None:
 def test_bad_input_is_told_in_a_sentence(
     call: Any, arguments: list[str], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(workers, "PATIENCE", 1)
+    monkeypatch.setattr(workers, "CLUSTER_TIMEOUT_S", 1)
     status, out, err = call(*arguments)
     assert (status, out) == (2, "")
     assert message in err and "Traceback" not in err

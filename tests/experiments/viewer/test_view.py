@@ -13,19 +13,19 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from scenario_texts import CUP
 from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
-from small_scenes import CUP
 
 from experiments.commands.command_line import main
 from experiments.viewer import session
 
 PROGRAM = [sys.executable, "-c", "import sys; from experiments.commands.command_line import main; sys.exit(main())"]
 
-PATIENCE = 120.0
-"""What takes a browser longer than this, s, never happens."""
+TIMEOUT_S = 120.0
+"""Longest wait for the browser."""
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def address_of(server: subprocess.Popen[str]) -> str:
 def ended(server: subprocess.Popen[str]) -> tuple[int, str, str]:
     """Press Ctrl-C, and return the exit status and what was printed since."""
     server.send_signal(signal.SIGINT)
-    out, err = server.communicate(timeout=PATIENCE)
+    out, err = server.communicate(timeout=TIMEOUT_S)
     return server.returncode, out, err
 
 
@@ -93,10 +93,10 @@ def test_a_spectator_steps_through_a_plan_sees_it_end_and_presses_ctrl_c(
     browser.get(address_of(server))
 
     def text(part: str) -> str:
-        return browser.execute_script(f"return document.querySelector('.standing {part}')?.textContent ?? ''")
+        return browser.execute_script(f"return document.querySelector('.status {part}')?.textContent ?? ''")
 
     def until(happens: Callable[[], bool]) -> None:
-        WebDriverWait(browser, PATIENCE, 0.1).until(lambda _: happens())
+        WebDriverWait(browser, TIMEOUT_S, 0.1).until(lambda _: happens())
 
     def click(label: str) -> None:
         (button,) = (b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label)
@@ -147,7 +147,7 @@ def test_a_port_that_is_taken_is_reported(cup: Path, capsys: pytest.CaptureFixtu
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
         told = refuse(capsys, str(cup), "--port", port, "--no-browser")
-    assert told == f"prefplan: --port {port}: it is taken by another program; --port 0 takes any that is free\n"
+    assert told == f"prefplan: --port {port}: it is not free; --port 0 takes any free port\n"
 
 
 def test_without_its_libraries_it_names_the_command_that_installs_them(

@@ -1,25 +1,21 @@
-"""A performance and its spectator, without a browser: pace, steps, recording, and what the panel says."""
+"""A run and its playback without a browser: pace, steps, seeking, and what the panel says."""
 
 from __future__ import annotations
 
 import re
-import threading
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import viser
-from small_scenes import cup_scenario
+from scenario_texts import cup_scenario
 
 from experiments.runs.carry_out import begin, scene_of
-from experiments.viewer.control import Control, Stopped
-from experiments.viewer.performance import LiveRun, Moment
+from experiments.viewer.live_run import Frame, LiveRun, Status
+from experiments.viewer.panel import status_html
+from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
-from experiments.viewer.standing import Progress, Standing
-from experiments.viewer.standing_html import standing_html
-from prefplan import Plan, load, preferred_plan
+from prefplan import Entry, Plan, Scenario, Task, preferred_plan
+from prefplan.scenario.decode import loads
 from sim.execution.faults import Fault
 from sim.world.scene import initial_state
 
@@ -35,181 +31,149 @@ kind = "weighted-sum"
 weights = { lift = 2, tidy = 1 }
 """)
 
-AT_ONCE = 1e6
-"""A speed at which nothing is waited for."""
-
-PATIENCE = 60.0
-"""What takes longer than this, s, never happens."""
-
-Perform = Callable[..., LiveRun]
+AGES = 1e6
+"""Longer than any run, s."""
 
 
-@pytest.fixture
-def control() -> Control:
-    return Control()
-
-
-@pytest.fixture
-def perform(tmp_path: Path) -> Iterator[Perform]:
-    """Return how to begin the performance of the only plan, with faults."""
-    (tmp_path / "cup.toml").write_text(CUP)
-    scenario = load(tmp_path / "cup.toml")
-    problem = scenario.problem()
+def live_run(scenario: Scenario, *faults: Fault) -> LiveRun:
+    problem, scene = scenario.problem(), scene_of(scenario, faults=faults)
     plan = preferred_plan(problem)
-    performances = []
-
-    def start(*faults: Fault) -> LiveRun:
-        scene = scene_of(scenario, faults=faults)
-        performance = LiveRun(
-            problem, lambda tell: begin(problem, scene, plan, faults=faults, tell=tell), speed=AT_ONCE
-        )
-        performances.append(performance)
-        performance.start()
-        return performance
-
-    yield start
-    for performance in performances:
-        performance.stop()
+    return LiveRun(problem, lambda tell: begin(problem, scene, plan, faults=faults, tell=tell))
 
 
-def settled(performance: LiveRun, *, after: Moment | None = None) -> Moment:
-    """Wait until a performance is paused at another moment than one, and return what is to be seen then."""
-    waiting = threading.Event()
-    for _ in range(round(PATIENCE / 0.01)):
-        assert performance.failure is None, performance.failure
-        if performance.control.mode == "paused" and performance.moment is not after:
-            assert performance.moment is not None
-            return performance.moment
-        waiting.wait(0.01)
-    raise AssertionError("never paused")
+@pytest.fixture(scope="module")
+def finished() -> LiveRun:
+    """The run of the only plan, simulated to its end in this thread."""
+    run = live_run(loads(CUP))
+    run.run()
+    assert run.failure is None and run.ended
+    return run
 
 
-def in_thread(call: Callable[[], object]) -> threading.Thread:
-    thread = threading.Thread(target=call, daemon=True)
-    thread.start()
-    return thread
+@pytest.fixture
+def playback(finished: LiveRun) -> Playback:
+    return Playback(finished)
 
 
-def test_nothing_goes_on_until_it_is_played(control: Control) -> None:
-    waiting = in_thread(lambda: control.keep_time(0.0))
-    waiting.join(0.05)
-    assert waiting.is_alive()
-    control.play()
-    waiting.join(PATIENCE)
-    assert not waiting.is_alive()
-
-
-def test_a_moment_to_come_is_waited_for_unless_it_is_played_faster(control: Control) -> None:
-    control.play()
-    control.keep_time(0.0)
-    waiting = in_thread(lambda: control.keep_time(1e6))
-    waiting.join(0.05)
-    assert waiting.is_alive()
-    control.speed = 1e9
-    waiting.join(PATIENCE)
-    assert not waiting.is_alive()
-
-
-def test_a_step_ends_with_its_action_and_playing_does_not(control: Control) -> None:
-    control.step()
-    control.end_action()
-    assert control.mode == "paused"
-    control.play()
-    control.end_action()
-    assert control.mode == "playing"
-
-
-def test_who_stops_a_paused_performance_ends_it(control: Control) -> None:
-    control.stop()
-    with pytest.raises(Stopped):
-        control.keep_time(0.0)
-
-
-def test_a_moment_that_is_sought_is_held(control: Control) -> None:
-    control.play()
-    control.seek(2.5)
-    assert control.keep_time(0.0) == 2.5
-    assert control.mode == "paused"
-
-
-def test_a_plan_is_carried_out_one_action_at_a_time(perform: Perform) -> None:
-    performance = perform()
-    first = settled(performance)
-    assert (first.standing.done, first.standing.cost, first.time) == (0, 0, 0.0)
-    seen = []
-    for _ in first.standing.plan.actions:
-        performance.control.step()
-        moment = settled(performance)
-        seen.append((moment.standing.done, moment.standing.cost, moment.standing.preference))
+def test_the_costs_are_known_before_every_action_and_at_the_end(finished: LiveRun) -> None:
+    seen = [(status.done, status.costs.cost, status.costs.preference) for status in finished.statuses]
     # Lifted at cost 4, tidied at 10; what is open costs what was spent so far.
-    assert seen == [(1, 3, 9), (2, 4, 12), (3, 9, 17), (4, 10, 18)]
-    assert moment.standing.ended == "completed"
-    assert [(task.name, task.cost) for task in moment.standing.tasks] == [("lift", 4), ("tidy", 10)]
-    assert moment.standing.preference == moment.standing.plan.preference
+    assert seen == [(0, 0, 0), (0, 0, 0), (1, 3, 9), (2, 4, 12), (3, 9, 17), (4, 10, 18)]
+    end = finished.statuses[-1]
+    assert end.ended == "completed" and end.costs.task_costs == {"lift": 4, "tidy": 10}
+    assert end.costs.preference == end.plan.preference
 
 
-def test_a_performance_that_has_ended_is_a_recording(perform: Perform) -> None:
-    performance = perform()
-    settled(performance)
-    performance.control.play()
-    end = settled(performance)
-    assert end.length == end.time > 3
-    performance.control.seek(0.0)
-    start = settled(performance, after=end)
-    assert (start.time, start.standing.done, start.sought) == (0.0, 0, True)
-    assert not np.allclose(start.qpos, end.qpos)
-    performance.control.step()
-    assert settled(performance).standing.done == 1
-    performance.control.play()
-    again = settled(performance)
-    np.testing.assert_array_equal(again.qpos, end.qpos)
-    assert again.standing == end.standing
-    assert not again.sought
+def test_frames_follow_each_other_without_a_gap(finished: LiveRun) -> None:
+    period = np.diff([frame.time for frame in finished.frames[:-1]])
+    assert len(period) > 90 and period.min() > 1 / 31 and period.max() < 1 / 29 + 0.01
+    assert not np.allclose(finished.frames[0].qpos, finished.frames[-1].qpos)
 
 
-def test_what_goes_wrong_is_told(perform: Perform) -> None:
-    performance = perform(Fault("miss", 1, amount=1))
-    settled(performance)
-    performance.control.play()
-    end = settled(performance)
-    assert end.standing.ended == "completed"
-    told = "\n".join(end.standing.news)
+def test_nothing_moves_until_it_is_played(playback: Playback) -> None:
+    playback.advance(1.0)
+    assert playback.time == 0.0
+    playback.play()
+    playback.advance(0.5)
+    playback.speed = 4.0
+    playback.advance(0.25)
+    assert playback.time == pytest.approx(playback.run.frames[0].time + 1.5)
+    playback.pause()
+    playback.advance(AGES)
+    assert playback.time == pytest.approx(playback.run.frames[0].time + 1.5)
+
+
+def test_a_step_ends_with_its_action(playback: Playback) -> None:
+    for done in (1, 2, 3, 4):
+        playback.step()
+        playback.advance(AGES)
+        status = playback.run.status_at(playback.time)
+        assert status.done == done and not playback.playing
+    assert status.ended == "completed"
+
+
+def test_what_has_ended_can_be_played_again(playback: Playback) -> None:
+    playback.play()
+    playback.advance(AGES)
+    end = playback.run.frames[-1].time
+    assert not playback.playing and playback.time == end > 3
+    playback.play()
+    playback.advance(0.1)
+    assert 0 < playback.time < 1
+    playback.restart()
+    assert (playback.time, playback.playing, playback.sought) == (0.0, False, False)
+
+
+def test_a_time_that_is_sought_is_held(playback: Playback) -> None:
+    playback.play()
+    playback.seek(2.5)
+    playback.advance(AGES)
+    assert (playback.time, playback.playing, playback.sought) == (2.5, False, True)
+    assert abs(playback.run.frame_at(2.5).time - 2.5) < 1 / 29
+    playback.play()
+    assert not playback.sought
+
+
+def test_the_playback_waits_for_the_simulation(finished: LiveRun) -> None:
+    run = LiveRun(finished.problem, finished._begin)
+    run.statuses, run.frames = finished.statuses[:2], finished.frames[:10]
+    playback = Playback(run)
+    playback.step()
+    playback.advance(AGES)
+    assert playback.playing and playback.time == run.frames[-1].time
+    run.statuses, run.frames = finished.statuses, finished.frames
+    playback.advance(AGES)
+    assert not playback.playing and run.status_at(playback.time).done == 1
+
+
+def test_a_run_that_is_stopped_ends_early() -> None:
+    run = live_run(loads(CUP))
+    run.stop()
+    run.start()
+    run.join(60)
+    assert not run.is_alive() and not run.ended and run.failure is None
+
+
+def test_faults_are_told() -> None:
+    run = live_run(loads(CUP), Fault("miss", 1, amount=1))
+    run.run()
+    end = run.statuses[-1]
+    assert end.ended == "completed"
+    told = "\n".join(end.news)
     assert re.search(r"s: fault: miss:1@1\n.* s: tried again: after `grasp cup`", told), told
 
 
-def test_the_panel_marks_the_present_action_and_escapes_what_it_is_told() -> None:
+def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
     plan = Plan(4, 0, {"a": 4}, {"a": 0}, ("transit desk", "grasp cup"), ())
-    tasks = (Progress("a", "F (holding_cup & !cup_tray)", None), Progress("b", "F x", 3))
-    html = standing_html(Standing(1.0, plan, 1, 3, 0, tasks, ("1.0 s: fault: <b>",)), 1.25, state="running")
+    tasks = (Task("a", "F (holding_cup & !cup_tray)"), Task("b", "F x"))
+    costs = Entry(3, {"a": 3, "b": 2}, {"a": 0, "b": 0}, frozenset({"b"}), 0)
+    html = status_html(tasks, Status(1.0, plan, 1, costs, ("1.0 s: fault: <b>",)), 1.25, state="playing")
     assert '<li class="muted">transit desk</li>\n<li class="current">grasp cup</li>' in html
-    assert "1 of 2 actions done, 1.2 s" in html
-    assert "F (holding_cup &amp; !cup_tray)" in html
+    assert "1 of 2 actions done, 1.2 s" in html and "playing" in html
+    assert 'F (holding_cup &amp; !cup_tray)</td>\n<td class="number">open' in html
+    assert 'F x</td>\n<td class="number">2' in html
     assert "fault: &lt;b&gt;" in html
 
 
-def test_what_works_glows(tmp_path: Path) -> None:
-    (tmp_path / "washed.toml").write_text(
-        CUP.replace("tray = { at", 'basin = { at = [0.45, 0.32], marks = "clean" }\ntray = { at')
-    )
-    scene = scene_of(load(tmp_path / "washed.toml"))
-    plan = Plan(0, 0, {}, {}, (), ())
-    rest = Moment(0.0, initial_state(scene).qpos, -1, Standing(0.0, plan, 0, 0, 0, ()))
+def test_a_location_at_work_glows() -> None:
+    washed = CUP.replace("tray = { at", 'basin = { at = [0.45, 0.32], marks = "clean" }\ntray = { at')
+    scene = scene_of(loads(washed))
+    qpos = initial_state(scene).qpos
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
     try:
         stage = Stage(server, scene)
 
-        def glowing() -> list[bool]:
-            names = [f"/glow/basin/{scene.mujoco.body(body).id}" for body in ("basin_base", "basin_lamp_head")]
-            lit = [server.scene.get_handle_by_name(f"{name}/on") for name in names]
-            dark = [server.scene.get_handle_by_name(f"{name}/off") for name in names]
-            assert all(on.visible != off.visible for on, off in zip(lit, dark, strict=True) if on and off)
-            return [on.visible for on in lit if on]
+        def colours() -> list[tuple[int, int, int]]:
+            bodies = [scene.mujoco.body(body).id for body in ("basin_base", "basin_lamp_head")]
+            meshes = [server.scene.get_handle_by_name(f"/glow/basin/{body}") for body in bodies]
+            return [mesh.color for mesh in meshes if mesh]
 
-        stage.show(rest)
-        assert glowing() == [False, False]
-        stage.show(replace(rest, glow=1))
-        assert glowing() == [True, True]
-        stage.show(replace(rest, glow=-1))
-        assert glowing() == [False, False]
+        stage.show(Frame(0.0, qpos, -1))
+        dark = colours()
+        stage.show(Frame(1.0, qpos, 1))
+        lit = colours()
+        assert len(dark) == 2 and all(on != off for on, off in zip(lit, dark, strict=True))
+        stage.show(Frame(2.0, qpos, -1))
+        assert colours() == dark
     finally:
         server.stop()

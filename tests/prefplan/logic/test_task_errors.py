@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import pytest
-from small_problems import NAMES, build
+from small_models import NAMES, build
 
 from prefplan import Expression, FormulaError, Max, Order, PrefplanError, Relaxation, Sum, WeightedSum
 from prefplan.preferences.kinds import Preference

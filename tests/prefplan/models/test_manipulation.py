@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from small_tables import after, enabled, label, model, spot
+from small_models import after, enabled, label, model, spot
 
 from prefplan import Location, ManipulationModel, ManipulationState, Object
 

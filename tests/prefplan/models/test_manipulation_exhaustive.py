@@ -7,7 +7,7 @@ from collections import deque
 from typing import NamedTuple
 
 import pytest
-from small_tables import COSTS
+from small_models import COSTS
 
 from prefplan import Location, ManipulationModel, ManipulationState, Object
 

@@ -14,7 +14,7 @@ import judge
 import pytest
 
 from prefplan import ManipulationModel, ManipulationState, ModelError, Problem, ScenarioError, Task, load, pareto_front
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import (
     Measurement,
     Measurements,
@@ -207,9 +207,7 @@ def test_what_is_written_is_read(scenario: Path) -> None:
     what = cast(ManipulationModel, load(scenario, measured=False).model)
     done = read_measurements(measurements_file(scenario), what)
     assert {one.pair: one.quantities["energy"] for one in done.actions} == entries
-    assert [one.pair[0] for one in done.actions] == sorted(
-        (one.pair[0] for one in done.actions), key=ACTION_KINDS.index
-    )
+    assert [one.pair[0] for one in done.actions] == sorted((one.pair[0] for one in done.actions), key=what.kinds.index)
     assert (done.robot, done.sources) == ("default", "skills")
 
 
@@ -296,7 +294,7 @@ def test_negative_measurements_are_refused(scenario: Path) -> None:
     [
         ('{ measured = "energie" }', "model.costs.measured: unknown quantity 'energie' (did you mean 'energy'?)"),
         ('{ measured = "energy", grasp = 1 }', "model.costs.grasp: unknown key (valid: measured)"),
-        ("{ measured = 3 }", "model.costs.measured: should be a valid string"),
+        ("{ measured = 3 }", "model.costs.measured: must be a string, not 3"),
         ("{ transit = 3, grasp = 1 }", "model.costs: no cost for 'transport'"),
         ('{ transit = "3" }', "model.costs.transit: must be a number, not '3'"),
     ],

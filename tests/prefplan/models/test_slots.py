@@ -13,9 +13,10 @@ from typing import NamedTuple
 import judge
 import numpy as np
 import pytest
+from small_models import COSTS
 
 from prefplan import ManipulationModel, ManipulationState, ModelError, Problem, Task, pareto_front
-from prefplan.models.manipulation.action_costs import ACTION_KINDS, MeasuredCosts, Pair
+from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.model import Location, Object
 from prefplan.models.manipulation.slots import free_slot, hand_poses, location_of, pose, slots_at_start
 from prefplan.preferences.kinds import Order
@@ -158,9 +159,7 @@ def spelled_out(entries: dict[Pair, Decimal], lying: set[tuple[str, str, int]], 
 def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int) -> None:
     room = {"desk": 1, "shelf": capacity, "box": 1}
     rng, hands = random.Random(seed), hand_poses(room, room.values(), "home")
-    entries = {
-        (k, a, b): Decimal(rng.randint(500, 9999)).scaleb(-3) for k in ACTION_KINDS for a in hands for b in hands
-    }
+    entries = {(k, a, b): Decimal(rng.randint(500, 9999)).scaleb(-3) for k in COSTS for a in hands for b in hands}
     places = tuple(Location(name, at=(0.4, 0.0), capacity=number) for name, number in room.items())
     objects = (Object("cup", "shelf"), Object("pot", "shelf"))
     system = ManipulationModel("home", MeasuredCosts("time", entries), places, objects).transition_system()

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 import pytest
-from small_problems import build
+from small_models import build
 
 from prefplan import (
     Deadline,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from small_problems import build
+from small_models import build
 
 from prefplan import Function, PreferenceError, pareto_front
 

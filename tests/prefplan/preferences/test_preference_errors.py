@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from small_problems import build
+from small_models import build
 
 from prefplan import Deadline, Due, Expression, Function, Max, Order, PreferenceError, Sum, WeightedSum
 from prefplan.preferences.kinds import Preference

@@ -55,4 +55,5 @@ def test_what_makes_no_sense_is_refused(transitions: list, labels: dict, message
 
 
 def test_the_same_action_may_leave_different_states() -> None:
-    GraphModel("a", (Transition("a", "b", "go"), Transition("b", "a", "go")))
+    system = GraphModel("a", (Transition("a", "b", "go"), Transition("b", "a", "go"))).transition_system()
+    assert [system.step(state, "go")[0] for state in (0, 1)] == [1, 0]

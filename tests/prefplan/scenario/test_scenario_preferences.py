@@ -41,7 +41,7 @@ def relax(assume: str, when: str, cost: Any) -> dict[str, Any]:
         (scenario({"kind": "max", "weights": {"wsh": 1}}), "preference.weights: unknown task 'wsh' (did you mean "),
         (scenario({"kind": "max", "weights": {"wash": -1}}), "preference.weights.wash: must not be negative"),
         (scenario({"kind": "max", "weights": {"wash": "1"}}), "preference.weights.wash: must be a number, not '1'"),
-        (scenario({"kind": "max", "over": "time"}), "preference.over: should be 'cost' or 'violation'"),
+        (scenario({"kind": "max", "over": "time"}), "preference.over: 'time' is unknown (valid: cost, violation)"),
         (scenario({"kind": "order", "over": "violation"}), "preference.over: unknown key"),
         (scenario({"kind": "deadline"}), "preference.deadlines: missing"),
         (scenario({"kind": "deadline", "deadlines": {"wash": {}}}), "preference.deadlines.wash.by: missing"),

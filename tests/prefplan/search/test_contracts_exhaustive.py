@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import judge
 import pytest
+from judge.examples import TRAPS, graph
 from judge.verdict import WAYS, misjudged, verdict
-from judged_problems import TRAPS, graph
-from paper_maps import TOWN
+from small_models import TOWN
 
 from prefplan import Options, Planner
 from prefplan.scenario.decode import from_dict

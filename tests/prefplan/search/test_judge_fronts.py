@@ -22,10 +22,10 @@ from judge import (
     random_problem,
     replay,
 )
+from judge.examples import TRAPS, graph, tasks
 from judge.preferences import named
 from judge.semantics import holds_now
-from judged_problems import TRAPS, graph, tasks
-from paper_maps import MEADOW
+from small_models import MEADOW
 
 
 @pytest.mark.parametrize("name", TRAPS)

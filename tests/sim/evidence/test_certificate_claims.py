@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from forged_logs import claiming, cut, log_of_plan, moved, refutations, telling, without_action
+from forged_logs import claiming, cut, log_of_run, moved, refutations, telling, without_action
+from scenario_texts import shipped
 
-from experiments import scenarios
 from prefplan import Purchase
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
@@ -20,13 +20,13 @@ from sim.simulation.rollout import Event
 @pytest.mark.parametrize(
     ("claims", "name", "words"),
     [
-        ({"cost": 33}, "total cost", "33 is claimed, but the frames give 34"),
-        ({"task_costs": {"phi1": 34, "phi2": 16}}, "task cost phi2", "16 is claimed, but the frames give 17"),
-        ({"task_costs": {"phi1": 17, "phi2": 34}}, "task cost phi1", "17 is claimed, but the frames give 34"),
-        ({"task_costs": {"phi1": 34}}, "task cost phi2", "nothing is claimed; the frames give 17"),
-        ({"preference": 0}, "preference", "0 is claimed, but the frames give 17"),
-        ({"preference": None}, "preference", "nothing is claimed; the frames give 17"),
-        ({"violation_costs": {"phi1": 2}}, "violation cost phi1", "2 is claimed, but the frames give 0"),
+        ({"cost": 33}, "total cost", "33 is claimed, but it is 34"),
+        ({"task_costs": {"phi1": 34, "phi2": 16}}, "task cost phi2", "16 is claimed, but it is 17"),
+        ({"task_costs": {"phi1": 17, "phi2": 34}}, "task cost phi1", "17 is claimed, but it is 34"),
+        ({"task_costs": {"phi1": 34}}, "task cost phi2", "nothing is claimed; it is 17"),
+        ({"preference": 0}, "preference", "0 is claimed, but it is 17"),
+        ({"preference": None}, "preference", "nothing is claimed; it is 17"),
+        ({"violation_costs": {"phi1": 2}}, "violation cost phi1", "2 is claimed, but it is 0"),
         (
             {"relaxations": (Purchase("phi1", 0, None, 3),)},
             "relaxations",
@@ -35,7 +35,7 @@ from sim.simulation.rollout import Event
         (
             {"relaxations": (Purchase("phi1", 3, "blue_bin1", 1),)},
             "relaxations",
-            "blue_bin1 at step 3 of phi1, for 1, is not on offer",
+            "blue_bin1 at step 3 of phi1, for 1, is not offered",
         ),
     ],
 )
@@ -46,8 +46,8 @@ def test_a_forged_claim_is_refuted(arch_log: Log, claims: dict[str, Any], name: 
 @pytest.mark.parametrize(
     ("purchases", "words"),
     [
-        ([("serve", 4, "cup_clean", 3)], "cup_clean at step 4 of serve, for 3, is not on offer"),
-        ([("serve", 2, "cup_clean", 4)], "cup_clean at step 2 of serve, for 4, is not on offer there"),
+        ([("serve", 4, "cup_clean", 3)], "cup_clean at step 4 of serve, for 3, is not offered"),
+        ([("serve", 2, "cup_clean", 4)], "cup_clean at step 2 of serve, for 4, is not offered there"),
         ([("serve", 9, "cup_clean", 4)], "cup_clean at step 9 of serve, for 4, lies beyond the last action"),
         ([("wash", 1, None, 5)], "wash cannot be skipped for 5 at step 1"),
         ([("wash", 0, None, 1)], "wash cannot be skipped for 1 at step 0"),
@@ -65,8 +65,8 @@ def test_a_relaxation_that_nobody_offers_is_refuted(
 def test_without_its_relaxations_a_task_is_not_satisfied(relaxed_log: Log) -> None:
     skip = tuple(bought for bought in relaxed_log.about.claims.relaxations if bought.assume is None)
     found = refutations(claiming(relaxed_log, relaxations=skip))
-    assert found["completed"] == "not satisfied on the recorded states: serve"
-    assert found["violation cost serve"] == "4 is claimed, but the frames give 0"
+    assert found["completed"] == "not satisfied: serve"
+    assert found["violation cost serve"] == "4 is claimed, but it is 0"
 
 
 @pytest.mark.parametrize("k", range(1, 15))
@@ -74,7 +74,7 @@ def test_no_action_can_be_dropped_unnoticed(arch_log: Log, k: int) -> None:
     found = refutations(without_action(arch_log, k))
     assert "total cost" in found
     if arch_log.about.actions[k - 1].action == "release pink san":
-        assert found["completed"] == "not satisfied on the recorded states: phi2"
+        assert found["completed"] == "not satisfied: phi2"
 
 
 @pytest.mark.parametrize("k", range(1, 15))
@@ -86,7 +86,7 @@ def test_no_action_can_be_made_cheaper(arch_log: Log, k: int) -> None:
 
 
 def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
-    log = log_of_plan(scenarios.find("case_study_3_energy"))
+    log = log_of_run(shipped("case_study_3_energy"))
     assert certify(log).confirmed
     # Into the other slot of the bin it would have cost something else.
     (k,) = [k for k, action in enumerate(log.about.actions) if action.action == "transport blue bin1"]
@@ -112,7 +112,7 @@ def test_an_object_that_starts_elsewhere_is_told(arch_log: Log) -> None:
     assert refutations(telling(arch_log, text=swapped))["start"] == "pink does not start at table"
 
 
-def test_another_formula_is_judged_anew(arch_log: Log) -> None:
+def test_another_formula_is_judged_again(arch_log: Log) -> None:
     text = arch_log.about.text.replace("(blue_sanitized & blue_bin1)", "(blue_sanitized & blue_bin2)")
     assert text != arch_log.about.text
     assert refutations(telling(arch_log, text=text))["completed"].endswith(": phi1")

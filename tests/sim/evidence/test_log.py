@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from prefplan.claims import Claims
 from prefplan.front import Purchase
 from sim.errors import LogError
-from sim.evidence.log import ARRAYS, FORMAT, About, Claims, Log, LoggedAction, encode, read_log
+from sim.evidence.log import ARRAYS, FORMAT, About, Log, LoggedAction, encode, read_log
 from sim.simulation.rollout import Event
 
 
@@ -126,7 +127,7 @@ def test_arrays_of_somebody_else_are_refused(path: Path) -> None:
 def test_missing_files_and_folders_are_told(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="none.npz: no such file"):
         read_log(tmp_path / "none.npz")
-    with pytest.raises(LogError, match="a folder"):
+    with pytest.raises(LogError, match="is a directory"):
         read_log(tmp_path)
 
 

@@ -9,17 +9,18 @@ from itertools import combinations
 import mujoco
 import numpy as np
 import pytest
-from small_scenes import CUP
+from scenario_texts import CUP
 
-from experiments.runs.carry_out import scene_of
+from prefplan import ManipulationModel
+from prefplan.claims import Claims
 from prefplan.scenario.decode import loads
-from sim.evidence.log import Claims, Log, log_of
+from sim.evidence.log import Log, log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import Execution
-from sim.execution.fault_injection import SLIP_GAP, SLIP_TIME
+from sim.execution.fault_injection import SLIP_DURATION_S, SLIP_GAP_M
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
-from sim.world.scene import Scene, initial_state
+from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
 
 ARRANGEMENTS = 150
@@ -63,20 +64,21 @@ def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch
 @pytest.mark.parametrize("before", [-0.02, 0.01, 0.03, 0.05, 0.08, 0.12])
 def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) -> None:
     """The hand opens for a moment, so many seconds before the grasp would have ended."""
-    scenario = loads(CUP, name="cup")
-    scene = scene_of(scenario)
+    model = loads(CUP).model
+    assert isinstance(model, ManipulationModel)
+    scene = build_scene(model)
     plain = Execution(scene, initial_state(scene))
-    assert plain.carry_out("transit desk") and plain.carry_out("grasp cup")
+    assert plain.step("transit desk") and plain.step("grasp cup")
     begin = plain.steps[-1].end - before
     run = Execution(scene, initial_state(scene))
 
     def slip() -> None:
-        if begin <= run.cell.data.time < begin + SLIP_TIME:
-            run.cell.gripping = CUBE_EDGE + SLIP_GAP
+        if begin <= run.cell.data.time < begin + SLIP_DURATION_S:
+            run.cell.gripper.width = CUBE_EDGE + SLIP_GAP_M
 
     run.cell.disturb = slip
-    assert run.carry_out("transit desk")
-    assert run.carry_out("grasp cup") == (before < 0)
+    assert run.step("transit desk")
+    assert run.step("grasp cup") == (before < 0)
     if before > 0:
         assert "expected cup in the hand" in str(run.reason)
     claims = Claims(completed=False, cost=4, task_costs={"tidy": 4}, violation_costs={}, preference=None)

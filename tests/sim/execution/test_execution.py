@@ -100,9 +100,9 @@ def test_a_plan_the_model_does_not_allow_is_refused_before_it_begins(scene: Scen
 
 def test_a_block_moved_before_the_grasp_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
     run = Execution(scene, initial_state(scene), system=system)
-    assert run.carry_out("transit top")
+    assert run.step("transit top")
     run.cell.data.joint("pink").qpos[:3] = scene.slots["table"][0].position + [0.0, 0.0, CUBE_EDGE / 2]
-    assert not run.carry_out("grasp pink")
+    assert not run.step("grasp pink")
     rollout = run.rollout()
     assert not rollout.completed
     assert rollout.reason == (
@@ -114,10 +114,10 @@ def test_a_block_moved_before_the_grasp_stops_the_run(scene: Scene, system: Tran
 
 def test_a_block_that_falls_from_the_hand_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
     run = Execution(scene, initial_state(scene), system=system)
-    run.carry_out("transit top")
-    run.carry_out("grasp pink")
+    run.step("transit top")
+    run.step("grasp pink")
     run.cell.data.joint("pink").qpos[:3] = [0.30, 0.0, 0.0225]
-    assert not run.carry_out("transport pink san")
+    assert not run.step("transport pink san")
     assert (
         run.reason is not None and "expected pink in the hand, but it lies off every location, at (0.30" in run.reason
     )
@@ -126,9 +126,9 @@ def test_a_block_that_falls_from_the_hand_stops_the_run(scene: Scene, system: Tr
 def test_a_bystander_pushed_away_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
     run = Execution(scene, initial_state(scene), system=system)
     for action in COST_OPTIMAL[:4]:
-        assert run.carry_out(action)
+        assert run.step(action)
     run.cell.data.joint("green").qpos[:3] = [0.65, -0.1, 0.0225]
-    assert not run.carry_out("grasp pink")
+    assert not run.step("grasp pink")
     assert run.reason == (
         "after `grasp pink`: expected green on right, but it lies off every location, at (0.65, -0.10, 0.02) m"
     )
@@ -137,9 +137,9 @@ def test_a_bystander_pushed_away_stops_the_run(scene: Scene, system: TransitionS
 def test_no_mark_is_given_where_nothing_was_put_down(scene: Scene, system: TransitionSystem) -> None:
     run = Execution(scene, initial_state(scene), system=system)
     for action in COST_OPTIMAL[:3]:
-        assert run.carry_out(action)
+        assert run.step(action)
     run.cell.data.joint("pink").qpos[:3] = [0.30, 0.0, 0.0225]
-    assert not run.carry_out("release pink san")
+    assert not run.step("release pink san")
     assert run.steps[-1].observed.marks == frozenset()
 
 

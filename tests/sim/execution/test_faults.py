@@ -9,7 +9,7 @@ import pytest
 
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
-from sim.execution.fault_injection import SLIP_TIME
+from sim.execution.fault_injection import SLIP_DURATION_S
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import true_poses
 from sim.simulation.workcell import CONTACT_FLICKER_S
@@ -71,7 +71,7 @@ def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) 
     read = [read_fault(text, scene.model) for text in faults]
     run = Execution(scene, initial_state(scene), faults=read, seed=seed)
     for action in actions:
-        if not run.carry_out(action):
+        if not run.step(action):
             break
     return run
 
@@ -81,7 +81,7 @@ def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     events = {event.kind: event for event in run.cell.events}
     assert events["fault"].detail == {"fault": "slip@3"}
     begun = events["fault"].time
-    assert begun < events["lost"].time < begun + SLIP_TIME + 0.2
+    assert begun < events["lost"].time < begun + SLIP_DURATION_S + 0.2
     frames = run.cell.recorder.arrays
     gone = [
         t for t, forces in zip(frames["times"], frames["pad_forces"], strict=True) if t > begun and not forces.any()
@@ -97,7 +97,7 @@ def test_missed_grasps_close_on_nothing_and_disturb_nothing(scene: Scene) -> Non
     run = run_with(scene, LIFT, "miss:1@2")
     assert "the fingers closed without a firm grip on pink" in str(run.reason)
     assert run.steps[-1].observed.place == {"blue": "left", "pink": "top", "green": "right"}
-    assert run.carry_out("grasp pink") is True
+    assert run.step("grasp pink") is True
 
 
 @pytest.mark.parametrize("seed", range(6))

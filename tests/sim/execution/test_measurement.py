@@ -21,7 +21,8 @@ from sim.perception.grounding import slot_of
 from sim.perception.sensors import true_poses
 from sim.simulation.effort import Effort
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import SkillError, perform
+from sim.skills.catalogue import perform
+from sim.skills.skill import SkillError
 from sim.world.scene import Scene, build_scene, initial_state
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from small_tables import TOWER
+from small_models import TOWER
 
 from prefplan.models.manipulation.model import ManipulationState
 from sim.motion.kinematics import Arm

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sim.execution.faulty_devices import DropoutSensor
 from sim.perception.sensors import ExactSensor, NoisySensor, ObservationTimeoutError, mean_pose, object_pose
 from sim.simulation.workcell import Workcell
 from sim.world.scene import Scene, initial_state
@@ -12,7 +13,7 @@ from sim.world.scene import Scene, initial_state
 
 def test_an_exact_sensor_sees_what_is(scene: Scene) -> None:
     data = initial_state(scene, seed=1)
-    seen = ExactSensor().look(scene, data, "pink")
+    seen = ExactSensor().observe(scene, data, "pink")
     true = object_pose(scene, data, "pink")
     assert seen is not None and np.array_equal(seen.position, true.position) and seen.yaw == true.yaw
 
@@ -21,20 +22,20 @@ def test_noise_is_as_large_as_it_says_and_less_in_a_measurement(scene: Scene) ->
     data = initial_state(scene, seed=1)
     true = object_pose(scene, data, "pink")
     cell = Workcell(scene, data, sensor=NoisySensor(0.001, seed=5))
-    looks = [cell.see("pink") for _ in range(400)]
-    errors = np.array([pose.position - true.position for pose in looks])
+    poses = [cell.observe("pink") for _ in range(400)]
+    errors = np.array([pose.position - true.position for pose in poses])
     assert np.allclose(errors.std(axis=0), 0.001, rtol=0.15) and np.all(np.abs(errors.mean(axis=0)) < 0.0002)
     means = np.array(
-        [mean_pose(scene.shapes["pink"], looks[k : k + 10]).position - true.position for k in range(0, 400, 10)]
+        [mean_pose(scene.shapes["pink"], poses[k : k + 10]).position - true.position for k in range(0, 400, 10)]
     )
     assert np.allclose(means.std(axis=0), 0.001 / np.sqrt(10), rtol=0.4)
-    turns = np.array([np.sin(2 * (pose.yaw - true.yaw)) / 2 for pose in looks])
+    turns = np.array([np.sin(2 * (pose.yaw - true.yaw)) / 2 for pose in poses])
     assert turns.std() == pytest.approx(0.001 / 0.0225, rel=0.15)
 
 
 def test_a_noisy_sensor_repeats_itself_by_seed(scene: Scene) -> None:
     data = initial_state(scene)
-    seen = [NoisySensor(0.001, seed=seed).look(scene, data, "pink") for seed in (1, 1, 2)]
+    seen = [NoisySensor(0.001, seed=seed).observe(scene, data, "pink") for seed in (1, 1, 2)]
     positions = [pose.position for pose in seen if pose is not None]
     assert np.array_equal(positions[0], positions[1]) and not np.array_equal(positions[0], positions[2])
 
@@ -47,11 +48,10 @@ def test_looks_of_a_noisy_sensor_take_time_and_those_of_an_exact_one_none(scene:
 
 
 def test_what_is_not_seen_is_waited_for_but_not_for_ever(scene: Scene) -> None:
-    cell = Workcell(scene, initial_state(scene))
-    cell.sensor_off_until = 1.0
+    cell = Workcell(scene, initial_state(scene), sensor=DropoutSensor(ExactSensor(), until=1.0))
     assert cell.latest_pose("pink") is None
-    cell.see("pink")
+    cell.observe("pink")
     assert cell.data.time == pytest.approx(1.0, abs=0.011)
-    cell.sensor_off_until = np.inf
+    cell.sensor = DropoutSensor(cell.sensor, until=np.inf)
     with pytest.raises(ObservationTimeoutError, match="nothing has been seen of pink for 5 s"):
-        cell.see("pink")
+        cell.observe("pink")

@@ -6,7 +6,6 @@ import pytest
 
 from sim.robots.meshes import mesh_folder
 from sim.robots.panda import PANDA, panda_spec
-from sim.world.materials import add_finishes
 
 # Franka Control Interface documentation, "Denavit-Hartenberg parameters", Craig's convention.
 DH_A = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)
@@ -21,7 +20,6 @@ def panda(request: pytest.FixtureRequest) -> mujoco.MjModel:
     if request.param and mesh_folder() is None:
         pytest.skip("the meshes are not installed")
     spec = panda_spec(meshes=request.param)
-    add_finishes(spec)
     return spec.compile()
 
 
@@ -70,7 +68,6 @@ def test_meshes_change_neither_inertia_nor_pads() -> None:
     if mesh_folder() is None:
         pytest.skip("the meshes are not installed")
     spec = panda_spec(meshes=True)
-    add_finishes(spec)
     dressed, plain = spec.compile(), panda_spec(meshes=False).compile()
     assert dressed.body_mass == pytest.approx(plain.body_mass)
     assert dressed.body_inertia == pytest.approx(plain.body_inertia)

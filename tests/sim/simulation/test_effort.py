@@ -6,7 +6,7 @@ import pytest
 from sim.execution.executor import Execution
 from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import transit
+from sim.skills.catalogue import perform
 from sim.world.scene import Scene, initial_state
 
 
@@ -22,7 +22,7 @@ def test_an_arm_at_rest_takes_time_alone(cell: Workcell) -> None:
 
 
 def test_travel_is_the_angle_covered(cell: Workcell) -> None:
-    transit(cell, "table")
+    perform(cell, "transit table")
     angles = cell.recorder.arrays["qpos"][:, PANDA.qpos(cell.scene.mujoco)]
     assert cell.meter.total.travel == pytest.approx(np.abs(np.diff(angles, axis=0)).sum(), rel=0.03)
 
@@ -44,8 +44,8 @@ def test_energy_is_at_least_the_work_done_against_gravity(cell: Workcell) -> Non
 
 def test_a_step_tells_its_own_effort(scene: Scene) -> None:
     run = Execution(scene, initial_state(scene))
-    run.carry_out("transit top")
-    run.carry_out("grasp pink")
+    run.step("transit top")
+    run.step("grasp pink")
     first, second = (step.effort for step in run.steps)
     assert (first + second).energy == pytest.approx(run.cell.meter.total.energy)
     assert second.time == pytest.approx(run.steps[1].end - run.steps[1].start)

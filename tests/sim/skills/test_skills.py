@@ -3,14 +3,16 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from small_tables import TOWER
+from small_models import TOWER
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import object_pose, true_poses
 from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import GLOW_TIME, SkillError, perform
+from sim.skills.catalogue import perform
+from sim.skills.release import GLOW_DURATION_S
+from sim.skills.skill import SkillError
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
 
@@ -111,7 +113,7 @@ def test_a_marking_location_glows_while_it_works(scene: Scene) -> None:
     glow = cell.recorder.arrays["glow"]
     index = list(scene.slots).index("san")
     assert set(glow) == {-1, index}
-    assert np.sum(glow == index) == pytest.approx(GLOW_TIME * 30, abs=2)
+    assert np.sum(glow == index) == pytest.approx(GLOW_DURATION_S * 30, abs=2)
     assert np.all(np.diff(np.flatnonzero(glow == index)) == 1)
 
 

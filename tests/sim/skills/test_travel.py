@@ -10,7 +10,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from sim.errors import BlockedError, SimulationError
 from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
-from sim.skills.skills import perform
+from sim.skills.catalogue import perform
 from sim.skills.transfer import PATH_CLEARANCE_M, travel
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -140,7 +140,7 @@ def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
     beside = low + [0.0, np.sign(finger[1]) * (abs(finger[1]) + 0.025 + scene.shapes["cup"].half[1] + 0.002), 0.0]
     cell.data.joint("cup").qpos[:] = [*beside, 1, 0, 0, 0]
     mujoco.mj_forward(scene.mujoco, cell.data)
-    assert cell.foresee(cell.reference, clearance=PATH_CLEARANCE_M) == ["cup"]
+    assert cell.collisions(cell.reference, clearance=PATH_CLEARANCE_M) == ["cup"]
     travel(cell, np.array([0.48, -0.2, 0.15]), np.pi / 2, height=0.12)
     assert cell.data.body("cup").xpos == pytest.approx(beside, abs=0.001)
 
@@ -152,7 +152,7 @@ def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
     top = float(cell.data.body("cup").xpos[2] + scene.shapes["cup"].half[2])
     tips = 0.0102
     q, _ = cell.arm.reach(np.array([0.50, 0.0, top + tips + 0.004]), [0.0, np.pi])
-    assert cell.foresee(q, width=0.0) == []
-    assert cell.foresee(q, width=0.0, clearance=0.006) == ["cup"]
-    assert cell.foresee(q, width=0.0) == []
+    assert cell.collisions(q, width=0.0) == []
+    assert cell.collisions(q, width=0.0, clearance=0.006) == ["cup"]
+    assert cell.collisions(q, width=0.0) == []
     assert (cell.data.qpos == before).all() and (scene.mujoco.geom_margin == 0).all()

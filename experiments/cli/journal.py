@@ -1,0 +1,109 @@
+"""Results of long experiments: a header, then one JSON line per result; `kill -9` loses no finished result."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import IO, Any
+
+from prefplan.errors import PrefplanError
+
+
+class Journal(AbstractContextManager["Journal"]):
+    """An open file of results; one process at a time can have it.
+
+    Attributes:
+        path: the file.
+        done: the finished results by number.
+    """
+
+    def __init__(self, path: Path, header: dict[str, Any], *, key: str) -> None:
+        """Open a file or begin it; a last line that was cut off is dropped.
+
+        Args:
+            path: the file.
+            header: everything that defines the results, JSON-ready; it has an entry `prefplan`.
+            key: the entry of a result that is its number.
+
+        Raises:
+            PrefplanError: the file has another header, is in use, is damaged, or cannot be written.
+        """
+        self.path = path
+        self.done: dict[int, dict[str, Any]] = {}
+        self._key = key
+        try:
+            self._file: IO[bytes] = open(path, "a+b")
+        except OSError as error:
+            raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None
+        try:
+            self._read(header)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _read(self, header: dict[str, Any]) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise PrefplanError(
+                f"{self.path}: another process is writing to it; wait for it or give another --out"
+            ) from None
+        self._file.seek(0)
+        content = self._file.read()
+        whole = content.rfind(b"\n") + 1
+        self._file.truncate(whole)
+        lines = content[:whole].splitlines()
+        if not lines:
+            self._write(header)
+            return
+        found, *results = (self._decode(line, number) for number, line in enumerate(lines, start=1))
+        if "prefplan" not in found:
+            raise PrefplanError(f"{self.path}: line 1: not the header of an experiment")
+        different = [key for key in sorted(header.keys() | found.keys()) if header.get(key) != found.get(key)]
+        if different:
+            told = ", ".join(_difference(key, found.get(key), header.get(key)) for key in different)
+            raise PrefplanError(f"{self.path}: holds another experiment ({told}); give another --out")
+        for number, result in enumerate(results, start=2):
+            if not isinstance(result.get(self._key), int):
+                raise PrefplanError(f"{self.path}: line {number}: not the result of a {self._key}")
+            self.done[result[self._key]] = result
+
+    def _decode(self, line: bytes, number: int) -> dict[str, Any]:
+        try:
+            value = json.loads(line)
+        except ValueError:
+            value = None
+        if not isinstance(value, dict):
+            raise PrefplanError(f"{self.path}: line {number}: not a JSON object; the file is damaged")
+        return value
+
+    def add(self, result: dict[str, Any]) -> None:
+        """Write a result; it is on the disk when this returns.
+
+        Raises:
+            PrefplanError: it cannot be written.
+        """
+        self._write(result)
+        self.done[result[self._key]] = result
+
+    def _write(self, value: dict[str, Any]) -> None:
+        try:
+            self._file.write(json.dumps(value).encode() + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise PrefplanError(f"{self.path}: cannot be written ({error.strerror})") from None
+
+    def __exit__(self, *error: object) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _difference(key: str, found: Any, expected: Any) -> str:
+    """Return in what two headers differ, short enough for a message."""
+    key = key.replace("_", " ")
+    short = all(isinstance(value, (str, int, float)) and len(str(value)) < 60 for value in (found, expected))
+    return f"{key} {found}, not {expected}" if short else f"other {key}"

@@ -1,0 +1,73 @@
+"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise`, `--robot`, `--quality`, `--camera`."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from decimal import Decimal
+
+from prefplan.errors import PrefplanError, choices
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import Scenario
+from sim.errors import SimulationError
+from sim.execution.faults import Fault, read_fault
+from sim.perception.sensors import NoisySensor, Sensor
+from sim.rendering.cameras import CAMERAS
+from sim.rendering.quality import QUALITIES, Quality
+from sim.robots.catalogue import ROBOTS
+from sim.world.randomization import Perturbation, read_perturbation
+
+
+def perturbation_of(text: str | None, *, seed: int | None) -> Perturbation:
+    """Return the value of `--perturb`, by default 5 mm and 5 degrees.
+
+    Raises:
+        PrefplanError: it cannot be read, or there is no seed.
+    """
+    if text is None:
+        return Perturbation()
+    if seed is None:
+        raise PrefplanError("--perturb: needs --seed, a number that the random differences are drawn from: --seed 1")
+    try:
+        return read_perturbation(text)
+    except SimulationError as error:
+        raise PrefplanError(f"--perturb: {error}") from None
+
+
+def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
+    """Return the values of `--fault`; none for a scenario without a manipulation model.
+
+    Raises:
+        PrefplanError: one cannot be read.
+    """
+    if not isinstance(scenario.model, ManipulationModel):
+        return ()
+    try:
+        return tuple(read_fault(text, scenario.model) for text in texts)
+    except SimulationError as error:
+        raise PrefplanError(f"--fault {error}") from None
+
+
+def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
+    """Return the sensor with the error `--noise`, mm; None without the option."""
+    return NoisySensor(float(noise) / 1000, seed=seed or 0) if noise else None
+
+
+def robot_of(name: str) -> str:
+    """Return the value of `--robot`."""
+    return _checked("--robot", name, ROBOTS)
+
+
+def camera_of(name: str) -> str:
+    """Return the value of `--camera`."""
+    return _checked("--camera", name, CAMERAS)
+
+
+def quality_of(name: str) -> Quality:
+    """Return the value of `--quality`."""
+    return QUALITIES[_checked("--quality", name, QUALITIES)]
+
+
+def _checked(option: str, name: str, valid: Collection[str]) -> str:
+    if name not in valid:
+        raise PrefplanError(f"{option}: unknown name {name!r} {choices(name, valid)}")
+    return name

@@ -1,0 +1,172 @@
+"""What works on this machine: each check tries one part for real and names the command that mends it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.util import find_spec
+from pathlib import Path
+
+from packaging.requirements import Requirement
+
+from prefplan.limits import available_memory
+
+OK, WARNING, PROBLEM = "ok", "warning", "problem"
+
+ENCODING_TIMEOUT_S = 60.0
+
+ENOUGH_MEMORY_BYTES = 2**30
+"""With less free memory, searches of usual size end early."""
+
+ENCODING = ["-f", "lavfi", "-i", "testsrc=size=64x64:rate=5:duration=1", "-c:v", "libx264", "-f", "null", "-"]
+"""Arguments of ffmpeg that encode one second of video, with the codec of all videos, to nowhere."""
+
+INSTALL_GL = "sudo apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
+"""Installs a software renderer on Debian and Ubuntu."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a check found.
+
+    Attributes:
+        name: the part that was checked.
+        status: `ok`, `warning` (an optional part is missing) or `problem` (a needed part does not work).
+        found: the version or place of the part, or what is wrong.
+        mend: the command that mends it; None if all is well or no command is known.
+    """
+
+    name: str
+    status: str
+    found: str
+    mend: str | None = None
+
+
+def python() -> Diagnosis:
+    """Which Python runs this."""
+    return Diagnosis("python", OK, f"{platform.python_version()} ({sys.executable})")
+
+
+def packages() -> Diagnosis:
+    """Whether the packages that planning needs are installed, in versions that work."""
+    wrong = {}
+    for need in _needs():
+        try:
+            found = version(need.name)
+        except PackageNotFoundError:
+            wrong[need] = "missing"
+        else:
+            if not need.specifier.contains(found, prereleases=True):
+                wrong[need] = f"version {found}, not {need.specifier}"
+    if wrong:
+        text = ", ".join(f"{need.name} is {state}" for need, state in wrong.items())
+        return Diagnosis("packages", PROBLEM, text, _pip_install(*(f"{need.name}{need.specifier}" for need in wrong)))
+    return Diagnosis("packages", OK, "all packages that planning needs are installed")
+
+
+def planner() -> Diagnosis:
+    """Whether the search is compiled, and its machine code can be kept."""
+    from prefplan.search import boa_star
+    from prefplan.warm_up import is_compiled
+
+    cache = Path(boa_star.run._cache.cache_path)  # type: ignore[attr-defined]
+    existing = next(folder for folder in (cache, *cache.parents) if folder.exists())
+    if not os.access(existing, os.W_OK):
+        mend = 'export NUMBA_CACHE_DIR="$HOME/.cache/numba"'
+        return Diagnosis("planner", WARNING, f"{cache} cannot be written to: every start compiles again", mend)
+    if not is_compiled():
+        mend = f"{sys.executable} -m prefplan.warm_up"
+        return Diagnosis("planner", WARNING, "not compiled yet: the first plan takes a minute longer", mend)
+    return Diagnosis("planner", OK, f"compiled (numba {version('numba')}, cache {cache})")
+
+
+def memory() -> Diagnosis:
+    """How much memory is free."""
+    free = available_memory()
+    text = f"{free / 2**30:.1f} GiB free"
+    if free < ENOUGH_MEMORY_BYTES:
+        return Diagnosis("memory", WARNING, f"{text}: long searches may end early")
+    return Diagnosis("memory", OK, text)
+
+
+def simulation() -> Diagnosis:
+    """Whether the simulation is installed and can be loaded."""
+    if find_spec("mujoco") is None:
+        mend = "pip install '.[sim]'"
+        return Diagnosis("simulation", WARNING, "optional: not installed; in a clone of prefplan", mend)
+    try:
+        import sim.execution.executor  # noqa: F401
+    except Exception as error:  # a damaged library may raise anything
+        mend = _pip_install("--force-reinstall", "mujoco", "mink")
+        return Diagnosis("simulation", PROBLEM, f"cannot be loaded: {error}", mend)
+    return Diagnosis("simulation", OK, f"MuJoCo {version('mujoco')}, mink {version('mink')}")
+
+
+def rendering() -> Diagnosis:
+    """Whether OpenGL renders."""
+    from sim.errors import RenderingError
+    from sim.rendering.renderer import check_rendering
+
+    chosen = os.environ.get("MUJOCO_GL")
+    try:
+        check_rendering()
+    except RenderingError as error:
+        mend = "unset MUJOCO_GL" if chosen else INSTALL_GL
+        return Diagnosis("rendering", PROBLEM, str(error).partition(";")[0], mend)
+    return Diagnosis("rendering", OK, f"OpenGL works{f' (MUJOCO_GL={chosen})' if chosen else ''}")
+
+
+def ffmpeg() -> Diagnosis:
+    """Whether a video can be encoded."""
+    chosen = os.environ.get("IMAGEIO_FFMPEG_EXE")
+    mend = "unset IMAGEIO_FFMPEG_EXE" if chosen else _pip_install("--force-reinstall", "imageio-ffmpeg")
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        program = get_ffmpeg_exe()
+        command = [program, "-v", "error", *ENCODING]
+        subprocess.run(command, check=True, capture_output=True, timeout=ENCODING_TIMEOUT_S)
+    except (ImportError, RuntimeError, OSError, subprocess.SubprocessError) as error:
+        return Diagnosis("ffmpeg", PROBLEM, f"cannot encode H.264: {error}", mend)
+    return Diagnosis("ffmpeg", OK, f"encodes H.264 ({program})")
+
+
+def meshes() -> Diagnosis:
+    """Whether the meshes of the arm are installed."""
+    from sim.robots.meshes import LINKS, mesh_folder
+
+    mend = _pip_install("--force-reinstall", "--no-deps", "gymnasium-robotics")
+    folder = mesh_folder()
+    if folder is None:
+        return Diagnosis("meshes", WARNING, "not installed: the arm is drawn as plain capsules", mend)
+    missing = [link for link in LINKS if not (folder / "visual" / f"{link}.stl").is_file()]
+    if missing:
+        return Diagnosis("meshes", PROBLEM, f"{folder} lacks {', '.join(missing)}", mend)
+    return Diagnosis("meshes", OK, f"of all {len(LINKS)} links ({folder})")
+
+
+Check = Callable[[], Diagnosis]
+
+CHECKS: tuple[Check, ...] = (python, packages, planner, memory, simulation)
+
+SIMULATION_CHECKS: tuple[Check, ...] = (rendering, ffmpeg, meshes)
+"""Checks that need the simulation to load."""
+
+
+def _needs() -> list[Requirement]:
+    """Return the packages that prefplan needs here, without extras."""
+    try:
+        needs = [Requirement(line) for line in requires("prefplan") or ()]
+    except PackageNotFoundError:
+        return []
+    return [need for need in needs if not need.marker or need.marker.evaluate()]
+
+
+def _pip_install(*arguments: str) -> str:
+    return shlex.join([sys.executable, "-m", "pip", "install", *arguments])

@@ -1,0 +1,146 @@
+"""Studies: results beside those of the paper, printed one by one and collected on one self-contained page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+from rich.table import Table
+
+from experiments.cli.console import Console
+from experiments.cli.files import write_bytes
+from experiments.cli.output import number
+from experiments.regression.front_comparison import Point, compare
+from prefplan import Front, PrefplanError
+
+AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "erratum", "measured"
+"""Verdicts. An erratum: the paper contradicts itself, and ours is what its other statement gives; times: measured."""
+
+KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
+"""Media types of figures by the ending of their files."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One result: what is compared, the paper's value, ours, the verdict, and what a reader should know of it."""
+
+    what: str
+    paper: str
+    ours: str
+    verdict: str
+    remark: str = ""
+
+
+@dataclass
+class Study:
+    """A part of the paper, reproduced.
+
+    Attributes:
+        title: its name in the paper.
+        about: one sentence on what it is about.
+        findings: results beside the paper's.
+        figures: files with pictures, each with its caption.
+        texts: lines of text, such as plans.
+        failure: why it could not be completed; None if it was.
+    """
+
+    title: str
+    about: str
+    findings: list[Finding] = field(default_factory=list)
+    figures: list[tuple[Path, str]] = field(default_factory=list)
+    texts: list[str] = field(default_factory=list)
+    failure: str | None = None
+
+    @property
+    def reproduced(self) -> bool:
+        """Whether it was completed and nothing differs from the paper except for errata."""
+        return self.failure is None and all(finding.verdict != DIFFERS for finding in self.findings)
+
+    def compare(self, what: str, paper: str, ours: str, *, agrees: bool, remark: str = "") -> None:
+        """Add a result that agrees with the paper or differs."""
+        self.findings.append(Finding(what, paper, ours, AGREES if agrees else DIFFERS, remark))
+
+    def erratum(self, what: str, paper: str, ours: str, *, confirmed: bool, remark: str) -> None:
+        """Add a result that the paper has wrong, if that was confirmed; else it differs."""
+        self.findings.append(Finding(what, paper, ours, ERRATUM if confirmed else DIFFERS, remark))
+
+    def measured(self, what: str, paper: str, ours: str) -> None:
+        """Add a time, which no two machines have in common."""
+        self.findings.append(Finding(what, paper, ours, MEASURED))
+
+    def compare_front(self, figure: str, published: Sequence[Point], front: Front) -> None:
+        """Add every point that is published or found, and the plans found.
+
+        Args:
+            figure: its name in the paper, with a letter for each point.
+            published: points in the order of the figure.
+            front: the front found.
+        """
+        for row in compare(published, front):
+            panel = f"{figure} ({'abcdefgh'[published.index(row.expected)]})" if row.expected else "not in the paper"
+            paper, ours = (f"cost {number(p[0])}, mu {number(p[1])}" if p else "-" for p in (row.expected, row.found))
+            self.compare(panel, paper, ours, agrees=row.same)
+
+    def show(self, console: Console) -> None:
+        """Print a table of the findings, the paper and ours side by side, with remarks and figures below."""
+        table = Table(title=self.title, title_justify="left")
+        for column in ("", "paper", "ours", "verdict"):
+            table.add_column(column)
+        for finding in self.findings:
+            table.add_row(finding.what, finding.paper, finding.ours, finding.verdict)
+        console.print(table if self.failure is None else f"{self.title}: {self.failure}", markup=False)
+        for finding in self.findings:
+            if finding.remark:
+                console.print(f"  {finding.what}: {finding.remark}", markup=False, style="dim")
+        for picture, _ in self.figures:
+            console.print(f"  {picture}", markup=False)
+        console.print()
+
+
+class Report:
+    """All studies, in the order in which they are made."""
+
+    def __init__(self, console: Console) -> None:
+        """Begin with none; each is printed on the console when it ends."""
+        self.studies: list[Study] = []
+        self._console = console
+
+    @contextmanager
+    def study(self, title: str, about: str) -> Iterator[Study]:
+        """Give a new study to fill; a PrefplanError ends it with the reason, and the next study can go on."""
+        study = Study(title, about)
+        try:
+            yield study
+        except PrefplanError as error:
+            study.failure = str(error)
+        self.studies.append(study)
+        study.show(self._console)
+
+    @property
+    def reproduced(self) -> int:
+        """How many studies are reproduced."""
+        return sum(study.reproduced for study in self.studies)
+
+    def write(self, path: Path) -> None:
+        """Write a page with all studies and their pictures.
+
+        Raises:
+            PrefplanError: it cannot be written.
+        """
+        template = files(__package__).joinpath("summary.html").read_text("utf-8")
+        environment = jinja2.Environment(
+            autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        )
+        page = environment.from_string(template).render(
+            studies=self.studies, data_url=_data_url, whole=self.reproduced == len(self.studies)
+        )
+        write_bytes(path, page.encode())
+
+
+def _data_url(picture: Path) -> str:
+    return f"data:{KINDS[picture.suffix]};base64,{base64.b64encode(picture.read_bytes()).decode()}"

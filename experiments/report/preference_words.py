@@ -1,0 +1,133 @@
+"""A preference in words, and the share of each task in its value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from experiments.cli.output import number
+from prefplan.exact_costs import Number, exact, to_number
+from prefplan.front import Plan
+from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
+
+ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
+
+
+@dataclass(frozen=True)
+class Share:
+    """The share of one task in the preference value of a plan.
+
+    Attributes:
+        task: its name.
+        preferred: what the preference asks of it, e.g. `second` or `by 17`.
+        missed: by how much it misses a limit; None where there is no limit.
+        adds: its share.
+    """
+
+    task: str
+    preferred: str
+    missed: int | float | None
+    adds: int | float
+
+
+def ordinal(place: int) -> str:
+    """Return the word for a place, counted from 0."""
+    return ORDINALS[place] if place < len(ORDINALS) else f"{place + 1}th"
+
+
+def in_words(preference: Preference, tasks: Sequence[str]) -> str:
+    """Return what a preference value means, as a sentence or two."""
+    paid = getattr(preference, "over", "cost") == "violation"
+    amount = "violation cost" if paid else "cost"
+    match preference:
+        case Order(order):
+            steps = [entry if isinstance(entry, str) else _in_any_order(entry) for entry in order or tasks]
+            return (
+                f"Preferred order of the tasks: {', '.join(steps)}. The preference adds up, over the places in this "
+                "order, the delay of the task there: its cost minus that of the task actually done at that place. 0 "
+                "means that the order is kept."
+            )
+        case WeightedSum(weights):
+            why = "What is paid to relax tasks counts" if paid else "Early tasks are preferred"
+            return f"{why}: the preference is the sum of the tasks' {amount}s, {_weighted(weights)}."
+        case Max(weights):
+            named = f", each weighted: {_weighted(weights)}" if weights else ""
+            return f"The worst task counts: the preference is the largest {amount} of a task{named}."
+        case Deadline(deadlines):
+            limits = "; ".join(f"{name}, {_limit(due.by, due.weight, paid)}" for name, due in deadlines.items())
+            return f"The preference adds up by how much the tasks' {amount}s exceed their limits: {limits}."
+        case Expression(expression):
+            return f"The preference is {expression}, where a task's name stands for its {amount}."
+        case Sum(parts):
+            words = [f"({i}){_times(weight)} {in_words(part, tasks)}" for i, (part, weight) in enumerate(parts, 1)]
+            return f"The preference is the sum of {len(parts)} parts. {' '.join(words)}"
+    return "The preference is a function of the tasks' costs."
+
+
+def shares(preference: Preference, plan: Plan) -> tuple[Share, ...]:
+    """Return the shares of the tasks in a plan's preference value.
+
+    They add up to that value; where it is not a sum over tasks, nothing is returned.
+    """
+    paid = getattr(preference, "over", "cost") == "violation"
+    amounts = {name: exact(cost) for name, cost in (plan.violation_costs if paid else plan.task_costs).items()}
+    match preference:
+        case Order(order):
+            return _delays(order or tuple(amounts), amounts)
+        case WeightedSum(weights):
+            words = "without relaxation" if paid else "early"
+            return tuple(
+                Share(name, words + _times(weight), None, to_number(exact(weight) * amounts[name]))
+                for name, weight in weights.items()
+            )
+        case Deadline(deadlines):
+            missed = {name: max(Fraction(0), amounts[name] - exact(due.by)) for name, due in deadlines.items()}
+            return tuple(
+                Share(
+                    name,
+                    _limit(due.by, due.weight, paid),
+                    to_number(missed[name]),
+                    to_number(exact(due.weight) * missed[name]),
+                )
+                for name, due in deadlines.items()
+            )
+        case Sum(parts):
+            found = [(shares(part, plan), exact(weight)) for part, weight in parts]
+            if all(mine for mine, _ in found):
+                return tuple(
+                    replace(share, adds=to_number(weight * exact(share.adds)))
+                    for mine, weight in found
+                    for share in mine
+                )
+    return ()
+
+
+def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction]) -> tuple[Share, ...]:
+    """Return the delay of each task for its place; members of a group take its places as they are done."""
+    times, found = sorted(costs.values()), list[Share]()
+    for entry in order:
+        members = [entry] if isinstance(entry, str) else sorted(entry, key=costs.__getitem__)
+        first, last = len(found), len(found) + len(members) - 1
+        words = ordinal(first) if first == last else f"{ordinal(first)} to {ordinal(last)}"
+        for place, name in enumerate(members, first):
+            delay = to_number(max(Fraction(0), costs[name] - times[place]))
+            found.append(Share(name, words, delay, delay))
+    return tuple(found)
+
+
+def _in_any_order(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]} in any order" if len(names) > 1 else names[0]
+
+
+def _limit(by: Number, weight: Number, paid: bool) -> str:
+    return f"{'for at most' if paid else 'by'} {number(by)}{_times(weight)}"
+
+
+def _weighted(weights: Mapping[str, Number]) -> str:
+    pairs = {name: exact(weight) for name, weight in weights.items() if exact(weight) != 0}
+    return " + ".join(name if w == 1 else f"{number(to_number(w))} × {name}" for name, w in pairs.items())
+
+
+def _times(weight: Number) -> str:
+    return "" if exact(weight) == 1 else f" (weight {number(weight)})"

@@ -1,0 +1,173 @@
+"""What is claimed of a plan or of a run, checked against its labels and the costs of its actions.
+
+Tasks are judged by what their formulas mean (`prefplan.logic.good_prefix`), costs and mu by their definitions. To judge
+the planner and `prefplan.ledger`, this shares neither automata nor sums with them, on purpose.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import accumulate
+
+from prefplan.exact_costs import exact, to_number
+from prefplan.front import Purchase
+from prefplan.logic.formula import holds, parse
+from prefplan.logic.good_prefix import Label, satisfied_at
+from prefplan.preferences.kinds import Preference
+from prefplan.preferences.objective import Measure
+from prefplan.problem import Task
+
+
+@dataclass(frozen=True)
+class Check:
+    """A claim that was checked.
+
+    Attributes:
+        name: of the claim, e.g. `task cost phi1`.
+        holds: the verdict.
+        words: what was found.
+    """
+
+    name: str
+    holds: bool
+    words: str
+
+
+@dataclass(frozen=True)
+class Claims:
+    """What is claimed of a plan or of a run.
+
+    Attributes:
+        completed: whether every task was satisfied, as far as it was not relaxed.
+        cost: total cost (equation 1).
+        task_costs: c_i by task name (equation 2).
+        violation_costs: v_i by task name.
+        preference: mu; None for a run that was not completed.
+        relaxations: what was bought.
+    """
+
+    completed: bool
+    cost: int | float
+    task_costs: dict[str, int | float]
+    violation_costs: dict[str, int | float]
+    preference: int | float | None
+    relaxations: tuple[Purchase, ...] = ()
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The result of checking claims.
+
+    Attributes:
+        checks: one for each claim.
+        completed: whether every task is satisfied, as far as it is not relaxed.
+        task_costs: c_i by task name, derived.
+        preference: mu, derived.
+    """
+
+    checks: tuple[Check, ...]
+    completed: bool
+    task_costs: Mapping[str, int | float]
+    preference: int | float
+
+
+def judge(
+    claims: Claims,
+    tasks: Sequence[Task],
+    preference: Preference,
+    trace: Sequence[Label],
+    costs: Sequence[Fraction],
+) -> Verdict:
+    """Check claims by their definitions.
+
+    Args:
+        claims: of K actions.
+        tasks: the problem's.
+        preference: the problem's.
+        trace: (K + 1,) what holds at the start and after each action.
+        costs: (K,) of each action.
+    """
+    offered = _check_relaxations(claims, tasks, trace)
+    spent = list(accumulate(costs, initial=Fraction(0)))
+    ends = {task.name: _satisfied(task, trace, claims) for task in tasks}
+    skipped = [b.task for b in claims.relaxations if b.assume is None] if offered.holds else []
+    task_costs = [spent[-1] if end is None else spent[end] for end in ends.values()]
+    paid = [sum((exact(b.cost) for b in claims.relaxations if b.task == task), Fraction(0)) for task in ends]
+    mu = to_number(Measure.of(preference.terms(list(ends)), len(ends)).value(task_costs, paid))
+    derived = dict(zip(ends, map(to_number, task_costs), strict=True))
+    missing = [name for name, end in ends.items() if end is None and name not in skipped]
+
+    checks = []
+    if claims.relaxations or any(task.relax or task.skip is not None for task in tasks):
+        checks.append(offered)
+    checks.append(_check_number("total cost", claims.cost, to_number(spent[-1])))
+    checks += [_check_number(f"task cost {name}", claims.task_costs.get(name), cost) for name, cost in derived.items()]
+    for name, amount in zip(ends, paid, strict=True):
+        claim = claims.violation_costs.get(name)
+        if claim or amount:
+            checks.append(_check_number(f"violation cost {name}", claim, to_number(amount)))
+    if claims.completed or claims.preference is not None:
+        checks.append(_check_number("preference", claims.preference, mu))
+    done = [name for name in ends if name not in skipped]
+    checks.append(_check_completed(claims, done, missing, skipped))
+    return Verdict(tuple(checks), not missing, derived, mu)
+
+
+def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None:
+    """Return after how many actions a task is satisfied on the trace, read as its relaxations allow, or None."""
+    bought = [purchase for purchase in claims.relaxations if purchase.task == task.name]
+    if any(purchase.assume is None for purchase in bought):
+        return None
+    read = [label | {b.assume for b in bought if b.assume and b.step == k} for k, label in enumerate(trace)]
+    return satisfied_at(parse(task.formula), read)
+
+
+def _check_relaxations(claims: Claims, tasks: Sequence[Task], trace: Sequence[Label]) -> Check:
+    """Check that every relaxation is one that the problem offers, at that step and for that price."""
+    by_name = {task.name: task for task in tasks}
+    for bought in claims.relaxations:
+        task = by_name.get(bought.task)
+        problem = f"there is no task {bought.task}" if task is None else _objection(bought, task, trace)
+        if problem:
+            return Check("relaxations", False, problem)
+    number = len(claims.relaxations)
+    return Check("relaxations", True, f"{number} used, as offered" if number else "none is used")
+
+
+def _objection(bought: Purchase, task: Task, trace: Sequence[Label]) -> str | None:
+    """Return why a task does not offer a relaxation, or None if it does."""
+    if bought.assume is None:
+        if task.skip is not None and exact(task.skip) == exact(bought.cost) and bought.step == 0:
+            return None
+        return f"{task.name} cannot be skipped for {bought.cost} at step {bought.step}"
+    what = f"{bought.assume} at step {bought.step} of {task.name}, for {bought.cost},"
+    if not 0 <= bought.step < len(trace):
+        return f"{what} lies beyond the last action"
+    offers = [r for r in task.relax if r.assume == bought.assume and exact(r.cost) == exact(bought.cost)]
+    if not offers:
+        return f"{what} is not offered"
+    label = trace[bought.step]
+    if bought.assume in label or not any(holds(parse(offer.when), label) for offer in offers):
+        return f"{what} is not offered there: {', '.join(sorted(label)) or 'nothing'} holds"
+    return None
+
+
+def _check_number(name: str, claim: int | float | None, derived: int | float) -> Check:
+    if claim is None:
+        return Check(name, False, f"nothing is claimed; it is {derived}")
+    # Preferences with a division are floating-point numbers.
+    agree = math.isclose(claim, derived, rel_tol=1e-9)
+    return Check(name, agree, f"{derived}" if agree else f"{claim} is claimed, but it is {derived}")
+
+
+def _check_completed(claims: Claims, done: list[str], missing: list[str], skipped: list[str]) -> Check:
+    if claims.completed and missing:
+        return Check("completed", False, f"not satisfied: {', '.join(missing)}")
+    if not claims.completed:
+        found = f"{', '.join(missing)} not satisfied" if missing else "though every task is satisfied"
+        return Check("completed", True, f"not claimed: {found}")
+    words = f"{', '.join(done)} satisfied" if done else "nothing had to be done"
+    return Check("completed", True, words + (f"; {', '.join(sorted(skipped))} skipped" if skipped else ""))

@@ -1,0 +1,166 @@
+"""The ledger of some actions: what each task has cost and paid after each of them, and what the preference makes of it.
+
+Plans, runs, the viewer, captions and the report all take their numbers from here. Only the certificate of a run
+(`sim.evidence`) works them out by itself, so that it can judge these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from itertools import accumulate
+from typing import Any
+
+from prefplan.exact_costs import Number, exact, to_number
+from prefplan.front import Plan, Purchase
+from prefplan.problem import Problem
+
+Label = frozenset[str]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The costs after some actions, in the user's units.
+
+    Attributes:
+        cost: total cost so far (equation 1).
+        task_costs: c_i by task name (equation 2); of a task that is not satisfied, the total cost so far.
+        violation_costs: v_i by task name: what was paid so far to relax it.
+        satisfied: names of the tasks that are satisfied.
+        preference: mu of these costs (Definition 5), which never falls from one entry to the next.
+    """
+
+    cost: Number
+    task_costs: dict[str, Number]
+    violation_costs: dict[str, Number]
+    satisfied: frozenset[str]
+    preference: Number
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """What K actions come to, for a problem's tasks.
+
+    Attributes:
+        problem: the tasks and the preference.
+        actions: (K,) in order.
+        costs: (K,) of each action.
+        labels: (K + 1,) what holds at the start and after each action.
+        states: by task name, (K + 1,) the state of its automaton after each label; None for a task that is skipped.
+        relaxations: what is bought.
+    """
+
+    problem: Problem = field(repr=False)
+    actions: tuple[str, ...]
+    costs: tuple[Fraction, ...]
+    labels: tuple[Label, ...] = field(repr=False)
+    states: Mapping[str, tuple[int, ...] | None] = field(repr=False)
+    relaxations: tuple[Purchase, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        actions: Sequence[str],
+        costs: Sequence[Number],
+        labels: Sequence[Label],
+        relaxations: Sequence[Purchase] = (),
+    ) -> Ledger:
+        """Return the ledger of some actions; each task's automaton reads the labels as the relaxations allow.
+
+        Args:
+            problem: the tasks and the preference.
+            actions: (K,) in order.
+            costs: (K,) of each action.
+            labels: (K + 1,) what holds at the start and after each action.
+            relaxations: what is bought.
+        """
+        states: dict[str, tuple[int, ...] | None] = {}
+        for task, automaton in zip(problem.tasks, problem.automata, strict=True):
+            bought = [purchase for purchase in relaxations if purchase.task == task.name]
+            if any(purchase.assume is None for purchase in bought):
+                states[task.name] = None
+                continue
+            read = [
+                label | {purchase.assume for purchase in bought if purchase.assume and purchase.step == k}
+                for k, label in enumerate(labels)
+            ]
+            states[task.name] = tuple(accumulate(read, automaton.step, initial=0))[1:]
+        return cls(problem, tuple(actions), tuple(map(exact, costs)), tuple(labels), states, tuple(relaxations))
+
+    @classmethod
+    def of_plan(cls, problem: Problem, plan: Plan) -> Ledger:
+        """Return the ledger of a plan by the problem's transition system, whatever the plan says of its costs.
+
+        Raises:
+            ModelError: an action does not exist where the plan takes it.
+        """
+        system = problem.system
+        state, costs, labels = system.start, [], [system.label(system.start)]
+        for action in plan.actions:
+            state, cost = system.step(state, action)
+            costs.append(cost)
+            labels.append(system.label(state))
+        return cls.of(problem, plan.actions, costs, labels, plan.relaxations)
+
+    @cached_property
+    def spent(self) -> tuple[Fraction, ...]:
+        """(K + 1,) total cost before the first and after each action."""
+        return tuple(accumulate(self.costs, initial=Fraction(0)))
+
+    @cached_property
+    def satisfied(self) -> dict[str, int | None]:
+        """After how many actions each task is satisfied, by name; None if it is not."""
+        found: dict[str, int | None] = {}
+        for name, automaton in zip(self.problem.names, self.problem.automata, strict=True):
+            states = self.states[name] or ()
+            found[name] = states.index(automaton.accepting) if automaton.accepting in states else None
+        return found
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The satisfied tasks in the order in which they are satisfied; ties in the problem's order."""
+        done = {name: step for name, step in self.satisfied.items() if step is not None}
+        return tuple(sorted(done, key=done.__getitem__))
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """(K + 1,) the costs before the first and after each action."""
+        return tuple(self.entry(k) for k in range(len(self.spent)))
+
+    @property
+    def final(self) -> Entry:
+        """The costs after the last action."""
+        return self.entry(len(self.costs))
+
+    def entry(self, step: int) -> Entry:
+        """Return the costs after a number of actions, 0 <= step <= K."""
+        costs, paid = self._costs(step)
+        names = self.problem.names
+        return Entry(
+            cost=to_number(self.spent[step]),
+            task_costs=dict(zip(names, map(to_number, costs), strict=True)),
+            violation_costs=dict(zip(names, map(to_number, paid), strict=True)),
+            satisfied=frozenset(name for name, at in self.satisfied.items() if at is not None and at <= step),
+            preference=to_number(self.problem.measure.value(costs, paid)),
+        )
+
+    def exact_preference(self) -> Any:
+        """Return mu of all the actions: a fraction, or a float where functions or divisions are used."""
+        return self.problem.measure.value(*self._costs(len(self.costs)))
+
+    def advances(self, task: str) -> tuple[int, ...]:
+        """Return after which actions a task's automaton has changed its state, counted from 1."""
+        states = self.states[task] or ()
+        return tuple(k for k in range(1, len(states)) if states[k] != states[k - 1])
+
+    def _costs(self, step: int) -> tuple[list[Fraction], list[Fraction]]:
+        """Return the tasks' costs and violation costs after a number of actions."""
+        done = [step if at is None else min(at, step) for at in self.satisfied.values()]
+        paid = dict.fromkeys(self.problem.names, Fraction(0))
+        for purchase in self.relaxations:
+            if purchase.step <= step:
+                paid[purchase.task] += exact(purchase.cost)
+        return [self.spent[k] for k in done], list(paid.values())

@@ -1,0 +1,152 @@
+"""Operators: when each kind of action exists, and what it does to a state (action schemas, as in STRIPS)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from typing import ClassVar
+
+import numpy as np
+
+from prefplan.errors import ModelError
+from prefplan.models.manipulation.action import Action, at, holding
+from prefplan.models.manipulation.codes import StateCodes, StateLayer
+from prefplan.models.manipulation.description import Description, ManipulationState
+
+Outcomes = Iterable[tuple[Action, ManipulationState]]
+"""Actions that exist in a state, each with the state it leads to."""
+
+Successors = Iterable[tuple[Action, np.ndarray, np.ndarray]]
+"""Actions; for each, which of a layer's states have it (mask or indices), and the codes of the states it leads to."""
+
+
+class Operator:
+    """A kind of action.
+
+    A subclass defines `outcomes`, for one state, or `successors`, for many at once: each follows from the other.
+
+    Attributes:
+        kind: first word of its actions.
+        parameters: which of `obj` and `location` its actions have.
+        travels: whether it brings the hand to the action's location.
+    """
+
+    kind: ClassVar[str]
+    parameters: ClassVar[tuple[str, ...]] = ("obj", "location")
+    travels: ClassVar[bool] = False
+
+    def effect(self, action: Action) -> frozenset[str]:
+        """Return the propositions that an action makes true whenever it succeeds."""
+        return frozenset()
+
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+        """Return the actions that exist in a state, each with the state it leads to."""
+        space = StateCodes(model, state)
+        layer = StateLayer(space, np.array([space.encode(state, where="state")]))
+        for action, found, targets in self.successors(layer):
+            if np.arange(1)[found].size:
+                yield action, space.decode(int(targets[0]))
+
+    def successors(self, layer: StateLayer) -> Successors:
+        """Return the actions of this kind, in the order of the model's objects and locations, with their outcomes.
+
+        Raises:
+            ModelError: an outcome is not a state of the model, or an action is of another kind.
+        """
+        space, found = layer.space, defaultdict[Action, list[tuple[int, int]]](list)
+        for i, state in enumerate(layer.states):
+            for action, after in self.outcomes(space.model, state):
+                if action.kind != self.kind:
+                    raise ModelError(f"operator {self.kind!r} yields `{action}`, an action of another kind")
+                found[action].append((i, space.encode(after, where=f"after `{action}`")))
+        objects = {obj: k for k, obj in enumerate(space.objects)}
+        locations = {location: k for k, location in enumerate(space.locations)}
+        for action in sorted(
+            found, key=lambda action: (objects.get(action.obj, -1), locations.get(action.location, -1))
+        ):
+            index, targets = np.array(found[action], dtype=np.int64).T
+            yield action, index, targets
+
+
+class Transit(Operator):
+    """Move the empty hand to another location, occupied or not."""
+
+    kind = "transit"
+    parameters = ("location",)
+    travels = True
+
+    def successors(self, layer: StateLayer) -> Successors:
+        """See `Operator.successors`."""
+        for x, name in enumerate(layer.space.locations):
+            mask = layer.empty & (layer.over != x)
+            yield Action(self.kind, location=name), mask, layer.codes[mask] + (x - layer.hand[mask])
+
+
+class Grasp(Operator):
+    """Take an object with nothing on it from the location below the empty hand."""
+
+    kind = "grasp"
+    parameters = ("obj",)
+
+    def effect(self, action: Action) -> frozenset[str]:
+        """The hand holds the object."""
+        return frozenset({holding(action.obj)})
+
+    def successors(self, layer: StateLayer) -> Successors:
+        """See `Operator.successors`."""
+        space = layer.space
+        ready = layer.empty & layer.clear & (layer.over < len(space.locations))
+        for o, obj in enumerate(space.model.objects):
+            mask = ready & (layer.places[o] == layer.over) & (not obj.fixed)
+            slot = layer.slots[o][mask]
+            raised = space.weights[1 + o] * (space.held - slot)
+            yield Action(self.kind, obj.name), mask, layer.codes[mask] + raised + space.above[slot] - layer.hand[mask]
+
+
+class Transport(Operator):
+    """Carry the held object to another location that accepts it."""
+
+    kind = "transport"
+    travels = True
+
+    def effect(self, action: Action) -> frozenset[str]:
+        """The hand holds the object."""
+        return frozenset({holding(action.obj)})
+
+    def successors(self, layer: StateLayer) -> Successors:
+        """See `Operator.successors`."""
+        space = layer.space
+        for obj, place in zip(space.objects, layer.places, strict=True):
+            held = place == len(space.locations)
+            for x, name in enumerate(space.locations):
+                mask = held & (layer.over != x) & layer.accepts[x]
+                target = layer.codes[mask] + space.above[layer.free[x][mask]] - layer.hand[mask]
+                yield Action(self.kind, obj, name), mask, target
+
+
+class Release(Operator):
+    """Put the held object down at the location below the hand, which may mark it."""
+
+    kind = "release"
+
+    def effect(self, action: Action) -> frozenset[str]:
+        """The object rests at the location."""
+        return frozenset({at(action.obj, action.location)})
+
+    def successors(self, layer: StateLayer) -> Successors:
+        """See `Operator.successors`."""
+        space = layer.space
+        for o, obj in enumerate(space.objects):
+            held = layer.places[o] == len(space.locations)
+            for x, location in enumerate(space.model.locations):
+                mask = held & (layer.over == x) & layer.accepts[x]
+                slot, codes = layer.free[x][mask], layer.codes[mask]
+                target = codes + space.weights[1 + o] * (slot - space.held) + space.above[slot] - layer.hand[mask]
+                if location.marks:
+                    d = space.mark_digits[obj, location.marks]
+                    target = target + space.weights[d] * (1 - space.digit(codes, d))
+                yield Action(self.kind, obj, location.name), mask, target
+
+
+STANDARD_OPERATORS: tuple[Operator, ...] = (Transit(), Grasp(), Transport(), Release())
+"""The operators of every manipulation model, in the order of their actions."""

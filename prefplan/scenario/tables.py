@@ -1,0 +1,135 @@
+"""Values of a scenario file as values of a type: the fields of a dataclass are the keys of its table.
+
+A field's metadata may give its key in files another name, `{"key": "from"}`, or keep it out of them, `{"key": None}`.
+Dataclasses whose field `name` is kept out are written as a table of tables, each under its name.
+"""
+
+from __future__ import annotations
+
+import numbers
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, fields, is_dataclass
+from decimal import Decimal
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from prefplan.errors import ScenarioError, choices
+from prefplan.exact_costs import Number
+
+T = TypeVar("T")
+
+NOUNS: dict[Any, str] = {str: "a string", int: "an integer", bool: "true or false", list: "a list", Mapping: "a table"}
+
+
+def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...] = (), **given: Any) -> T:
+    """Return a table of a file as a dataclass.
+
+    Args:
+        kind: the dataclass.
+        table: the table.
+        where: its key, for messages.
+        also: keys that it may have beside those of the dataclass.
+        **given: fields that are known already.
+
+    Raises:
+        ScenarioError: a key is unknown or missing, or a value has the wrong type; the message begins with the key.
+    """
+    keys = _keys(kind)
+    for key in _typed(Mapping, table, where):
+        if key not in (*keys, *also):
+            raise ScenarioError(f"{key_path(where, key)}: unknown key {choices(key, (*keys, *also))}")
+    hints = get_type_hints(kind)
+    for key, field in keys.items():
+        if key in table:
+            given[field.name] = decode(hints[field.name], table[key], key_path(where, key))
+        elif field.default is field.default_factory is MISSING:
+            raise ScenarioError(f"{key_path(where, key)}: missing")
+    return kind(**given)
+
+
+def chosen(kinds: Mapping[str, T], table: Any, where: str) -> T:
+    """Return what the key `kind` of a table stands for; arguments and errors as of `decode_table`."""
+    if "kind" not in _typed(Mapping, table, where):
+        raise ScenarioError(f"{where}.kind: missing {choices('', kinds)}")
+    kind = table["kind"]
+    if kind not in list(kinds):
+        raise ScenarioError(f"{where}.kind: unknown kind {kind!r} {choices(str(kind), kinds)}")
+    return kinds[kind]
+
+
+def decode(kind: Any, value: Any, where: str) -> Any:
+    """Return a value of a file as one of a type; arguments and errors as of `decode_table`."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if kind is Any:
+        return value
+    if isinstance(kind, type) and is_dataclass(kind):
+        return decode_table(kind, value, where)
+    if origin in (Union, types.UnionType):
+        return _decode_union(parts, value, where)
+    if origin is Mapping:
+        return {key: decode(parts[1], entry, f"{where}.{key}") for key, entry in _typed(Mapping, value, where).items()}
+    if origin is tuple and parts[-1] is not Ellipsis:
+        return _decode_each(parts, value, where)
+    if origin is not None:
+        return (frozenset if origin is frozenset else tuple)(_decode_several(parts[0], value, where))
+    return float(_number(value, where)) if kind is float else _typed(kind, value, where)
+
+
+def key_path(where: str, key: str) -> str:
+    """Return the path of a key in a table."""
+    return f"{where}.{key}" if where else key
+
+
+def _is_named(kind: Any) -> bool:
+    return is_dataclass(kind) and any(field.name == "name" and field.metadata for field in fields(kind))
+
+
+def _keys(kind: Any) -> dict[str, Field[Any]]:
+    """Return the fields of a dataclass that a file may give, by key."""
+    named = {field.metadata.get("key", field.name): field for field in fields(kind)}
+    return {key: field for key, field in named.items() if key is not None}
+
+
+def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
+    """Return a value as the one of several types that its form suits; a file has no None."""
+    if set(get_args(Number)) <= set(kinds):
+        return _number(value, where)
+    generic = [kind for kind in kinds if get_origin(kind)]
+    named = [kind for kind in kinds if not get_origin(kind) and kind is not types.NoneType]
+    for kind in named:
+        of_table = is_dataclass(kind) and isinstance(value, Mapping) and not _keys(kind).keys().isdisjoint(value)
+        if of_table or isinstance(value, kind):
+            return decode(kind, value, where)
+    return decode((generic or named)[0], value, where)
+
+
+def _decode_several(kind: Any, value: Any, where: str) -> tuple[Any, ...]:
+    """Return the entries of a list; one number, or one list in a list of lists, needs no brackets around it."""
+    if _is_named(kind):
+        tables = _typed(Mapping, value, where).items()
+        return tuple(decode_table(kind, table, f"{where}.{name}", name=name) for name, table in tables)
+    alone = kind is float and not isinstance(value, list)
+    if alone or (get_origin(kind) is tuple and isinstance(value, list) and value and not isinstance(value[0], list)):
+        return (decode(kind, value, where),)
+    return _decode_each((kind,) * len(_typed(list, value, where)), value, where)
+
+
+def _decode_each(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
+    """Return the entries of a list, each of its type."""
+    if len(_typed(list, value, where)) != len(kinds):
+        raise ScenarioError(f"{where}: must have {len(kinds)} entries, not {len(value)}")
+    return tuple(decode(kind, entry, f"{where}[{i}]") for i, (kind, entry) in enumerate(zip(kinds, value, strict=True)))
+
+
+def _number(value: Any, where: str) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
+        raise ScenarioError(f"{where}: must be a number, not {value!r}")
+    return value
+
+
+def _typed(kind: Any, value: Any, where: str) -> Any:
+    """Return a value if it has a type."""
+    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+        shown = value if isinstance(value, Decimal) else repr(value)
+        raise ScenarioError(f"{where}: must be {NOUNS[kind]}, not {shown}")
+    return value

@@ -1,0 +1,49 @@
+"""Release: put the held object down."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.operators import Release
+from sim.simulation.workcell import Workcell
+from sim.skills.hand import HOVER_HEIGHT_M, OPEN_DURATION_S, SETTLE_DURATION_S, check_held, held_grip, move_tool
+from sim.skills.placing import check_free, free_slot, placing_pose
+from sim.skills.skill import Skill
+
+GLOW_DURATION_S = 1.5
+"""How long a marking location works on an object released there."""
+
+
+class ReleaseSkill(Release, Skill):
+    """Measure the object in the hand, lower it into the free slot, let go and raise the hand.
+
+    Above the slot the object's pose in the tool frame is measured and corrected for, since it drifts while it is
+    carried; and the slot is checked once more to be free.
+    """
+
+    def perform(self, cell: Workcell, action: Action) -> None:
+        """See `Skill.perform`."""
+        obj, location = action.obj, action.location
+        check_held(cell, obj)
+        slot = free_slot(cell, obj, location)
+        cell.contacts.handle(obj, aloft=True)
+        cell.wait(SETTLE_DURATION_S)
+        position, yaw = placing_pose(cell, obj, slot)
+        above = position + [0.0, 0.0, HOVER_HEIGHT_M]
+        move_tool(cell, above, [yaw])
+        check_free(cell, obj, slot)
+        position, yaw = placing_pose(cell, obj, slot)
+        check_held(cell, obj)
+        cell.contacts.handle(obj)
+        move_tool(cell, position, [yaw])
+        cell.wait(SETTLE_DURATION_S)
+        cell.grip(held_grip(cell, obj).opening, OPEN_DURATION_S)
+        move_tool(cell, above, [yaw])
+        cell.contacts.handle(None)
+        error = float(np.hypot(*(cell.measure(obj).position - slot.position)[:2]))
+        cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
+        if cell.scene.model.location(location).marks:
+            cell.glowing = list(cell.scene.slots).index(location)
+            cell.wait(GLOW_DURATION_S)
+            cell.glowing = -1

@@ -1,0 +1,101 @@
+"""Ledgers and captions of runs, on made-up observations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+import pytest
+from scenario_texts import RELAXED_CUP
+
+from experiments import scenarios
+from experiments.runs.captions import captions
+from experiments.runs.outcome import Outcome, ledger_of
+from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, pareto_front
+from prefplan.scenario.decode import loads
+from sim.execution.closed_loop import Pursuit
+from sim.simulation.rollout import Event, Rollout, Step
+
+
+def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState] | None = None) -> Outcome:
+    """Return the outcome of a plan, one action a second, that goes well, or as observed."""
+    expected = cast(tuple[ManipulationState, ...], plan.states)
+    together = enumerate(zip(plan.actions, expected[1:], (states or expected)[1:], strict=True))
+    costs = cast(ManipulationModel, scenario.model).costs
+    steps = tuple(
+        Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
+    )
+    nothing = np.zeros(0)
+    rollout = Rollout(True, None, steps, (), *[nothing] * 7, float(len(steps)), 1.0, 0.0)
+    return Outcome(plan, rollout, ledger_of(scenario.problem(), plan, steps), Pursuit(plan))
+
+
+@pytest.fixture(scope="module")
+def arch() -> Scenario:
+    return scenarios.find("case_study_3")
+
+
+@pytest.fixture(scope="module")
+def front(arch: Scenario) -> list[Plan]:
+    return list(pareto_front(arch.problem()))
+
+
+@pytest.fixture(scope="module")
+def relaxed() -> Scenario:
+    return loads(RELAXED_CUP)
+
+
+def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
+    system = arch.problem().system
+    for state in range(0, system.size, 7):
+        assert cast(ManipulationState, system.states[state]).label == system.label(state)
+
+
+def test_a_plan_that_goes_well_costs_what_was_planned(arch: Scenario, relaxed: Scenario) -> None:
+    for scenario in (arch, relaxed):
+        for plan in pareto_front(scenario.problem()):
+            end = outcome_of(scenario, plan).ledger.final
+            assert (end.cost, end.preference) == (plan.cost, plan.preference)
+            assert (end.task_costs, end.violation_costs) == (plan.task_costs, plan.violation_costs)
+
+
+def test_relaxations_apply_to_what_is_observed(relaxed: Scenario) -> None:
+    front = pareto_front(relaxed.problem())
+    assert [plan.preference for plan in front] == [9, 0]
+    ledger = outcome_of(relaxed, front[0]).ledger
+    assert ledger.final.satisfied == {"serve"}
+    assert [entry.cost for entry in ledger.entries] == [0, 0.5, 0.6, 1.3, 1.5]
+
+
+def test_a_task_counts_only_when_it_is_observed_to_be_done(arch: Scenario, front: list[Plan]) -> None:
+    plan = front[0]
+    states = [replace(cast(ManipulationState, state), marks=frozenset()) for state in plan.states]
+    end = outcome_of(arch, plan, states).ledger.final
+    assert end.satisfied == frozenset() and end.task_costs == {"phi1": plan.cost, "phi2": plan.cost}
+
+
+def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenario, front: list[Plan]) -> None:
+    plan = front[1]
+    outcome = outcome_of(arch, plan)
+    texts = captions(outcome)
+    assert [text.action for text in texts] == [*plan.actions, "done"]
+    assert [text.start for text in texts] == list(range(18))
+    assert (texts[0].cost, texts[1].cost, texts[-1].cost, texts[-1].total) == (0, 3, 41, 41)
+    assert (texts[0].preference, texts[-1].preference, texts[-1].preference_total) == (0, 0, 0)
+    states = [tuple(task.state for task in text.tasks) for text in texts]
+    assert states[0] == ("open", "open") and states[-1] == ("satisfied", "satisfied")
+    assert ("satisfied", "open") in states and ("open", "satisfied") not in states
+
+
+def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, front: list[Plan]) -> None:
+    plan = front[1]
+    outcome = outcome_of(arch, plan)
+    events = (Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {}))
+    surprised = replace(outcome, rollout=replace(outcome.rollout, events=events))
+    told = [text.action for text in captions(surprised)]
+    assert told[2] == f"planned again: {plan.actions[2]}" and told[5] == f"once more: {plan.actions[5]}"
+    assert [*told[:2], *told[3:5], *told[6:]] == [*plan.actions[:2], *plan.actions[3:5], *plan.actions[6:], "done"]
+    stopped = replace(outcome, rollout=replace(outcome.rollout, completed=False, reason="a surprise"))
+    assert captions(stopped)[-1].action == "stopped"

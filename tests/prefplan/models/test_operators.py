@@ -1,0 +1,121 @@
+"""Operators state by state and many states at once; operators of one's own; actions and their texts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_models import COSTS, TOWER, model, spot
+
+from prefplan import STANDARD_OPERATORS, Action, ManipulationModel, ManipulationState, ModelError, Object, Operator
+from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.operators import Outcomes
+from prefplan.models.manipulation.slots import hand_poses
+
+CROWDED = model(
+    Object("cup", "a"),
+    Object("jug", "b", fixed=True),
+    Object("pot", "box"),
+    locations=[spot("a"), spot("b", marks="clean"), spot("box", capacity=2), spot("c", clear_of=("b",), closed=True)],
+)
+
+
+class Statewise(Operator):
+    """A standard operator, asked one state at a time."""
+
+    def __init__(self, operator: Operator) -> None:
+        self.kind, self._operator = operator.kind, operator  # type: ignore[misc]
+
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+        return self._operator.outcomes(model, state)
+
+
+def measured(what: ManipulationModel) -> ManipulationModel:
+    """Return a model in which slots are told apart, and every action costs what its number says."""
+    hands = hand_poses((place.name for place in what.locations), (place.capacity for place in what.locations), "home")
+    pairs = [(kind, before, after) for kind in COSTS for before in hands for after in hands]
+    return replace(what, costs=MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)}))
+
+
+@pytest.mark.parametrize("what", [TOWER, CROWDED, measured(CROWDED)], ids=["tower", "crowded", "slots"])
+def test_state_by_state_is_the_same_as_many_at_once(what: ManipulationModel) -> None:
+    fast = what.transition_system()
+    slow = replace(what, operators=tuple(map(Statewise, what.operators))).transition_system()
+    assert list(fast.states) == list(slow.states)
+    assert np.array_equal(fast.targets, slow.targets) and np.array_equal(fast.costs * fast.unit, slow.costs * slow.unit)
+    names = [[system.action_names[a] for a in system.actions] for system in (fast, slow)]
+    assert names[0] == names[1]
+
+
+class Swap(Operator):
+    """Change the places of the first two objects, whatever that leads to."""
+
+    kind, parameters = "swap", ("obj",)
+
+    def __init__(self, to: Sequence[str] = (), kind: str = "swap") -> None:
+        self.to, self.told = to, kind
+
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+        if state.held is None:
+            (one, here), (other, there), *rest = state.places
+            places = dict(zip((one, other), self.to or (there, here), strict=True)) | dict(rest)
+            yield Action(self.told, one), replace(state, places=tuple(places.items()))
+
+
+def with_swap(swap: Swap) -> ManipulationModel:
+    operators = (*STANDARD_OPERATORS, swap)
+    return replace(model(Object("cup", "a"), Object("jug", "b")), costs={**COSTS, "swap": 2}, operators=operators)
+
+
+def test_an_operator_of_ones_own_has_its_actions_after_the_others() -> None:
+    what = with_swap(Swap())
+    system = what.transition_system()
+    first = [system.action_names[system.actions[edge]] for edge in system.edges(system.start)]
+    assert first == ["transit a", "transit b", "transit c", "swap cup"]
+    state, cost = system.step(system.start, "swap cup")
+    assert (dict(system.states[state].places), cost) == ({"cup": "b", "jug": "a"}, 2)  # type: ignore[attr-defined]
+    assert what.action("swap cup") == Action("swap", "cup")
+
+
+@pytest.mark.parametrize(
+    ("swap", "message"),
+    [
+        (Swap(to=("d", "a")), "after `swap cup`: 'cup' at unknown location 'd' (valid: a, b, c)"),
+        (Swap(kind="grasp"), "operator 'swap' yields `grasp cup`, an action of another kind"),
+    ],
+)
+def test_an_outcome_that_does_not_fit_the_model_is_refused(swap: Swap, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        with_swap(swap).transition_system()
+    assert str(caught.value) == message
+
+
+def test_every_kind_is_there_once_and_has_a_cost() -> None:
+    with pytest.raises(ModelError, match="operators: 'swap' is there twice"):
+        replace(with_swap(Swap()), operators=(Swap(), Swap()))
+    with pytest.raises(ModelError, match="costs: no cost for 'swap'"):
+        replace(with_swap(Swap()), costs=COSTS)
+
+
+@pytest.mark.parametrize(
+    "action", [Action("transit", location="a"), Action("grasp", "cup"), Action("release", "cup", "a")]
+)
+def test_the_text_of_an_action_means_that_action(action: Action) -> None:
+    assert TOWER.action(str(action)) == action
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "unknown action '' (valid: transit, grasp, transport, release)"),
+        ("graps cup", "unknown action 'graps' (did you mean 'grasp'?)"),
+        ("release cup", "action 'release cup': is written 'RELEASE OBJ LOCATION'"),
+    ],
+)
+def test_a_text_that_means_no_action_is_refused(text: str, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        TOWER.action(text)
+    assert str(caught.value) == message

@@ -1,0 +1,152 @@
+"""Pictures: cameras, lamps at work, smooth edges, and machines without OpenGL."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from prefplan.models.manipulation.model import Location, ManipulationModel
+from sim.errors import RenderingError
+from sim.rendering import renderer
+from sim.rendering.antialias import smooth_edges
+from sim.rendering.cameras import SWING_DEGREES, camera
+from sim.rendering.quality import DRAFT
+from sim.rendering.renderer import CURE, check_rendering, gl_backend
+from sim.rendering.video import render_frame
+from sim.robots.panda import PANDA
+from sim.world.scene import AZIMUTH, Scene, build_scene, initial_state
+
+SIZE = (160, 90)
+PACKAGES = "libegl1 libegl-mesa0 libgl1-mesa-dri"
+
+
+@pytest.fixture(scope="session")
+def picture(scene: Scene, gl: None) -> np.ndarray:
+    """The start of Case Study 3."""
+    return render_frame(scene, initial_state(scene).qpos, size=SIZE).astype(int)
+
+
+def test_the_orbit_begins_ends_and_turns_where_the_fixed_camera_is(scene: Scene) -> None:
+    turns = [camera(scene, "orbit", share=share).azimuth - AZIMUTH for share in (0, 0.25, 0.5, 0.75, 1)]
+    assert np.allclose(turns, [0, SWING_DEGREES, 0, -SWING_DEGREES, 0])
+    assert camera(scene).azimuth == AZIMUTH
+
+
+def test_the_wrist_sees_what_is_between_the_fingers(scene: Scene) -> None:
+    data = initial_state(scene)
+    eye = data.camera("wrist")
+    ahead = -eye.xmat.reshape(3, 3)[:, 2]
+    towards = data.site(PANDA.tool).xpos - eye.xpos
+    assert ahead @ towards / np.linalg.norm(towards) > 0.98
+
+
+def test_cameras_see_different_pictures(scene: Scene, picture: np.ndarray) -> None:
+    wrist = render_frame(scene, initial_state(scene).qpos, size=SIZE, camera="wrist")
+    assert picture.shape == wrist.shape == (90, 160, 3) and picture.std() > 20
+    assert (abs(picture - wrist) > 30).mean() > 0.3
+
+
+def test_a_wide_lamp_sheds_softer_shadows_than_a_point(scene: Scene, gl: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    qpos = initial_state(scene).qpos
+    pictures = []
+    for radius in (0.0, 2 * renderer.LAMP_RADIUS_RAD):
+        monkeypatch.setattr(renderer, "LAMP_RADIUS_RAD", radius)
+        pictures.append(render_frame(scene, qpos, size=(480, 270), quality=replace(DRAFT, samples=5)).astype(float))
+    hard, soft = (sum(float((np.diff(shown, axis=axis) ** 2).sum()) for axis in (0, 1)) for shown in pictures)
+    assert soft < 0.985 * hard
+    assert abs(pictures[0].mean() - pictures[1].mean()) < 1
+
+
+def test_smoothing_softens_a_slanted_edge_and_leaves_flat_areas() -> None:
+    rows, columns = np.mgrid[:60, :90]
+    frame = np.repeat(np.where(columns < 40 + rows / 5, 30, 200).astype(np.uint8)[..., None], 3, axis=2)
+    smooth = smooth_edges(frame)
+    edge = abs(columns - 40 - rows / 5) < 2
+    assert (smooth[~edge] == frame[~edge]).all()
+    assert ((smooth[edge] > 60) & (smooth[edge] < 170)).any()
+
+
+def test_smoothing_fills_in_dark_specks() -> None:
+    frame = np.full((20, 20, 3), 200, dtype=np.uint8)
+    frame[10, 7] = frame[14, 3] = frame[15, 4] = 40
+    assert (smooth_edges(frame) == 200).all()
+
+
+def test_a_frame_shows_the_lamp_at_work(scene: Scene, picture: np.ndarray) -> None:
+    difference = render_frame(scene, initial_state(scene).qpos, glow=("san",), size=SIZE) - picture
+    assert difference[..., 2].max() > 60
+    assert (difference == 0).mean() > 0.5
+
+
+def test_a_stove_glows_red_while_it_works(gl: None) -> None:
+    costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
+    stove = Location("stove", at=(0.5, 0.0), kind="stove", marks="cooked")
+    scene = build_scene(ManipulationModel("home", costs, (stove,), ()), meshes=False)
+    dark, lit = (render_frame(scene, initial_state(scene).qpos, glow=glow, size=SIZE) for glow in ((), ("stove",)))
+    red, _, blue = np.moveaxis(lit.astype(int) - dark, -1, 0)
+    assert red.max() > 60 and red.max() > 2 * blue.max()
+
+
+def test_a_robot_without_meshes_can_be_drawn_too(scene: Scene, picture: np.ndarray) -> None:
+    plain = build_scene(scene.model, meshes=False)
+    bare = render_frame(plain, initial_state(plain).qpos, size=SIZE)
+    assert 0 < (abs(picture - bare).max(axis=2) > 20).mean() < 0.3
+
+
+@pytest.mark.parametrize("wanted", ["egl", "off"])
+def test_a_machine_without_gl_is_told_what_mends_it_in_one_sentence(
+    wanted: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", wanted)
+    monkeypatch.setenv("PYOPENGL_PLATFORM", "none")
+    with pytest.raises(RenderingError, match=PACKAGES) as caught:
+        check_rendering()
+    assert "\n" not in str(caught.value) and CURE in str(caught.value) and "unset MUJOCO_GL" in str(caught.value)
+
+
+def test_without_gl_there_is_physics_but_no_picture_and_no_video(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setenv("PYOPENGL_PLATFORM", "none")
+    code = f"""
+import sys
+sys.path = {sys.path}
+from pathlib import Path
+from types import SimpleNamespace
+import numpy as np
+from prefplan.models.manipulation.model import Location, ManipulationModel
+from sim.errors import RenderingError
+from sim.world.scene import build_scene, initial_state
+from sim.rendering.video import render_frame, render_video
+costs = dict(transit=1, grasp=1, transport=1, release=1)
+scene = build_scene(ManipulationModel("home", costs, (Location("a", at=(0.5, 0.0)),), ()), meshes=False)
+qpos = initial_state(scene).qpos
+rollout = SimpleNamespace(times=np.zeros(1), qpos=qpos[None], glow=-np.ones(1))
+for render in (lambda: render_frame(scene, qpos), lambda: render_video(scene, rollout, (), "out/video.mp4")):
+    try:
+        render()
+    except RenderingError as error:
+        print(error)
+print(list(Path("out").iterdir()))
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    picture, video, left = done.stdout.splitlines()
+    assert PACKAGES in picture and PACKAGES in video and left == "[]"
+
+
+def test_a_backend_the_user_chose_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setenv("MUJOCO_GL", "osmesa")
+    assert gl_backend() == "osmesa"
+    monkeypatch.delenv("MUJOCO_GL")
+    assert gl_backend() == ""
+    monkeypatch.delenv("DISPLAY")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert gl_backend() == "egl"

@@ -1,0 +1,76 @@
+"""Small models and problems, and the maps of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from prefplan import Location, ManipulationModel, Object, Problem, Task, TransitionSystem
+from prefplan.preferences.kinds import Preference
+
+COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+
+TOWER = ManipulationModel(
+    start="home",
+    costs=COSTS,
+    locations=(Location("a", at=(0.5, 0.0)), Location("b", on=("a",)), Location("c", on=("b",))),
+    objects=(Object("one", "a"), Object("two", "b"), Object("three", "c")),
+)
+"""Three cubes, one upon another."""
+
+
+def model(
+    *objects: Object, locations: list[Location] | None = None, start: str = "home", propositions: tuple[str, ...] = ()
+) -> ManipulationModel:
+    """Return a model with spots a, b, c unless other locations are given."""
+    spots = locations or [Location(name, at=(0.4, 0.1 * k)) for k, name in enumerate("abc")]
+    return ManipulationModel(start, COSTS, tuple(spots), objects, frozenset(propositions))
+
+
+def spot(name: str, **options: Any) -> Location:
+    return Location(name, at=(0.5, 0.0), **options)
+
+
+def after(system: TransitionSystem, *actions: str) -> int:
+    """Return the state that a plan leads to."""
+    state = system.start
+    for action in actions:
+        state, _ = system.step(state, action)
+    return state
+
+
+def enabled(system: TransitionSystem, *actions: str) -> list[str]:
+    """Return the actions enabled after a plan, in order."""
+    return [system.action_names[system.actions[edge]] for edge in system.edges(after(system, *actions))]
+
+
+def label(system: TransitionSystem, *actions: str) -> frozenset[str]:
+    return system.label(after(system, *actions))
+
+
+NAMES = ("phi1", "phi2", "phi3")
+
+
+def build(preference: Preference, names: Sequence[str] = NAMES, **task: Any) -> Problem:
+    """Return a problem of tasks that all ask for q, on s -1.25-> t -2-> u with p in t, q in u, and r nowhere."""
+    edges = [("s", "go", "t", 1.25), ("t", "on", "u", 2)]
+    system = TransitionSystem.from_transitions(
+        edges, start="s", propositions=["p", "q", "r"], labels={"t": ["p"], "u": ["q"]}
+    )
+    return Problem(system, [Task(name, "F q", **task) for name in names], preference)
+
+
+MEADOW = {"dirt": (2, 0, 2, 0), "plant": (1, 1, 1, 1), "rock": (1, 2, 1, 2), "charge": (2, 2, 2, 2)}
+"""Regions of Examples 1 to 3, 3 x 3 cells: boxes x0 y0 x1 y1, corners inclusive."""
+
+TOWN = {
+    "p1": (2, 0, 4, 2),
+    "p2": (7, 2, 9, 4),
+    "tacos": (12, 1, 18, 5),
+    "cheese": (17, 7, 19, 9),
+    "p3": (17, 11, 19, 15),
+    "p4": (16, 17, 18, 19),
+    "grocer": (10, 10, 14, 19),
+    "pizza": (0, 15, 6, 18),
+}
+"""Regions of Case Studies 1 and 2, 20 x 20 cells."""
