@@ -19,10 +19,10 @@ SCRIM = (9, 11, 15)
 """Colour that the lower edge of the picture fades to, behind the text."""
 
 SCRIM_STRENGTH = 0.86
-"""How far it fades, 0 .. 1."""
+"""Opacity of that colour at the lower edge, 0 .. 1."""
 
 OVERSAMPLING = 2
-"""Drawn this much larger and reduced, for smooth curves."""
+"""Captions are drawn so many times as large and then reduced, for smooth curves."""
 
 
 @dataclass(frozen=True)

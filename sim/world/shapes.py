@@ -22,14 +22,14 @@ CUBE_EDGE = 0.045
 MIN_HELD_WIDTH_M = 0.005
 """Least commanded width of the hand that holds an object."""
 
-LONGEST = 0.120
-"""Length of an object across the closing line, m: a longer one turns between the fingers."""
+MAX_LENGTH_M = 0.120
+"""Greatest length of an object across the closing line: a longer one turns between the fingers."""
 
-DENSITY = 0.055 / CUBE_EDGE**3
-"""Of beech, kg/m^3: a cube of usual size weighs 55 g."""
+DENSITY_KG_M3 = 0.055 / CUBE_EDGE**3
+"""Density of beech: a cube of usual size weighs 55 g."""
 
-LIGHTEST, HEAVIEST = 0.020, 0.250
-"""Limits of an object's mass, kg."""
+MASSES_KG = (0.020, 0.250)
+"""Limits of an object's mass."""
 
 USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
@@ -153,9 +153,9 @@ def shape_of(obj: Object, gripper: Gripper) -> ObjectShape:
     where = f"objects.{obj.name}"
     if obj.kind not in SIZES:
         raise SimulationError(f"{where}.kind: unknown kind {obj.kind!r} {choices(obj.kind, SIZES)}")
-    narrowest, widest = gripper.squeeze_m + MIN_HELD_WIDTH_M, gripper.opening_m - 2 * PAD_CLEARANCE_M
+    widths = gripper.squeeze_m + MIN_HELD_WIDTH_M, gripper.opening_m - 2 * PAD_CLEARANCE_M
     # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
-    lowest, highest = 2 * gripper.fingertip_m, 2 * gripper.palm_height_m
+    heights = 2 * gripper.fingertip_m, 2 * gripper.palm_height_m
     size = _checked_size(obj, where)
     if obj.kind == "cylinder":
         diameter, height = size
@@ -163,22 +163,20 @@ def shape_of(obj: Object, gripper: Gripper) -> ObjectShape:
         volume = math.pi / 4 * diameter**2 * height
     else:
         x, y, height = size * 3 if len(size) == 1 else size
-        along, across = (y, x) if narrowest <= y <= widest else (x, y)
+        along, across = (y, x) if widths[0] <= y <= widths[1] else (x, y)
         volume = x * y * height
-    if not narrowest <= along <= widest:
-        raise SimulationError(
-            f"{where}.size: {along:g} m wide, but the fingers take what is {narrowest:g} to {widest:g} m wide"
-        )
-    if not lowest <= height <= highest:
-        raise SimulationError(
-            f"{where}.size: {height:g} m high, but the hand takes what is {lowest:g} to {highest:g} m high"
-        )
-    if across > LONGEST:
-        raise SimulationError(f"{where}.size: {across:g} m long, but the hand holds what is up to {LONGEST:g} m long")
-    widths = {0.0: along, math.pi / 2: across}
-    grips = tuple(Grip(turn, width) for turn, width in widths.items() if narrowest <= width <= widest)
+    for length, adjective, (low, high) in (
+        (along, "wide", widths),
+        (height, "high", heights),
+        (across, "long", (0.0, MAX_LENGTH_M)),
+    ):
+        if not low <= length <= high:
+            limits = f"{low:g} to {high:g} m {adjective}"
+            raise SimulationError(f"{where}.size: {length:g} m {adjective}, but the hand takes what is {limits}")
+    turns = {0.0: along, math.pi / 2: across}
+    grips = tuple(Grip(turn, width) for turn, width in turns.items() if widths[0] <= width <= widths[1])
     symmetry = 0.0 if obj.kind == "cylinder" else math.pi / 2 if along == across else math.pi
-    mass = min(max(DENSITY * volume, LIGHTEST), HEAVIEST)
+    mass = float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
     return ObjectShape(obj.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
 
 
@@ -199,20 +197,13 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
 
 def _checked_size(obj: Object, where: str) -> tuple[float, ...]:
     """Return the right number of positive lengths, m."""
-    names = SIZES[obj.kind]
     if obj.size is None and obj.kind == "cube":
         return (CUBE_EDGE,)
-    meaning = f"a {obj.kind} has {_listed(names)}, in metres"
+    meaning = f"a {obj.kind} has {', '.join(SIZES[obj.kind])}, in metres"
     if obj.size is None:
         raise SimulationError(f"{where}.size: missing; {meaning}")
-    if len(obj.size) != len(names):
-        count = f"{len(obj.size)} number{'s' if len(obj.size) != 1 else ''}"
-        raise SimulationError(f"{where}.size: {meaning}, not {count}")
+    if len(obj.size) != len(SIZES[obj.kind]):
+        raise SimulationError(f"{where}.size: {meaning}, not {list(obj.size)}")
     if not all(math.isfinite(length) and length > 0 for length in obj.size):
-        raise SimulationError(f"{where}.size: must be positive, not {_listed([f'{x:g}' for x in obj.size])}")
+        raise SimulationError(f"{where}.size: must be positive, not {list(obj.size)}")
     return obj.size
-
-
-def _listed(words: Iterable[str]) -> str:
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last

@@ -14,11 +14,11 @@ from sim.perception.sensors import object_pose, true_poses
 from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE, HEAVIEST, LIGHTEST, extent, shape_of
+from sim.world.shapes import CUBE_EDGE, MASSES_KG, extent, shape_of
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
-THINGS = {
+OBJECTS = {
     "cube": Object("x", "spot"),
     "small cube": Object("x", "spot", size=(0.03,)),
     "tin": Object("x", "spot", kind="cylinder", size=(0.055, 0.06)),
@@ -36,7 +36,7 @@ ROUND = (
 ).split(", ")
 
 
-def model_of(thing: Object) -> ManipulationModel:
+def model_of(obj: Object) -> ManipulationModel:
     """Return a model in which one object meets every kind of location, and the top of another object."""
     return ManipulationModel(
         "home",
@@ -49,16 +49,16 @@ def model_of(thing: Object) -> ManipulationModel:
             Location("plate", at=(0.34, -0.36), kind="plate"),
             Location("bin", at=(0.63, -0.22), kind="bin", capacity=2),
         ),
-        (thing, Object("y", "base", kind="cylinder", size=(0.05, 0.055))),
+        (obj, Object("y", "base", kind="cylinder", size=(0.05, 0.055))),
     )
 
 
-def laid_out(*things: Object, locations: tuple[Location, ...] = (Location("spot", at=(0.5, 0.0)),)) -> None:
-    arrange(ManipulationModel("home", COSTS, locations, things), PANDA)
+def laid_out(*objects: Object, locations: tuple[Location, ...] = (Location("spot", at=(0.5, 0.0)),)) -> None:
+    arrange(ManipulationModel("home", COSTS, locations, objects), PANDA)
 
 
-def assert_carried_round(thing: Object, seed: int) -> None:
-    model = model_of(thing)
+def assert_carried_round(obj: Object, seed: int) -> None:
+    model = model_of(obj)
     scene = build_scene(model, meshes=False)
     rollout = execute(scene, ROUND, seed=seed)
     assert rollout.completed, rollout.reason
@@ -70,44 +70,44 @@ def assert_carried_round(thing: Object, seed: int) -> None:
 
 @pytest.mark.parametrize("name", ["tin", "box", "box that only fits along x", "largest box"])
 def test_every_kind_is_taken_and_put_down_everywhere(name: str) -> None:
-    assert_carried_round(THINGS[name], seed=1)
+    assert_carried_round(OBJECTS[name], seed=1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["cube", "small cube", "thin rod", "wide disc"])
 def test_extreme_sizes_are_taken_and_put_down_everywhere(name: str) -> None:
-    assert_carried_round(THINGS[name], seed=2)
+    assert_carried_round(OBJECTS[name], seed=2)
 
 
 @pytest.mark.parametrize(
-    ("thing", "half", "widths"),
+    ("obj", "half", "widths"),
     [
-        (THINGS["cube"], [0.0225, 0.0225, 0.0225], [0.045, 0.045]),
-        (THINGS["tin"], [0.0275, 0.0275, 0.03], [0.055, 0.055]),
-        (THINGS["box"], [0.0225, 0.0375, 0.015], [0.045]),
-        (THINGS["box that only fits along x"], [0.015, 0.04, 0.025], [0.03]),
+        (OBJECTS["cube"], [0.0225, 0.0225, 0.0225], [0.045, 0.045]),
+        (OBJECTS["tin"], [0.0275, 0.0275, 0.03], [0.055, 0.055]),
+        (OBJECTS["box"], [0.0225, 0.0375, 0.015], [0.045]),
+        (OBJECTS["box that only fits along x"], [0.015, 0.04, 0.025], [0.03]),
         (Object("x", "spot", kind="box", size=(0.03, 0.05, 0.04)), [0.025, 0.015, 0.02], [0.05, 0.03]),
     ],
 )
-def test_the_hand_closes_along_y_unless_only_x_fits(thing: Object, half: list[float], widths: list[float]) -> None:
-    shape = shape_of(thing, PANDA.gripper)
+def test_the_hand_closes_along_y_unless_only_x_fits(obj: Object, half: list[float], widths: list[float]) -> None:
+    shape = shape_of(obj, PANDA.gripper)
     assert shape.half == pytest.approx(half)
     assert [grip.width for grip in shape.grips] == pytest.approx(widths)
     assert all(grip.width + 0.01 <= grip.opening <= PANDA.gripper.opening_m for grip in shape.grips)
 
 
 def test_masses_follow_the_volume_within_limits() -> None:
-    assert shape_of(THINGS["cube"], PANDA.gripper).mass == pytest.approx(0.055)
-    assert shape_of(THINGS["tin"], PANDA.gripper).mass == pytest.approx(
+    assert shape_of(OBJECTS["cube"], PANDA.gripper).mass == pytest.approx(0.055)
+    assert shape_of(OBJECTS["tin"], PANDA.gripper).mass == pytest.approx(
         0.055 * np.pi / 4 * 0.055**2 * 0.06 / CUBE_EDGE**3
     )
-    assert shape_of(THINGS["thin rod"], PANDA.gripper).mass == LIGHTEST
-    assert shape_of(THINGS["largest box"], PANDA.gripper).mass == HEAVIEST
+    assert shape_of(OBJECTS["thin rod"], PANDA.gripper).mass == MASSES_KG[0]
+    assert shape_of(OBJECTS["largest box"], PANDA.gripper).mass == MASSES_KG[1]
 
 
 def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
     turn = np.radians(80)
-    cube, box, tin = (shape_of(THINGS[name], PANDA.gripper) for name in ("cube", "box", "tin"))
+    cube, box, tin = (shape_of(OBJECTS[name], PANDA.gripper) for name in ("cube", "box", "tin"))
     assert cube.yaw_near(turn, 0.0) == pytest.approx(np.radians(-10))
     assert box.yaw_near(turn, 0.0) == pytest.approx(turn)
     assert box.yaw_near(np.radians(170), 0.0) == pytest.approx(np.radians(-10))
@@ -115,18 +115,24 @@ def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
 
 
 @pytest.mark.parametrize(
-    ("thing", "message"),
+    ("obj", "message"),
     [
         (
             Object("x", "spot", kind="cylindre"),
             r"objects\.x\.kind: unknown kind 'cylindre' \(did you mean 'cylinder'\?",
         ),
-        (Object("x", "spot", kind="box"), r"objects\.x\.size: missing; a box has length along x, .* and height, in m"),
-        (Object("x", "spot", kind="cylinder", size=(0.05,)), r"objects\.x\.size: a cylinder has .*, not 1 number$"),
-        (Object("x", "spot", size=(0.05, 0.05, 0.05)), r"objects\.x\.size: a cube has edge, in metres, not 3 numbers"),
-        (Object("x", "spot", size=(-0.05,)), r"objects\.x\.size: must be positive, not -0\.05"),
-        (Object("x", "spot", size=(float("nan"),)), r"objects\.x\.size: must be positive, not nan"),
-        (Object("x", "spot", size=(0.07,)), r"objects\.x\.size: 0\.07 m wide, but the fingers take .* 0\.02 to 0\.065"),
+        (Object("x", "spot", kind="box"), r"objects\.x\.size: missing; a box has length along x, .* height, in m"),
+        (
+            Object("x", "spot", kind="cylinder", size=(0.05,)),
+            r"objects\.x\.size: a cylinder has diameter, height, .* not \[0\.05\]",
+        ),
+        (
+            Object("x", "spot", size=(0.05, 0.05, 0.05)),
+            r"objects\.x\.size: a cube has edge, in metres, not \[.*0\.05\]",
+        ),
+        (Object("x", "spot", size=(-0.05,)), r"objects\.x\.size: must be positive, not \[-0\.05\]"),
+        (Object("x", "spot", size=(float("nan"),)), r"objects\.x\.size: must be positive, not \[nan\]"),
+        (Object("x", "spot", size=(0.07,)), r"objects\.x\.size: 0\.07 m wide, but the hand takes .* 0\.02 to 0\.065"),
         (Object("x", "spot", kind="box", size=(0.08, 0.01, 0.04)), r"objects\.x\.size: 0\.08 m wide"),
         (Object("x", "spot", kind="cylinder", size=(0.015, 0.05)), r"objects\.x\.size: 0\.015 m wide"),
         (
@@ -134,12 +140,12 @@ def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
             r"objects\.x\.size: 0\.09 m high, .* 0\.028 to 0\.06",
         ),
         (Object("x", "spot", kind="box", size=(0.05, 0.05, 0.02)), r"objects\.x\.size: 0\.02 m high"),
-        (Object("x", "spot", kind="box", size=(0.2, 0.05, 0.04)), r"objects\.x\.size: 0\.2 m long, .* up to 0\.12 m"),
+        (Object("x", "spot", kind="box", size=(0.2, 0.05, 0.04)), r"objects\.x\.size: 0\.2 m long, .* to 0\.12 m"),
     ],
 )
-def test_what_the_hand_cannot_take_is_refused_by_name(thing: Object, message: str) -> None:
+def test_what_the_hand_cannot_take_is_refused_by_name(obj: Object, message: str) -> None:
     with pytest.raises(SimulationError, match=message):
-        laid_out(thing)
+        laid_out(obj)
 
 
 def test_what_rests_on_several_objects_needs_them_equally_high() -> None:
@@ -153,8 +159,8 @@ def test_what_rests_on_several_objects_needs_them_equally_high() -> None:
 def test_slots_grow_with_the_largest_object() -> None:
     row = (Location("row", at=(0.5, 0.0), capacity=2, kind="bin"),)
     distances = []
-    for things in ((), (THINGS["box"],), (THINGS["largest box"],)):
-        model = ManipulationModel("home", COSTS, row, tuple(replace(thing, start="row") for thing in things))
+    for objects in ((), (OBJECTS["box"],), (OBJECTS["largest box"],)):
+        model = ManipulationModel("home", COSTS, row, tuple(replace(obj, start="row") for obj in objects))
         first, second = arrange(model, PANDA).slots["row"]
         distances.append(float(np.hypot(*(second.position - first.position)[:2])))
     assert distances == pytest.approx([0.064, 0.075 + 0.019, 0.12 + 0.019])
@@ -162,9 +168,9 @@ def test_slots_grow_with_the_largest_object() -> None:
 
 def test_locations_that_only_suit_smaller_objects_are_refused() -> None:
     near = (Location("spot", at=(0.5, 0.0)), Location("other", at=(0.5, 0.1)))
-    laid_out(THINGS["cube"], locations=near)
+    laid_out(OBJECTS["cube"], locations=near)
     with pytest.raises(SimulationError, match=r"locations\.\w+: "):
-        laid_out(THINGS["largest box"], locations=near)
+        laid_out(OBJECTS["largest box"], locations=near)
 
 
 def test_the_palm_over_a_low_object_passes_beside_a_high_one() -> None:
@@ -179,13 +185,13 @@ def test_the_palm_over_a_low_object_passes_beside_a_high_one() -> None:
 
 def test_the_hand_between_two_wide_slots_is_over_their_location() -> None:
     row = Location("row", at=(0.5, 0.0), capacity=2)
-    model = ManipulationModel("home", COSTS, (row,), (replace(THINGS["largest box"], start="row"),))
+    model = ManipulationModel("home", COSTS, (row,), (replace(OBJECTS["largest box"], start="row"),))
     rollout = execute(build_scene(model, meshes=False), ["transit row", "grasp x", "release x row"])
     assert rollout.completed, rollout.reason
 
 
 def test_a_slot_on_others_is_as_high_as_what_lies_there() -> None:
-    model = model_of(replace(THINGS["box"], start="top"))
+    model = model_of(replace(OBJECTS["box"], start="top"))
     scene = build_scene(model, meshes=False)
     data = initial_state(scene, seed=3)
     assert data.body("x").xpos[2] == pytest.approx(0.055 + 0.015)
