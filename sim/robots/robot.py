@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from sim.errors import RobotError
+
 
 @dataclass(frozen=True, eq=False)
 class Gripper:
@@ -78,9 +80,20 @@ class Robot:
         """Return the robot, with motors that carry the arm's weight within their torque limits, as real ones do.
 
         Raises:
-            RobotError: its MJCF cannot be had.
+            RobotError: its MJCF cannot be had, or lacks what is named here.
         """
-        spec = self.mjcf(meshes)
+        spec, gripper = self.mjcf(meshes), self.gripper
+        wanted = {
+            "body": (spec.body, (self.base,)),
+            "joint": (spec.joint, (*self.joints, *gripper.joints)),
+            "actuator": (spec.actuator, (*self.joints, gripper.actuator)),
+            "site": (spec.site, (self.tool,)),
+            "geom": (spec.geom, gripper.pads),
+        }
+        for kind, (find, names) in wanted.items():
+            for name in names:
+                if find(name) is None:
+                    raise RobotError(f"the robot `{self.name}` has no {kind} {name!r} in its MJCF")
         for name, limit in zip(self.joints, self.torque_limits, strict=True):
             joint = spec.joint(name)
             joint.actgravcomp = True

@@ -135,3 +135,8 @@ def test_an_empty_plan_needs_no_action() -> None:
     text = RELAXED_CUP.replace("F (cup_clean & cup_tray)", "F cup_desk").replace("F cup_clean", "F cup_desk")
     certificate = certify(log_of_run(loads(text)))
     assert certificate.confirmed and certificate.task_costs == {"serve": 0, "wash": 0}
+
+
+def test_a_log_of_an_arm_with_other_joints_is_broken(arch_log: Log) -> None:
+    with pytest.raises(LogError, match="speeds are not those of the 7 joints"):
+        certify(replace(arch_log, speeds=arch_log.speeds[:, :6]))

@@ -1,0 +1,24 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from sim.errors import RobotError
+from sim.robots.panda import PANDA
+from sim.robots.robot import Robot
+
+
+@pytest.mark.parametrize(
+    ("robot", "lacking"),
+    [
+        (replace(PANDA, base="foot"), "body 'foot'"),
+        (replace(PANDA, joints=(*PANDA.joints[:6], "wrist")), "joint 'wrist'"),
+        (replace(PANDA, tool="tip"), "site 'tip'"),
+        (replace(PANDA, gripper=replace(PANDA.gripper, actuator="jaw")), "actuator 'jaw'"),
+        (replace(PANDA, gripper=replace(PANDA.gripper, pads=("left_pad", "pad"))), "geom 'pad'"),
+    ],
+)
+def test_what_the_mjcf_lacks_is_named(robot: Robot, lacking: str) -> None:
+    with pytest.raises(RobotError, match=f"the robot `default` has no {lacking} in its MJCF"):
+        robot.spec(meshes=False)
