@@ -24,11 +24,10 @@ DEVICES: dict[str, Options] = {
     "no contraction": Options(contraction=False),
     "no topological sweep": Options(),
     "tables of pairs of tasks": Options(heuristic=2),
-    "tables of single tasks": Options(heuristic=1),
     "no preference bound": Options(preference_bound=False),
 }
 
-SIZES = {SINGLE: (8, 10), FRONT: (6, 7, 8, 9)}
+SIZES = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
 SCENARIOS = ("case_study_3", "kitchen")
 
 
