@@ -33,7 +33,7 @@ def test_a_short_video_for_a_page_is_quick_and_small(tmp_path: Path, ending: str
         (["film", "no.mp4", "clip.gif"], "no.mp4: no such file"),
         (["film", "text.mp4", "clip.gif"], "text.mp4: cannot be read as a video"),
         (["film", "text.mp4", "clip.avi"], ".mp4, .gif, .webp"),
-        (["film", "text.mp4", "clip.gif", "--speed", "0"], "stands still"),
+        (["film", "text.mp4", "clip.gif", "--speed", "0"], "would not move"),
     ],
 )
 def test_what_is_no_video_is_said_in_a_sentence(

@@ -320,6 +320,6 @@ def test_the_demo_carries_both_plans_out(
         "Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n  out/case_study_3/both.mp4\n"
         in printed
     )
-    assert printed.endswith("Report, to be opened in a browser\n  out/case_study_3/index.html\n")
+    assert printed.endswith("Report (open it in a browser)\n  out/case_study_3/index.html\n")
     page = (cup / "out" / "case_study_3" / "index.html").read_text(encoding="utf-8")
     assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page
