@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from experiments.cli.output import number, plan_json
+from experiments.figures.grid_map import path_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.formula_words import titles, words_of
@@ -114,6 +115,7 @@ def _plan(
         "order": list(planned.order),
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
+        "path": path_of(plan).states.tolist() if isinstance(scenario.model, GridModel) else None,
         "map_words": _map_words(scenario, planned),
         "checks": [
             {"name": check.name, "holds": check.holds, "words": check.words}
