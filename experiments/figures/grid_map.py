@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import io
-import re
 from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any, cast
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from experiments.figures.figures import STYLE
+from experiments.figures.figures import drawing, inline_svg
 from experiments.figures.palette import GOOD, PATH, START, areas
 from experiments.figures.trail import Cell, Trail, trail
 from prefplan.front import Plan
@@ -44,15 +40,10 @@ def svg(model: GridModel, plan: Plan) -> str:
 
     Its parts have the classes `ground`, `grid`, `region`, `obstacle`, `path`, `arrow`, `name`, `start`, `goal`, `task`.
     """
-    size = SIDE / max(model.size)
-    text = io.StringIO()
-    with matplotlib.rc_context({"figure.constrained_layout.use": False}, STYLE):
-        figure = Figure(figsize=(size * model.size[0], size * model.size[1]), facecolor="none")
+    cell = SIDE / max(model.size)
+    with drawing(size=(cell * model.size[0], cell * model.size[1])) as figure:
         draw_map(figure.add_axes((0, 0, 1, 1)), model, plan)
-        figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    # Several maps stand on one page, where an id must not occur twice.
-    drawn = re.sub(r' id="([^"]*)"', r' class="\1"', text.getvalue())
-    return drawn[drawn.index("<svg") :].replace("<svg ", '<svg class="map" role="img" ', 1)
+        return inline_svg(figure, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
 
 
 def draw_map(axes: Axes, model: GridModel, plan: Plan) -> None:

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from experiments.cli.output import number, relaxed
-from experiments.figures.figures import drawing
+from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
 from experiments.figures.grid_map import PANEL, draw_map
 from prefplan.errors import PrefplanError
@@ -38,7 +38,8 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     rows = math.ceil((len(front) + 1) / columns)
     shape = min(1.6, max(0.6, model.size[1] / model.size[0]))
     most = max(len(plan.relaxations) for plan in front)
-    with drawing(path, size=(columns * PANEL, rows * (PANEL * shape + 0.35 + 0.14 * most))) as figure:
+    size = (columns * PANEL, rows * (PANEL * shape + 0.35 + 0.14 * most))
+    with drawing(size=size, layout=True) as figure:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for i, (axes, plan) in enumerate(zip(panels, front, strict=False)):
             draw_map(axes, model, plan)
@@ -48,3 +49,4 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         panels[len(front)].set_title("Pareto front")
         for axes in panels[len(front) + 1 :]:
             axes.set_axis_off()
+        write_figure(figure, path)
