@@ -12,7 +12,7 @@ from experiments.benchmark.instances import FAMILIES
 from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS
 from experiments.benchmark.summary import TITLES
-from experiments.figures.figures import drawing
+from experiments.figures.figures import drawing, write_figure
 
 SIZE = (9.5, 8.0)
 """Width and height, inches."""
@@ -27,7 +27,7 @@ PUBLISHED_NAMES = {MAX_MIN: "paper, published", BARE: "paper, published, without
 
 def draw(report: Mapping[str, Any], path: Path) -> None:
     """Write a figure with one panel for each family of instances and kind of planning."""
-    with drawing(path, size=SIZE) as figure:
+    with drawing(size=SIZE, layout=True) as figure:
         panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
         for row, family in zip(panels, FAMILIES, strict=True):
             for axes, kind in zip(row, KINDS, strict=True):
@@ -42,6 +42,7 @@ def draw(report: Mapping[str, Any], path: Path) -> None:
             label: line for axes in panels.flat for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
         figure.legend(marks.values(), marks.keys(), loc="outside lower center", ncols=3)
+        write_figure(figure, path)
 
 
 def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:

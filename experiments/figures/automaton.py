@@ -16,7 +16,7 @@ MOST_STATES = 40
 
 
 def diagram(automaton: Automaton) -> Diagram:
-    """Return a laid out automaton; state i is node `qi`.
+    """Return a laid out automaton; state i is node `q<i>`.
 
     Raises:
         PrefplanError: it has too many states.
@@ -26,7 +26,7 @@ def diagram(automaton: Automaton) -> Diagram:
             f"the automaton of '{automaton.text}' has {automaton.size} states, and only one of up to {MOST_STATES} "
             "can be drawn so that it can be read"
         )
-    nodes = [Node(f"q{state}", (str(state),), *_kind(automaton, state)) for state in range(automaton.size)]
+    nodes = [Node(f"q{state}", (str(state),), _kind(automaton, state)) for state in range(automaton.size)]
     edges = [
         Edge(state, target, text)
         for state in range(automaton.size)
@@ -36,22 +36,15 @@ def diagram(automaton: Automaton) -> Diagram:
     return node_link.arrange(nodes, edges)
 
 
-def svg(automaton: Automaton, *, prefix: str = "") -> str:
+def svg(automaton: Automaton) -> str:
     """Return an automaton as inline SVG in the colour of the text around it.
 
-    Args:
-        automaton: the automaton.
-        prefix: put before every id.
-
-    Returns:
-        The SVG. State i is the group `q<i>` of the class `node`, and `accepting` or `dead` if it is that; the edge
-        from i to j is the group `q<i>-q<j>` of the class `edge`; self-loops of absorbing states are left out. Each is
-        drawn in its `color`.
+    State i has the class `q<i>`, and the edge from i to j `q<i>-q<j>`; self-loops of absorbing states are left out.
 
     Raises:
         PrefplanError: it has too many states.
     """
-    return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}", prefix=prefix)
+    return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}")
 
 
 def draw(automata: Mapping[str, Automaton], path: Path) -> None:
@@ -63,9 +56,5 @@ def draw(automata: Mapping[str, Automaton], path: Path) -> None:
     node_link.draw({title: diagram(automaton) for title, automaton in automata.items()}, path)
 
 
-def _kind(automaton: Automaton, state: int) -> tuple[str, str]:
-    if state == automaton.accepting:
-        return "accepting", "the task is satisfied"
-    if state == automaton.dead:
-        return "dead", "the task cannot be satisfied any more"
-    return "plain", ""
+def _kind(automaton: Automaton, state: int) -> str:
+    return {automaton.accepting: "accepting", automaton.dead: "dead"}.get(state, "plain")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -34,21 +36,37 @@ def picture_file(text: str) -> Path:
 
 
 @contextmanager
-def drawing(path: Path, *, size: tuple[float, float]) -> Iterator[Figure]:
-    """Give a figure with the style of all figures, and write it at the end of the block.
+def drawing(*, size: tuple[float, float], layout: bool = False) -> Iterator[Figure]:
+    """Give an empty figure, with the style of all figures until the end of the block.
 
     Args:
-        path: from `picture_file`.
         size: width and height, inches.
+        layout: whether matplotlib places the axes, so that nothing overlaps.
+    """
+    with matplotlib.rc_context({"figure.constrained_layout.use": layout}, STYLE):
+        figure = Figure(figsize=size)
+        FigureCanvasAgg(figure)
+        yield figure
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write a figure to a path from `picture_file`.
 
     Raises:
         PrefplanError: the file cannot be written.
     """
-    with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=size)
-        FigureCanvasAgg(figure)
-        yield figure
-        content = io.BytesIO()
-        ending = path.suffix.lower()
-        figure.savefig(content, format=ending[1:], metadata=ENDINGS[ending])
+    content = io.BytesIO()
+    ending = path.suffix.lower()
+    figure.savefig(content, format=ending[1:], metadata=ENDINGS[ending])
     write_bytes(path, content.getvalue())
+
+
+def inline_svg(figure: Figure, *, kind: str, title: str) -> str:
+    """Return a figure as SVG for a page, of the class `kind`; the `gid` of each part are its classes."""
+    content = io.StringIO()
+    figure.set_facecolor("none")
+    figure.savefig(content, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    # On a page with several figures an id would occur twice.
+    drawn = re.sub(r' id="([^"]*)"', r' class="\1"', content.getvalue())
+    drawn = re.sub(r'="([\d.]+)pt"', r'="\1"', drawn[drawn.index("<svg") :], count=2)
+    return drawn.replace("<svg ", f'<svg class="{kind}" role="img" aria-label={quoteattr(title)} ', 1)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 from experiments.cli.output import number
-from experiments.figures.figures import drawing
+from experiments.figures.figures import drawing, write_figure
 from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
@@ -31,13 +31,14 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     Raises:
         PrefplanError: the file cannot be written.
     """
-    with drawing(path, size=SIZE) as figure:
+    with drawing(size=SIZE, layout=True) as figure:
         axes = figure.subplots()
         draw_front(axes, scenario, front)
         count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
         axes.set_title(f"{scenario.name}: {count}")
         # Inside the axes it could cover the border of the front, and its marker would look like a plan.
         figure.legend(loc="outside lower center", ncols=4)
+        write_figure(figure, path)
 
 
 def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = False) -> None:

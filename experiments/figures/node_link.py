@@ -1,30 +1,44 @@
-"""Node-link diagrams in SVG: nodes, and arrows with labels."""
+"""Node-link diagrams: nodes, and arrows with labels. Lengths are in points; y points downwards."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import BoxStyle, Ellipse, FancyArrowPatch, FancyBboxPatch
+from matplotlib.path import Path as Path2D
 
-from experiments.cli.files import write_bytes
+from experiments.figures.figures import drawing, inline_svg, write_figure
 from experiments.figures.layered import Box, place
 
+POINTS = 72
+"""Points in an inch."""
+
 LETTER = 13.0
-"""Font size, px."""
+"""Font size."""
 
 ADVANCE = 0.602 * LETTER
-"""Width of a letter, px; the same for all letters, so that the width of a label is known for every font."""
+"""Width of a letter; the same for all letters, so that the width of a label is known."""
 
 LINE = 1.25 * LETTER
-"""Distance between two lines of text, px."""
+"""Distance between two lines of text."""
 
-FONT = "ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace"
+SPACING = 1.3
+"""The same as matplotlib counts it, from the top of a line to its base line."""
+
+INK = "#222222"
+
+FILL = {"plain": "#ffffff", "accepting": "#d9efdc", "dead": "#f2f2f2"}
+"""Fill of a node by its kind."""
+
+FONT: dict[str, Any] = {"family": "monospace", "fontsize": LETTER, "color": INK}
 
 RADIUS = 17.0
-"""Radius of a node with a short name, px; a node with a long name is a box with ends of this radius."""
+"""Radius of a node with a short name; a node with a long name is a box with ends of this radius."""
 
 LOOP = 30.0
 """Height of a self-loop above its node, px."""
@@ -36,7 +50,7 @@ WIDEST, WIDEST_LOOP = 36, 9
 """Most letters in a line of a label that can be broken: of an edge, of a self-loop (edges leave the node beside it)."""
 
 MOST_LINES = 6
-"""Most lines of a label; the tooltip has the whole text."""
+"""Most lines of a label."""
 
 GAP = (32.0, 12.0)
 """Least distance between columns and within them, px."""
@@ -48,7 +62,7 @@ START = 30.0
 """Length of the arrow that points at the first node, px."""
 
 TITLE_LETTER = 15.0
-"""Font size of titles, px; of the same font as all else, as the converter orders several fonts in a PDF at random."""
+"""Font size of titles."""
 
 TITLE = 26.0
 """Height of the title of a diagram in a file, px."""
@@ -56,28 +70,20 @@ TITLE = 26.0
 APART = 18.0
 """Distance between two diagrams in a file, px."""
 
-SCALE = 2.1
-"""Pixels of a PNG file per px."""
-
-STYLE = ".plain .body { fill: #fff } .accepting .body { fill: #d9efdc } .dead .body { fill: #f2f2f2 }"
-"""Fill of nodes in a file; on a page the page's own style sheet has it."""
-
 
 @dataclass(frozen=True)
 class Node:
     """A node.
 
     Attributes:
-        name: its id.
+        name: its class in SVG.
         text: the lines of text in it.
         kind: `plain`, `accepting` or `dead`.
-        about: its tooltip.
     """
 
     name: str
     text: tuple[str, ...]
     kind: str = "plain"
-    about: str = ""
 
 
 @dataclass(frozen=True)
@@ -95,15 +101,13 @@ class Arrow:
 
     Attributes:
         edge: the edge.
-        curve: (1 + 3 n, 2) control points of n joined cubic Bezier curves, up to the arrow head.
-        head: (3, 2) corners of the arrow head.
+        curve: (1 + 3 n, 2) control points of n joined cubic Bezier curves.
         lines: the lines of the label.
-        at: (2,) middle of the lowest base line of the label.
+        at: (2,) middle of the lower edge of the label.
     """
 
     edge: Edge
     curve: np.ndarray
-    head: np.ndarray
     lines: tuple[str, ...]
     at: np.ndarray
 
@@ -115,89 +119,64 @@ class Diagram:
     Attributes:
         nodes: the nodes; the first is the start.
         middles: (N, 2) centres of the nodes.
-        widths: (N,) widths of the nodes.
-        heights: (N,) heights of the nodes.
-        start: `curve` and `head` of the arrow that points at the start.
+        sizes: (N, 2) widths and heights of the nodes.
+        start: (4, 2) the curve of the arrow that points at the start.
         arrows: the edges.
         size: width and height of the diagram.
     """
 
     nodes: tuple[Node, ...]
     middles: np.ndarray
-    widths: np.ndarray
-    heights: np.ndarray
-    start: tuple[np.ndarray, np.ndarray]
+    sizes: np.ndarray
+    start: np.ndarray
     arrows: tuple[Arrow, ...]
     size: tuple[float, float]
 
 
 def arrange(nodes: Sequence[Node], edges: Sequence[Edge]) -> Diagram:
     """Lay out a diagram in which every node can be reached from the first."""
-    widths = np.array([max(2 * RADIUS, ADVANCE * max(map(len, node.text)) + 1.2 * RADIUS) for node in nodes])
-    heights = np.array([max(2 * RADIUS, LINE * len(node.text) + 0.8 * RADIUS) for node in nodes])
+    texts = [(max(map(len, node.text)), len(node.text)) for node in nodes]
+    sizes = (np.array(texts) * (ADVANCE, LINE) + np.array((1.2, 0.8)) * RADIUS).clip(min=2 * RADIUS)
     loops = {edge.source: _lines(edge.label, WIDEST_LOOP) for edge in edges if edge.source == edge.target}
     boxes = []
-    for i in range(len(nodes)):
+    for i, (width, height) in enumerate(sizes):
         lines = loops.get(i, ())
-        width = max([widths[i], *(ADVANCE * len(line) for line in lines)])
-        above = heights[i] / 2 + (LOOP + LINE * len(lines) + 4 if lines else 0)
-        boxes.append(Box(width, above, heights[i] / 2))
+        above = height / 2 + (LOOP + LINE * len(lines) + 4 if lines else 0)
+        boxes.append(Box(max([width, *(ADVANCE * len(line) for line in lines)]), above, height / 2))
     straight = [edge for edge in edges if edge.source != edge.target]
-    texts = [_lines(edge.label, WIDEST) for edge in straight]
-    labels = [Box(ADVANCE * max(map(len, text)) + 8, LINE * len(text) + 4, 4) for text in texts]
-    layout = place(boxes, [(edge.source, edge.target) for edge in straight], labels, gap=GAP)
+    labels = [_lines(edge.label, WIDEST) for edge in straight]
+    spaces = [Box(ADVANCE * max(map(len, lines)) + 8, LINE * len(lines) + 4, 4) for lines in labels]
+    layout = place(boxes, [(edge.source, edge.target) for edge in straight], spaces, gap=GAP)
     origin = np.array([MARGIN + START, MARGIN])
     middles = layout.nodes + origin
-    halves = np.column_stack([widths, heights]) / 2
+    halves = sizes / 2
     arrows = []
-    for edge, route, text, label in zip(straight, layout.routes, texts, layout.labels, strict=True):
-        curve, head = _through(
-            middles[edge.source], halves[edge.source], route + origin, middles[edge.target], halves[edge.target]
-        )
-        arrows.append(Arrow(edge, curve, head, text, label + origin - [0, 5]))
+    for edge, route, lines, at in zip(straight, layout.routes, labels, layout.labels, strict=True):
+        a, b = edge.source, edge.target
+        curve = _through(middles[a], halves[a], route + origin, middles[b], halves[b])
+        arrows.append(Arrow(edge, curve, lines, at + origin - [0, 2]))
     for edge in edges:
         if edge.source == edge.target:
             top = middles[edge.source] - [0, halves[edge.source][1]]
-            curve, head = _loop(top)
-            arrows.append(Arrow(edge, curve, head, loops[edge.source], top - [0, LOOP + 2]))
+            arrows.append(Arrow(edge, _loop(top), loops[edge.source], top - [0, LOOP - 1]))
     entry = middles[0] - [halves[0][0], 0]
-    start = _headed(np.array([entry - [START, 0], entry - [START / 2, 0], entry - [START / 2, 0], entry]))
+    start = entry - np.outer([START, START / 2, START / 2, 0], [1, 0])
     size = (layout.size[0] + START + 2 * MARGIN, layout.size[1] + 2 * MARGIN)
-    return Diagram(tuple(nodes), middles, widths, heights, start, tuple(arrows), size)
+    return Diagram(tuple(nodes), middles, sizes, start, tuple(arrows), size)
 
 
-def svg(diagram: Diagram, *, title: str, prefix: str = "") -> str:
+def svg(diagram: Diagram, *, title: str) -> str:
     """Return a diagram as inline SVG in the colour of the text around it.
 
-    Nodes and edges are groups of the classes `node` and `edge`, a node's also of its kind, and have ids: a node its
-    name, an edge its nodes' with a hyphen between. Each takes its `color` from the page.
+    A node has the classes `node`, its kind and its name; an edge has `edge` and its nodes' names with a hyphen between.
 
     Args:
         diagram: the diagram.
         title: what it shows, for those who cannot see it.
-        prefix: put before every id, which are to be unique in a page.
     """
-    width, height = diagram.size
-    lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" width="{width:.0f}" '
-        f'height="{height:.0f}" role="img" aria-label={quoteattr(title)} class="diagram" fill="none" '
-        f'stroke="currentColor" stroke-width="1.4" font-family="{FONT}" font-size="{LETTER:g}" text-anchor="middle">',
-        f'<g class="start">{_arrow_svg(*diagram.start)}</g>',
-    ]
-    for arrow in diagram.arrows:
-        names = [diagram.nodes[end].name for end in (arrow.edge.source, arrow.edge.target)]
-        lines.append(f'<g class="edge" id={quoteattr(prefix + "-".join(names))}>{_about(arrow.edge.label)}')
-        lines.append(_arrow_svg(arrow.curve, arrow.head))
-        lines.append(_text_svg(arrow.lines, arrow.at, LINE) + "</g>")
-    for node, (x, y), w, h in zip(diagram.nodes, diagram.middles, diagram.widths, diagram.heights, strict=True):
-        lines.append(f'<g class="node {node.kind}" id={quoteattr(prefix + node.name)}>{_about(node.about)}')
-        dashed = ' stroke-dasharray="4 3"' if node.kind == "dead" else ""
-        lines.append(_box_svg(x, y, w, h, f'class="body"{dashed}'))
-        if node.kind == "accepting":
-            lines.append(_box_svg(x, y, w - 7, h - 7, 'class="inner"'))
-        base = np.array([x, y + LINE * (len(node.text) - 1) / 2 + 0.35 * LETTER])
-        lines.append(_text_svg(node.text, base, LINE) + "</g>")
-    return "\n".join([*lines, "</svg>"])
+    with drawing(size=(diagram.size[0] / POINTS, diagram.size[1] / POINTS)) as figure:
+        _draw(figure.add_axes((0, 0, 1, 1)), diagram)
+        return inline_svg(figure, kind="diagram", title=title).replace(INK, "currentColor")
 
 
 def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
@@ -206,40 +185,51 @@ def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
     Raises:
         PrefplanError: the file cannot be written.
     """
-    width = max(
-        [0.602 * TITLE_LETTER * len(title) + 20 for title in diagrams]
-        + [diagram.size[0] for diagram in diagrams.values()]
-    )
-    lines, top = [], 0.0
-    for number, (title, diagram) in enumerate(diagrams.items()):
-        lines.append(
-            f'<text x="8" y="{top + 17:.1f}" font-family="{FONT}" font-size="{TITLE_LETTER:g}" fill="currentColor">'
-            f"{escape(title)}</text>"
-        )
-        picture = svg(diagram, title=title, prefix=f"d{number}-")
-        lines.append(f'<g transform="translate(0,{top + TITLE:.1f})">{picture}</g>')
-        top += TITLE + diagram.size[1] + APART
-    height = top - APART
-    drawn = "\n".join(
-        [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" width="{width:.0f}" '
-            f'height="{height:.0f}" color="#222"><style>{STYLE}</style><rect width="100%" height="100%" fill="#fff"/>',
-            *lines,
-            "</svg>\n",
-        ]
-    )
-    write_bytes(path, _converted(drawn, path.suffix.lower()))
+    width = max(max(0.602 * TITLE_LETTER * len(title) + 20, diagram.size[0]) for title, diagram in diagrams.items())
+    height = sum(TITLE + diagram.size[1] + APART for diagram in diagrams.values()) - APART
+    with drawing(size=(width / POINTS, height / POINTS)) as figure:
+        below = height
+        for title, diagram in diagrams.items():
+            figure.text(8 / width, (below - 17) / height, title, parse_math=False, **FONT | {"fontsize": TITLE_LETTER})
+            below -= TITLE + diagram.size[1]
+            _draw(figure.add_axes((0, below / height, diagram.size[0] / width, diagram.size[1] / height)), diagram)
+            below -= APART
+        write_figure(figure, path)
 
 
-def _converted(picture: str, ending: str) -> bytes:
-    """Return an SVG picture as the content of a file with this ending."""
-    if ending == ".svg":
-        return picture.encode()
-    import matplotlib
-    import vl_convert
+def _draw(axes: Axes, diagram: Diagram) -> None:
+    axes.set(xlim=(0, diagram.size[0]), ylim=(diagram.size[1], 0))
+    axes.set_axis_off()
+    _draw_arrow(axes, diagram.start, "start")
+    for arrow in diagram.arrows:
+        ends = "-".join(diagram.nodes[end].name for end in (arrow.edge.source, arrow.edge.target))
+        _draw_arrow(axes, arrow.curve, f"edge {ends}")
+        _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=f"edge {ends}")
+    for node, middle, size in zip(diagram.nodes, diagram.middles, diagram.sizes, strict=True):
+        _draw_box(axes, middle, size, kind=node.kind, gid=f"node {node.kind} {node.name}")
+        if node.kind == "accepting":
+            _draw_box(axes, middle, size - 7, kind=node.kind, gid="inner")
+        _draw_text(axes, middle, node.text, va="center", gid=f"text {node.name}")
 
-    vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
-    return vl_convert.svg_to_png(picture, scale=SCALE) if ending == ".png" else vl_convert.svg_to_pdf(picture)
+
+def _draw_text(axes: Axes, at: np.ndarray, lines: Sequence[str], **place: Any) -> None:
+    axes.text(at[0], at[1], "\n".join(lines), ha="center", linespacing=SPACING, parse_math=False, **FONT, **place)
+
+
+def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str) -> None:
+    path = Path2D(curve, [Path2D.MOVETO, *[Path2D.CURVE4] * (len(curve) - 1)])
+    style = f"-|>,head_length={HEAD[0]},head_width={HEAD[1]}"
+    axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, color=INK, gid=gid))
+
+
+def _draw_box(axes: Axes, middle: np.ndarray, size: np.ndarray, *, kind: str, gid: str) -> None:
+    style: dict[str, Any] = {"edgecolor": INK, "facecolor": FILL[kind], "linestyle": "--" if kind == "dead" else "-"}
+    if size[0] == size[1]:
+        axes.add_patch(Ellipse((middle[0], middle[1]), size[0], size[1], gid=gid, **style))
+        return
+    corner, radius = middle - size / 2, min(RADIUS, size[1] / 2)
+    rounded = BoxStyle.Round(pad=0, rounding_size=radius)
+    axes.add_patch(FancyBboxPatch((corner[0], corner[1]), size[0], size[1], rounded, gid=gid, **style))
 
 
 def _lines(label: str, widest: int) -> tuple[str, ...]:
@@ -256,8 +246,8 @@ def _lines(label: str, widest: int) -> tuple[str, ...]:
 
 def _through(
     source: np.ndarray, half: np.ndarray, route: np.ndarray, target: np.ndarray, other: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return a smooth curve from node to node by way of some points in which it is level, and its head."""
+) -> np.ndarray:
+    """Return a smooth curve from node to node that is level in given points between them."""
     first, last = _border(source, half, route[0]), _border(target, other, route[-1])
     points = [first, *route, last]
     out, into = _outwards(source, first), -_outwards(target, last)
@@ -269,7 +259,7 @@ def _through(
     ):
         reach = 0.55 * abs(b[0] - a[0])
         curve += [a + reach * u / max(abs(u[0]), 0.7), b - reach * v / max(abs(v[0]), 0.7), b]
-    return _headed(np.array(curve))
+    return np.array(curve)
 
 
 def _border(middle: np.ndarray, half: np.ndarray, towards: np.ndarray) -> np.ndarray:
@@ -287,46 +277,8 @@ def _outwards(middle: np.ndarray, border: np.ndarray) -> np.ndarray:
     return apart / np.linalg.norm(apart)
 
 
-def _loop(top: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _loop(top: np.ndarray) -> np.ndarray:
     """Return a self-loop above a node."""
     a, b = top + [-8.5, 2.4], top + [8.5, 2.4]
     rise = 1.25 * LOOP
-    return _headed(np.array([a, a + [-9, -rise], b + [9, -rise], b]))
-
-
-def _headed(curve: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a curve shortened by the length of an arrow's head, and the head."""
-    length, half = HEAD
-    tip = curve[-1]
-    back = curve[-2] - tip
-    back /= np.linalg.norm(back)
-    foot, across = tip + length * back, np.array([-back[1], back[0]])
-    shortened = curve.copy()
-    shortened[-1] = tip + 0.8 * length * back
-    return shortened, np.array([tip, foot + half * across, foot - half * across])
-
-
-def _arrow_svg(curve: np.ndarray, head: np.ndarray) -> str:
-    start, *rest = (f"{x:.1f} {y:.1f}" for x, y in curve)
-    ends = " ".join(f"{x:.1f},{y:.1f}" for x, y in head)
-    return f'<path d="M{start}C{" ".join(rest)}"/><polygon points="{ends}" fill="currentColor" stroke="none"/>'
-
-
-def _box_svg(x: float, y: float, width: float, height: float, extra: str) -> str:
-    radius = min(RADIUS, height / 2)
-    corner = f'x="{x - width / 2:.1f}" y="{y - height / 2:.1f}"'
-    return f'<rect {corner} width="{width:.1f}" height="{height:.1f}" rx="{radius:.1f}" {extra}/>'
-
-
-def _text_svg(lines: Sequence[str], base: np.ndarray, step: float) -> str:
-    """Return lines of text, the last one standing on a point."""
-    texts = [
-        f'<text x="{base[0]:.1f}" y="{base[1] - step * (len(lines) - 1 - i):.1f}" fill="currentColor" '
-        f'stroke="none">{escape(line)}</text>'
-        for i, line in enumerate(lines)
-    ]
-    return "".join(texts)
-
-
-def _about(text: str) -> str:
-    return f"<title>{escape(text)}</title>" if text else ""
+    return np.array([a, a + [-9, -rise], b + [9, -rise], b])

@@ -52,17 +52,6 @@ def diagram(system: TransitionSystem) -> Diagram:
     return node_link.arrange(nodes, edges)
 
 
-def svg(system: TransitionSystem, *, prefix: str = "") -> str:
-    """Return a transition system as inline SVG in the colour of the text around it.
-
-    Reachable states are the groups `s0`, `s1`, ... in breadth-first order, edges the groups `s<i>-s<j>`.
-
-    Raises:
-        SystemSizeError: it has too many states.
-    """
-    return node_link.svg(diagram(system), title=f"Transition system of {system.size} states", prefix=prefix)
-
-
 def _text(system: TransitionSystem, state: int) -> tuple[str, ...]:
     name = system.states[state]
     label = sorted(system.label(state))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from experiments.cli.output import number
-from experiments.figures.figures import drawing
+from experiments.figures.figures import drawing, write_figure
 from experiments.paper.study import Study
 from prefplan import Front, Plan, Scenario
 from prefplan.models.manipulation.model import ManipulationModel
@@ -85,7 +85,7 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
         for name, outcome in outcomes.items()
     }
     most = max(len(steps) for steps in shown.values())
-    with drawing(path, size=(3.2 * most, 2.2 * len(outcomes))) as figure:
+    with drawing(size=(3.2 * most, 2.2 * len(outcomes)), layout=True) as figure:
         panels = figure.subplots(len(outcomes), most, squeeze=False)
         for row, (name, steps) in zip(panels, shown.items(), strict=True):
             rollout = outcomes[name].rollout
@@ -96,3 +96,4 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
                 axes.imshow(render_frame(scene, rollout.qpos[moment], size=PANEL_SIZE))
                 axes.set_title(f"{step.start:.0f} s: {step.action}", fontsize=9)
             row[0].text(-0.03, 0.5, name, transform=row[0].transAxes, rotation=90, va="center", ha="right", fontsize=10)
+        write_figure(figure, path)

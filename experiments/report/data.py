@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from experiments.cli.output import number, plan_json
+from experiments.figures.grid_map import path_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.formula_words import titles, words_of
 from experiments.report.preference_words import shares
 from prefplan.claims import Check, Claims, judge
-from prefplan.exact_costs import Number, exact, to_number
+from prefplan.exact_costs import to_number
 from prefplan.front import Front, Plan
 from prefplan.ledger import Ledger
 from prefplan.models.grid import GridModel
@@ -64,18 +66,8 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> tuple[Check, ...
         plan: what the search says.
         ledger: gives the labels and the costs of the plan's actions; its automata are not used.
     """
-
-    def plain(costs: Mapping[str, Number]) -> dict[str, int | float]:
-        return {name: to_number(exact(cost)) for name, cost in costs.items()}
-
-    claims = Claims(
-        completed=True,
-        cost=to_number(exact(plan.cost)),
-        task_costs=plain(plan.task_costs),
-        violation_costs=plain(plan.violation_costs),
-        preference=to_number(exact(plan.preference)),
-        relaxations=plan.relaxations,
-    )
+    said = {key: plan_json(plan)[key] for key in ("cost", "preference", "task_costs", "violation_costs")}
+    claims = Claims(completed=True, relaxations=plan.relaxations, **said)
     exists = Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
     return exists, *judge(claims, problem.tasks, problem.preference, ledger.labels, ledger.costs).checks
 
@@ -107,24 +99,19 @@ def _plan(
         **plan_json(plan),
         "rank": rank,
         "explanations": explained or [_explanation(explain_cheapest(scenario, plans[0]), None)],
-        "shares": [
-            {"task": share.task, "preferred": share.preferred, "adds": share.adds}
-            for share in shares(scenario.preference, plan)
-        ],
+        "shares": [asdict(share) for share in shares(scenario.preference, plan)],
         "order": list(planned.order),
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
+        "path": path_of(plan).states.tolist() if isinstance(scenario.model, GridModel) else None,
         "map_words": _map_words(scenario, planned),
-        "checks": [
-            {"name": check.name, "holds": check.holds, "words": check.words}
-            for check in check_plan(problem, plan, planned)
-        ],
+        "checks": [asdict(check) for check in check_plan(problem, plan, planned)],
         "run": run,
     }
 
 
 def _explanation(explanation: Explanation, against: int | None) -> dict[str, Any]:
-    return {"against": against, "headline": explanation.headline, "details": list(explanation.details)}
+    return {"against": against, "headline": explanation[0], "details": explanation[1]}
 
 
 def _ledger(ledger: Ledger) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""How one plan differs from another: its actions, what it puts aside, and its path."""
+"""What tells plans apart: the objects that they put aside, and the landmarks on their paths."""
 
 from __future__ import annotations
 
@@ -22,47 +22,9 @@ class Parking:
     place: str
 
 
-@dataclass(frozen=True)
-class Differences:
-    """How a plan differs from another one.
-
-    Attributes:
-        part: number of actions that both begin with.
-        more: actions that it takes more often, and how much more often.
-        fewer: actions that it takes less often.
-        parked: what it puts aside although the other does not.
-        spared: what only the other puts aside.
-        last: the last landmark that both pass before their paths part, or None.
-        here: the landmark that it passes next, or None.
-        there: the landmark that the other passes next, or None.
-    """
-
-    part: int
-    more: Counter[str]
-    fewer: Counter[str]
-    parked: tuple[Parking, ...]
-    spared: tuple[Parking, ...]
-    last: str | None
-    here: str | None
-    there: str | None
-
-
-def differences(model: Model, plan: Ledger, other: Ledger) -> Differences:
-    """Return how a plan differs from another plan for the same problem."""
-    here, there = Counter(plan.actions), Counter(other.actions)
-    mine, others = Counter(parkings(model, plan)), Counter(parkings(model, other))
-    passed, passed_there = landmarks(plan), landmarks(other)
-    alike = common(passed, passed_there)
-    return Differences(
-        part=common(plan.actions, other.actions),
-        more=here - there,
-        fewer=there - here,
-        parked=tuple((mine - others).elements()),
-        spared=tuple((others - mine).elements()),
-        last=passed[alike - 1] if alike else None,
-        here=passed[alike] if alike < len(passed) else None,
-        there=passed_there[alike] if alike < len(passed_there) else None,
-    )
+def set_aside(model: Model, plan: Ledger, other: Ledger) -> list[Parking]:
+    """Return what a plan puts aside although the other does not."""
+    return list((Counter(parkings(model, plan)) - Counter(parkings(model, other))).elements())
 
 
 def common(one: Sequence[str], other: Sequence[str]) -> int:

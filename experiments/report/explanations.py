@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from experiments.cli.output import condense, number, relaxed
-from experiments.report.differences import Differences, Parking, differences
+from experiments.report.differences import Parking, common, landmarks, set_aside
 from experiments.report.formula_words import titles
 from experiments.report.preference_words import shares
 from prefplan.exact_costs import Number, exact, to_number
@@ -18,18 +18,8 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.preferences.kinds import Order
 from prefplan.scenario.decode import Model, Scenario
 
-
-@dataclass(frozen=True)
-class Explanation:
-    """Why a plan costs what it costs.
-
-    Attributes:
-        headline: one sentence.
-        details: further sentences.
-    """
-
-    headline: str
-    details: tuple[str, ...]
+Explanation = tuple[str, list[str]]
+"""One sentence on why a plan costs what it costs, and further sentences."""
 
 
 @dataclass(frozen=True)
@@ -45,18 +35,18 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
     """Explain what the cheapest plan costs, and which tasks add to its preference value."""
     plan, name = cheapest.plan, titles(scenario)
     headline = "No plan costs less" if plan.actions else "Nothing has to be done: this plan costs nothing"
-    details = []
+    details = list[str]()
     if exact(plan.preference) == 0:
         headline += ", and no plan is preferred to it"
     adding = [share for share in shares(scenario.preference, plan) if share.adds > 0]
     if adding:
         words = [f"{name[share.task]}, preferred {share.preferred}, adds {number(share.adds)}" for share in adding]
         details.append(f"Its preference of {number(plan.preference)}: {'; '.join(words)}.")
-    details += _relaxations(plan)
+    details += [f"{line.strip()}." for line in relaxed(plan)]
     order = cheapest.ledger.order
     if len(order) > 1:
         details.append(f"Order of the tasks: {', '.join(name[task] for task in order)}.")
-    return Explanation(f"{headline}.", tuple(details))
+    return f"{headline}.", details
 
 
 def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanation:
@@ -68,35 +58,34 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
         other: the cheaper one, of a greater preference value.
     """
     name = titles(scenario)
-    apart = differences(scenario.model, plan.ledger, other.ledger)
     extra = number(_minus(plan.plan.cost, other.plan.cost))
-    means = _means(scenario.model, plan, other, apart)
+    means = _means(scenario.model, plan.ledger, other.ledger)
     gains, losses = _gains(scenario, plan, other, name)
     reason = f"{means} so that {_all(gains)}" if means else _all(gains)
     headline = f"{extra} more than {other.name}: {reason}" + (f", although {_all(losses)}." if losses else ".")
     details = [
         f"Its preference is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
         *_times(plan, other, name),
-        *_actions(scenario.model, apart, plan, other),
-        *_relaxations(plan.plan),
+        *_actions(scenario.model, plan.ledger, other.ledger),
+        *(f"{line.strip()}." for line in relaxed(plan.plan)),
     ]
-    return Explanation(headline, tuple(details))
+    return headline, details
 
 
-def _means(model: Model, plan: NamedPlan, other: NamedPlan, apart: Differences) -> str:
+def _means(model: Model, plan: Ledger, other: Ledger) -> str:
     """Return what a plan does differently, as a clause; empty where there is nothing to say."""
-    mine, theirs = plan.ledger.actions, other.ledger.actions
-    if apart.parked:
+    mine, theirs = plan.actions, other.actions
+    if parked := set_aside(model, plan, other):
         # The others follow from the first.
-        first, *rest = apart.parked
-        instead = [parking for parking in apart.spared if parking.obj == first.obj]
-        if instead:
-            return f"{_parked([first], model)} instead of {_at(model, instead[0].place)}"
-        return _parked([first, *rest], model)
+        spared = [parking for parking in set_aside(model, other, plan) if parking.obj == parked[0].obj]
+        instead = f" instead of {_at(model, spared[0].place)}" if spared else ""
+        return _parked(parked[:1] if spared else parked, model) + instead
     if isinstance(model, GridModel):
-        if apart.here != apart.there and apart.here:
-            after = f"after {apart.last} it goes" if apart.last else "it goes first"
-            return f"{after} to {apart.here}" + (f" instead of {apart.there}," if apart.there else "")
+        here, there = landmarks(plan), landmarks(other)
+        alike = common(here, there)
+        if alike < len(here):
+            after = f"after {here[alike - 1]} it goes" if alike else "it goes first"
+            return f"{after} to {here[alike]}" + (f" instead of {there[alike]}," if alike < len(there) else "")
         moves = len(mine) - len(theirs)
         return f"it makes {moves} more {'move' if moves == 1 else 'moves'}" if moves > 0 else ""
     if isinstance(model, ManipulationModel):
@@ -104,9 +93,9 @@ def _means(model: Model, plan: NamedPlan, other: NamedPlan, apart: Differences) 
         kinds -= Counter(model.action(action).kind for action in theirs)
         if kinds:
             return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
-    if mine[apart.part :]:
-        instead_of = f" instead of {theirs[apart.part]}" if theirs[apart.part :] else ""
-        return f"it does {mine[apart.part]}{instead_of}"
+    alike = common(mine, theirs)
+    if alike < len(mine):
+        return f"it does {mine[alike]}" + (f" instead of {theirs[alike]}" if alike < len(theirs) else "")
     return ""
 
 
@@ -168,10 +157,6 @@ def _relaxed(plan: Plan, other: Plan, name: Mapping[str, str]) -> tuple[list[str
     return gains, losses
 
 
-def _relaxations(plan: Plan) -> list[str]:
-    return [f"{line.strip()}." for line in relaxed(plan)]
-
-
 def _times(plan: NamedPlan, other: NamedPlan, name: Mapping[str, str]) -> list[str]:
     """Return which tasks are done earlier and later, as sentences."""
     changes: dict[str, list[str]] = {"Done earlier": [], "Done later": []}
@@ -188,21 +173,17 @@ def _times(plan: NamedPlan, other: NamedPlan, name: Mapping[str, str]) -> list[s
     return found
 
 
-def _actions(model: Model, apart: Differences, plan: NamedPlan, other: NamedPlan) -> list[str]:
+def _actions(model: Model, plan: Ledger, other: Ledger) -> list[str]:
     """Return which actions only one of the plans takes, and what only one of them puts aside, as sentences."""
-    mine, theirs = plan.ledger.actions, other.ledger.actions
     if isinstance(model, GridModel):
-        return [f"It makes {len(mine)} moves, the other plan {len(theirs)}."]
-    found = []
-    for which, counts, actions in (("this", apart.more, mine), ("the other", apart.fewer, theirs)):
-        if counts:
-            found.append(f"Only in {which} plan: {condense(sorted(counts.elements(), key=actions.index))}.")
-    if not found:
-        found.append("Both take the same actions, in another order.")
-    for which, parked in (("this", apart.parked), ("the other", apart.spared)):
-        if parked:
-            found.append(f"For a while, in {which} plan: {_parked(parked, model)}.")
-    return found
+        return [f"It makes {len(plan.actions)} moves, the other plan {len(other.actions)}."]
+    found, aside = [], []
+    for which, one, another in (("this", plan, other), ("the other", other, plan)):
+        if extra := Counter(one.actions) - Counter(another.actions):
+            found.append(f"Only in {which} plan: {condense(sorted(extra.elements(), key=one.actions.index))}.")
+        if parked := set_aside(model, one, another):
+            aside.append(f"For a while, in {which} plan: {_parked(parked, model)}.")
+    return (found or ["Both take the same actions, in another order."]) + aside
 
 
 def _parked(parked: Sequence[Parking], model: Model) -> str:

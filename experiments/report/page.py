@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
@@ -33,8 +32,6 @@ VEGA = "vega.js"
 """The chart library's file: Vega and Vega-Lite, BSD-3-Clause, University of Washington Interactive Data Lab."""
 
 INDEX = "index.html"
-
-SVG = "http://www.w3.org/2000/svg"
 
 
 def write_page(
@@ -75,7 +72,7 @@ def _library() -> bytes:
 
 
 def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...]) -> str:
-    problem = scenario.problem()
+    problem, model = scenario.problem(), scenario.model
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: files(__package__).joinpath(PARTS, name).read_text("utf-8")),
         autoescape=True,
@@ -96,27 +93,11 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         reason=front.reason,
         tasks=data["tasks"],
         pictures=pictures,
-        maps=_maps(scenario, front),
+        maps=[grid_map.svg(model, plan) for plan in front] if isinstance(model, GridModel) else [],
         notices=notices,
         data=data,
         scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
     )
-
-
-def _maps(scenario: Scenario, front: Front) -> list[str]:
-    """Return the map of every plan on a grid, without its cells, which would make the page too large."""
-    if not isinstance(scenario.model, GridModel):
-        return []
-    ElementTree.register_namespace("", SVG)
-    found = []
-    for plan in front:
-        root = ElementTree.fromstring(grid_map.svg(scenario.model, plan))
-        for group in root.findall(f"{{{SVG}}}g[@class='cells']"):
-            root.remove(group)
-        for part in root.iter():
-            part.attrib.pop("id", None)
-        found.append(ElementTree.tostring(root, encoding="unicode"))
-    return found
 
 
 def _shortfalls(front: Front) -> tuple[str, ...]:

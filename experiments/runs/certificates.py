@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from itertools import groupby
 from typing import Any
 
@@ -25,7 +26,7 @@ def certificate_json(log: Log, certificate: Certificate) -> dict[str, Any]:
         "completed": certificate.completed,
         "task_costs": dict(certificate.task_costs),
         "preference": certificate.preference,
-        "checks": [{"name": c.name, "holds": c.holds, "words": c.words} for c in certificate.checks],
+        "checks": [asdict(check) for check in certificate.checks],
     }
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from experiments.cli.files import write_bytes, write_json
+from experiments.cli.output import plan_json
 from experiments.runs.certificates import certificate_json
 from experiments.runs.outcome import Outcome
 from prefplan.claims import Claims
-from prefplan.exact_costs import Number, exact, to_number
 from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log, encode, log_of, read_log
@@ -53,17 +53,10 @@ def evidence(scenario: Scenario, scene: Scene, outcome: Outcome, *, setting: dic
 
 def claims_of(outcome: Outcome) -> Claims:
     """Return what an outcome claims of its run; of a run that was not completed, the costs and relaxations so far."""
-    end, completed = outcome.ledger.final, outcome.rollout.completed
+    said, completed = asdict(outcome.ledger.final), outcome.rollout.completed
     return Claims(
         completed=completed,
-        cost=_plain(end.cost),
-        task_costs={name: _plain(cost) for name, cost in end.task_costs.items()},
-        violation_costs={name: _plain(cost) for name, cost in end.violation_costs.items()},
-        preference=_plain(outcome.plan.preference) if completed else None,
+        **{key: said[key] for key in ("cost", "task_costs", "violation_costs")},
+        preference=plan_json(outcome.plan)["preference"] if completed else None,
         relaxations=tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps)),
     )
-
-
-def _plain(number: Number) -> int | float:
-    """Return a number as JSON has it."""
-    return to_number(exact(number))

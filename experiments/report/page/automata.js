@@ -4,16 +4,11 @@
 const WIDE = 430; // pixels; a wider automaton gets a row of its own
 
 class TaskCard {
-  constructor(task, plan, prefix) {
+  constructor(task, plan) {
     this.task = task;
     this.account = plan.ledger.tasks[task.name];
     this.plan = plan;
     const picture = document.getElementById(`automaton-${task.name}`).content.cloneNode(true);
-    this.parts = {};
-    for (const part of picture.querySelectorAll("[id]")) {
-      this.parts[part.id] = part;
-      part.id = `${prefix}-${task.name}-${part.id}`;
-    }
     this.status = make("p", { class: "status" });
     const offers = task.offers.length ? make("p", { class: "small" }, `Allowed: ${task.offers.join("; ")}.`) : null;
     const used = this.account.bought.map((bought) => make("li", {}, bought.assume === null
@@ -27,7 +22,6 @@ class TaskCard {
       make("p", {}, make("code", {}, task.formula)),
       this.box,
       offers, used.length ? make("ul", { class: "used" }, ...used) : null);
-    this.state = null;
   }
 
   show(done) {
@@ -40,12 +34,10 @@ class TaskCard {
     this.shown = `${state} ${words}`;
     this.status.textContent = state === null ? words : `${words} · state ${state}`;
     this.element.dataset.status = words.split(" ")[0];
-    if (this.state !== null) for (const part of [this.parts[`q${this.state}`], this.edge]) if (part) part.classList.remove("here");
-    this.edge = done && states ? this.parts[`q${states[done - 1]}-q${state}`] : null;
-    if (state !== null && this.parts[`q${state}`]) this.parts[`q${state}`].classList.add("here");
-    if (this.edge && states[done - 1] !== state) this.edge.classList.add("here");
-    this.state = state;
-    this.scrollTo(this.parts[`q${state}`]);
+    for (const part of this.box.querySelectorAll(".here")) part.classList.remove("here");
+    const entered = done && states && states[done - 1] !== state ? `, .q${states[done - 1]}-q${state}` : "";
+    for (const part of this.box.querySelectorAll(`.q${state}${entered}`)) part.classList.add("here");
+    this.scrollTo(this.box.querySelector(".node.here"));
   }
 
   // Where an automaton is wider than its box, scroll to its present state.

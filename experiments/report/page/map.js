@@ -13,28 +13,16 @@ class GridMap {
     const picture = document.getElementById(`map-${plan.index}`).content.cloneNode(true);
     const svg = picture.querySelector("svg");
     svg.setAttribute("aria-label", plan.map_words);
-    const path = svg.querySelector(".path");
-    this.points = path.dataset.states.split(" ").map((point) => point.split(",").map(Number));
-    const [, , width] = svg.getAttribute("viewBox").split(" ").map(Number);
-    const cell = (width - 2) / map.size[0];
+    const [, , wide, high] = svg.getAttribute("viewBox").split(" ").map(Number), [columns, rows] = map.size;
+    this.points = plan.path.map(([x, y]) => [((x + 0.5) * wide) / columns, ((rows - 0.5 - y) * high) / rows]);
     this.gone = draw("polyline", { class: "gone", points: "" });
-    this.robot = draw("circle", { class: "robot", r: Math.max(0.32 * cell, 4) });
-    path.after(this.gone);
-    svg.querySelector(".ground").after(this.cells(map.size, cell));
+    this.robot = draw("circle", { class: "robot", r: Math.max((0.32 * wide) / columns, 2.5) });
+    svg.querySelector(".path").after(this.gone);
     svg.append(this.robot);
     svg.removeAttribute("width");
     svg.removeAttribute("height");
     this.element = make("div", { class: "picture" });
     this.element.append(picture);
-  }
-
-  cells([width, height], cell) {
-    let d = "";
-    if (cell >= 4) {
-      for (let x = 1; x < width; x += 1) d += `M${x * cell} 0V${height * cell}`;
-      for (let y = 1; y < height; y += 1) d += `M0 ${y * cell}H${width * cell}`;
-    }
-    return draw("path", { class: "grid-lines", d });
   }
 
   show(time) {

@@ -15,7 +15,7 @@ class Panel {
     const timeline = new Timeline(plan, ordered(data.tasks, plan), {
       most, seek, part: other ? plan.ledger.spent[part] : null,
     });
-    const cards = data.tasks.map((task) => new TaskCard(task, plan, `panel${plan.index}`));
+    const cards = data.tasks.map((task) => new TaskCard(task, plan));
     this.followers = [timeline, ...(this.map ? [this.map] : [])];
     this.cards = cards;
     this.element = make("article", { class: `panel ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from experiments import scenarios
 from experiments.figures.grid_map import MOST_CELLS, goals, svg
 from experiments.figures.trail import LANE, LANES, trail
-from prefplan import Scenario, cheapest_plan
+from prefplan import Plan, Scenario, cheapest_plan
 from prefplan.models.grid import GridModel
 
 
@@ -57,16 +58,14 @@ def test_goals_are_where_the_tasks_are_satisfied(example: Scenario) -> None:
             assert plan.task_costs[task] == step
 
 
-def test_a_page_finds_cells_regions_and_states(example: Scenario) -> None:
+def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario) -> None:
     plan = cheapest_plan(example.problem())
-    root = ET.fromstring(svg(example.model, plan, prefix="p0-"))
-    ids = [element.get("id") for element in root.iter() if element.get("id")]
-    cells = {f"p0-c{x}-{y}" for x in range(3) for y in range(3)}
-    regions = {f"p0-region-{name}" for name in ("dirt", "plant", "rock", "charge")}
-    assert len(ids) == len(set(ids))
-    assert set(ids) == cells | regions | {"p0-path"}
-    (path,) = (element for element in root.iter() if element.get("id") == "p0-path")
-    assert len((path.get("data-states") or "").split()) == len(plan.states)
+    root = ET.fromstring(svg(example.model, plan))
+    classes = Counter(element.get("class") for element in root.iter())
+    assert classes["path"] == classes["start"] == 1
+    assert classes["region"] == classes["name"] == 4
+    assert classes["goal"] == classes["task"] == len(goals(example.model, plan))
+    assert not any(element.get("id") for element in root.iter())
 
 
 def test_single_cells_are_left_out_where_they_are_too_many() -> None:
@@ -74,5 +73,5 @@ def test_single_cells_are_left_out_where_they_are_too_many() -> None:
     model = GridModel(
         (side + 1, side), (0, 0), regions={"far": [(side, 0, side, 0)]}, obstacles={"wall": [(3, 3, 4, 4)]}
     )
-    drawn = svg(model)
-    assert 'class="cell"' not in drawn and 'class="obstacle"' in drawn and 'id="region-far"' in drawn
+    drawn = svg(model, Plan(0, 0, {}, {}, (), ((0, 0),)))
+    assert 'class="grid"' not in drawn and 'class="obstacle"' in drawn and 'class="region"' in drawn
