@@ -28,8 +28,8 @@ QUALITY = 82
 
 PICTURES = (
     # name, scenario, chosen plans, first element shown, height from its top in pixels, simulated seconds
-    ("report_grid", "case_study_1", "#plan=4", "main", 1420, 14.0),
-    ("report_videos", "case_study_3", "#plan=1&with=0", "#plan", 1270, 10.0),
+    ("report_grid", "case_study_1", "#plan=0&with=5", "header", 1420, 14.0),
+    ("report_videos", "case_study_3", "#plan=0&with=1", "header", 1040, 10.0),
 )
 
 

@@ -88,6 +88,7 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
     return environment.get_template("index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
+        trade_off=_trade_off(front, data),
         preference=in_words(scenario.preference, problem.names),
         front=front,
         reason=front.reason,
@@ -98,6 +99,15 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         data=data,
         scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
     )
+
+
+def _trade_off(front: Front, data: Mapping[str, Any]) -> str:
+    """Return the difference between the ends of a front in a sentence; empty where there is no plan."""
+    if len(front) < 2:
+        return "One plan is best in both: no plan costs less, and no plan is preferred to it." if len(front) else ""
+    headline = next(one["headline"] for one in data["plans"][-1]["explanations"] if one["against"] == 0)
+    between = "" if len(front) == 2 else f" Between them, the best trade-offs are {len(front) - 2} other plans."
+    return f"The preferred plan costs {headline}{between}"
 
 
 def _shortfalls(front: Front) -> tuple[str, ...]:

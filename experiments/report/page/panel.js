@@ -18,15 +18,21 @@ class Panel {
     const cards = data.tasks.map((task) => new TaskCard(task, plan));
     this.followers = [timeline, ...(this.map ? [this.map] : [])];
     this.cards = cards;
-    this.element = make("article", { class: `panel ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
-      make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
-        ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
-        plan.rank ? make("span", { class: "rank" }, plan.rank) : null),
-      make("div", { class: this.video || this.map ? "stage" : "stage bare" },
-        make("div", { class: "watch" }, this.video || (this.map && this.map.element) || null, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.videoNote(plan)),
-        make("div", { class: "why" }, ...this.why(plan, other), this.costs(data.tasks, plan))),
-      make("h4", { class: "part-title" }, "Actions, and the cost spent"),
+    const title = make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
+      ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+      plan.rank ? make("span", { class: "rank" }, plan.rank) : null);
+    const [first, ...others] = this.explanations(plan, other);
+    const picture = this.video || (this.map && this.map.element) || null;
+    this.view = make("article", { class: `panel view ${side}${picture ? "" : " bare"}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
+      title,
+      make("div", { class: "watch" }, picture, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.videoNote(plan)),
       timeline.element,
+      make("p", { class: "headline" }, first.headline));
+    this.element = make("article", { class: `panel more ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index} in detail` },
+      make("h3", {}, make("span", { class: "badge" }, String(plan.index)), ` Plan ${plan.index}`),
+      make("div", { class: "why" }, this.details(first, true),
+        ...others.map((explanation) => make("div", {}, make("p", { class: "headline" }, explanation.headline), this.details(explanation, false)))),
+      this.costs(data.tasks, plan),
       make("h4", { class: "part-title" }, "The tasks and their automata"),
       make("div", { class: "tasks" }, make("p", { class: "small key" }, AUTOMATA), ...cards.map((card) => card.element)),
       this.steps(plan, seek), this.certificate(plan));
@@ -51,15 +57,17 @@ class Panel {
   }
 
   // Why it costs more than the plan it is compared with, if that is cheaper, or else than its neighbour and the cheapest.
-  why(plan, other) {
+  explanations(plan, other) {
     const against = (index) => plan.explanations.filter((explanation) => explanation.against === index);
     const compared = other ? against(other.index) : [];
     const shown = compared.length ? compared : [...new Set([plan.index - 1, 0])].flatMap(against);
-    return (plan.index ? shown : plan.explanations).map((explanation, i) => make("div", { class: "explanation" },
-      make("p", { class: "headline" }, explanation.headline),
-      make("details", { open: i === 0 },
-        make("summary", {}, "In detail"),
-        make("ul", {}, ...explanation.details.map((detail) => make("li", {}, detail))))));
+    return plan.index ? shown : plan.explanations;
+  }
+
+  details(explanation, open) {
+    return make("details", { open, class: "explanation" },
+      make("summary", {}, "Differences"),
+      make("ul", {}, ...explanation.details.map((detail) => make("li", {}, detail))));
   }
 
   costs(tasks, plan) {

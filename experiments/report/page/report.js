@@ -17,8 +17,10 @@
     const part = two ? common(one.ledger.actions, two.ledger.actions) : null;
     const most = Math.max(...shown.map((p) => p.ledger.spent[p.ledger.spent.length - 1]));
     panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek }));
-    byId("panels").replaceChildren(...panels.map((panel) => panel.element));
-    byId("panels").classList.toggle("two", panels.length === 2);
+    for (const [id, partOf] of [["views", (panel) => panel.view], ["panels", (panel) => panel.element]]) {
+      byId(id).replaceChildren(...panels.map(partOf));
+      byId(id).classList.toggle("two", panels.length === 2);
+    }
     byId("plan").textContent = two ? `Plans ${chosen} and ${other}` : `Plan ${chosen}`;
     const videos = panels.map((panel) => panel.video).filter(Boolean);
     for (const video of videos) video.muted = true;
@@ -106,5 +108,8 @@
 
   const wanted = new URLSearchParams(location.hash.slice(1));
   const known = (name) => (plans[Number(wanted.get(name))] && wanted.has(name) ? Number(wanted.get(name)) : null);
-  select(known("plan") ?? 0, known("with"));
+  const best = plans.length > 1 ? plans.length - 1 : null;
+  select(known("plan") ?? 0, wanted.has("plan") ? known("with") : best);
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  if (!wanted.has("plan") && !still && panels.some((panel) => panel.video)) clock.play();
 })();
