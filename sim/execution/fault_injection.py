@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from sim.execution.faults import Fault
-from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, SlippingGripper
+from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, slipping
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
@@ -68,7 +68,6 @@ class FaultInjector:
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
         self._hanging = {i: _HangingTime(cell) for i, fault in self._faults if fault.kind == "slip"}
-        self._slipping: list[SlippingGripper] = []
         self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
         self._delays = [float(rng.uniform(0, SLIP_DELAY_S)) for rng in self._rng]
         self.happened: dict[int, float] = {}
@@ -89,8 +88,6 @@ class FaultInjector:
         self._tick()
 
     def _tick(self) -> None:
-        for gripper in self._slipping:
-            gripper.update()
         for i, fault in self._faults:
             if i in self.happened or fault.action > self._action:
                 continue
@@ -106,11 +103,8 @@ class FaultInjector:
             return False
         fingers = self._cell.scene.robot.gripper.joints
         open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP_M
-        gripper = SlippingGripper(
-            self._cell.gripper, self._cell.data, least_width=open_width, until=now + SLIP_DURATION_S
-        )
-        self._cell.gripper = gripper
-        self._slipping.append(gripper)
+        cell = self._cell
+        cell.gripper = slipping(cell.gripper, cell.data, least_width=open_width, until=now + SLIP_DURATION_S)
         return True
 
     def _miss(self, i: int, fault: Fault) -> bool:

@@ -23,7 +23,6 @@ from sim.perception.sensors import (
 from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.effort import EffortMeter
-from sim.simulation.gripper import Gripper
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Event
 from sim.world.scene import Scene
@@ -56,7 +55,8 @@ class Workcell:
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
         sensor: observes the objects.
-        gripper: drives the fingers.
+        width: commanded between the pads, m; less than that of a held object, so that they press it.
+        gripper: maps this width to the one that its actuator is sent; faults wrap it.
         disturb: called before every control period is simulated.
     """
 
@@ -64,7 +64,9 @@ class Workcell:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given."""
         model = scene.mujoco
         self._motors = [model.actuator(name).id for name in scene.robot.joints]
-        self.gripper = Gripper(data, model.actuator(scene.robot.gripper.actuator).id)
+        self._fingers = model.actuator(scene.robot.gripper.actuator).id
+        self.width = float(data.ctrl[self._fingers])
+        self.gripper: Callable[[float], float] = float
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
         self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
@@ -173,8 +175,8 @@ class Workcell:
     def grip(self, width: float, seconds: float) -> None:
         """Bring the commanded width between the pads evenly to `width`, m, while the arm rests."""
         ticks = max(1, round(seconds / CONTROL_PERIOD))
-        for command in np.linspace(self.gripper.width, width, ticks + 1)[1:]:
-            self.gripper.width = float(command)
+        for command in np.linspace(self.width, width, ticks + 1)[1:]:
+            self.width = float(command)
             self._tick()
 
     def wait(self, seconds: float) -> None:
@@ -196,6 +198,7 @@ class Workcell:
         """
         data = self.data
         self.disturb()
+        data.ctrl[self._fingers] = self.gripper(self.width)
         for substep in range(self._substeps):
             if commands is not None:
                 data.ctrl[self._motors] = commands[substep]

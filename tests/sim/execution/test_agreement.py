@@ -74,7 +74,7 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
 
     def slip() -> None:
         if begin <= run.cell.data.time < begin + SLIP_DURATION_S:
-            run.cell.gripper.width = CUBE_EDGE + SLIP_GAP_M
+            run.cell.width = CUBE_EDGE + SLIP_GAP_M
 
     run.cell.disturb = slip
     assert run.step("transit desk")
