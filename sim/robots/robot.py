@@ -18,7 +18,7 @@ class Gripper:
     Attributes:
         actuator: drives the fingers; its command is the width between the pads, m.
         joints: sliding joints of the fingers; each moves by an equal share of the width.
-        pads: geoms of the left and the right pad, the only ones that may touch what is grasped.
+        pads: geoms of the left and the right pad, which hold an object.
         opening_m: greatest width between the pads.
         squeeze_m: how much narrower than a held object the command is.
         firm_force_n: least contact force on each pad in a firm grip.
@@ -117,6 +117,10 @@ class Robot:
     def bodies(self, model: mujoco.MjModel) -> np.ndarray:
         """Return (nbody,) bool: which bodies of a scene are the robot's."""
         return np.asarray(model.body_rootid == model.body(self.base).id)
+
+    def fingers(self, model: mujoco.MjModel) -> np.ndarray:
+        """Return (ngeom,) bool: which geoms of a scene are the fingers', pads included."""
+        return np.isin(model.geom_bodyid, [model.joint(name).bodyid[0] for name in self.gripper.joints])
 
     def qpos(self, model: mujoco.MjModel) -> np.ndarray:
         """Return the (n,) places of the arm's joints in the scene's positions."""
