@@ -21,7 +21,7 @@ from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from sim.errors import LogError
-from sim.simulation.rollout import FRAME_RATE, Event, Rollout, Step
+from sim.simulation.rollout import FRAME_RATE, Event, Recording, Rollout, Step
 from sim.world.scene import Scene
 
 FORMAT = 1
@@ -84,27 +84,15 @@ class About:
     claims: Claims
 
 
-@dataclass(frozen=True)
-class Log:
+@dataclass(frozen=True, kw_only=True)
+class Log(Recording):
     """The record of a run, and the claims about it.
 
     Attributes:
         about: everything but the arrays.
-        times: (T,) s, when each frame was taken.
-        qpos: (T, nq) recorded positions.
-        glow: (T,) index into the scenario's locations of the marking location at work, -1 for none.
-        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
-        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
-        pad_forces: (T, 2) with which the left and the right pad were pressed, N.
     """
 
     about: About
-    times: np.ndarray
-    qpos: np.ndarray
-    glow: np.ndarray
-    speeds: np.ndarray
-    torques: np.ndarray
-    pad_forces: np.ndarray
 
 
 def log_of(
@@ -137,7 +125,7 @@ def log_of(
         claims=claims,
     )
     kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
-    return Log(about, **{name: rows if name == "times" else rows.round(DECIMALS) for name, rows in kept.items()})
+    return Log(about=about, **{name: rows if name == "times" else rows.round(DECIMALS) for name, rows in kept.items()})
 
 
 def _logged(step: Step) -> LoggedAction:
@@ -194,7 +182,7 @@ def read_log(path: str | Path) -> Log:
             raise LogError(f"{path}: broken: {name} holds what is not a number")
     if not len(arrays["times"]):
         raise LogError(f"{path}: broken: not a single frame")
-    return Log(about, **arrays)
+    return Log(about=about, **arrays)
 
 
 def _about(path: str | Path, data: np.ndarray) -> About:

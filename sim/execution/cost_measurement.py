@@ -20,7 +20,7 @@ from prefplan.models.manipulation.slots import hand_poses, location_of
 from sim.errors import SimulationError
 from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
-from sim.simulation.effort import Effort
+from sim.simulation.rollout import Effort
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.skill import SkillError
@@ -185,10 +185,10 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
         perform(cell, Action("grasp", taken))
     if trial.put:
         perform(cell, Action("release", trial.put, state.hand))
-    before = cell.meter.total
+    before = cell.effort
     perform(cell, trial.action)
     _check_effect(cell, model.action(trial.action))
-    return cell.meter.total - before
+    return cell.effort - before
 
 
 def _put(state: ManipulationState) -> str | None:

@@ -119,7 +119,7 @@ class Execution:
         symbolic = self.scene.model.action(action)
         # The poses of objects that were moved since the last action may not be up to date yet.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
-        start, spent = float(self.cell.data.time), self.cell.meter.total
+        start, spent = float(self.cell.data.time), self.cell.effort
         self.injector.begin(len(self.steps) + 1)
         failure = difference = None
         observed = before
@@ -130,7 +130,7 @@ class Execution:
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
         except ObservationTimeoutError as error:
             failure, self.lost_sensor = str(error), True
-        effort = self.cell.meter.total - spent
+        effort = self.cell.effort - spent
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
         if at(symbolic.obj, symbolic.location) in self.scene.model.effect(symbolic):
             self._placed.add(symbolic.obj)

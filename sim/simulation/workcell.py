@@ -22,9 +22,8 @@ from sim.perception.sensors import (
 )
 from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
-from sim.simulation.effort import EffortMeter
 from sim.simulation.recorder import Recorder
-from sim.simulation.rollout import Event
+from sim.simulation.rollout import Effort, Event
 from sim.world.scene import Scene
 from sim.world.shapes import ObjectShape
 
@@ -50,7 +49,7 @@ class Workcell:
         arm: kinematics of the arm.
         contacts: monitors contacts.
         recorder: records every frame.
-        meter: sums the arm's effort.
+        effort: what the simulation took of the arm so far.
         reference: (n,) joint reference last sent, rad.
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
@@ -73,7 +72,7 @@ class Workcell:
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._collision_checker = CollisionChecker(scene, self.contacts)
-        self.meter = EffortMeter(scene.robot, data)
+        self.effort, self._dofs = Effort(), scene.robot.dofs(model)
         self.reference = data.qpos[scene.robot.qpos(model)].copy()
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
@@ -206,7 +205,12 @@ class Workcell:
             self.recorder.feel(data)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
-        self.meter.update(data)
+        speeds, torques = data.qvel[self._dofs], data.qfrc_actuator[self._dofs]
+        self.effort += Effort(
+            CONTROL_PERIOD,
+            CONTROL_PERIOD * float(np.abs(speeds).sum()),
+            CONTROL_PERIOD * float(np.abs(torques * speeds).sum()),
+        )
         for pair in self.contacts.update(data):
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.log_event("contact", moving=pair[0], other=pair[1])
