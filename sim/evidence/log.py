@@ -155,21 +155,13 @@ def read_log(path: str | Path) -> Log:
         LogError: the file is missing, broken, no log or of another format; the message names the file.
     """
     try:
-        with open(path, "rb") as file:
-            if not zipfile.is_zipfile(file):
-                raise LogError(f"{path}: broken, or not a log of `prefplan run`")
-        archive = np.load(path, allow_pickle=False)
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise LogError(f"{path}: not a log of `prefplan run`")
-        with archive:
+        with np.load(path, allow_pickle=False) as archive:
             found = {name: archive[name] for name in archive.files}
+        about = _about(path, found["about"])
     except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
         raise LogError(f"{path}: {str(error.strerror).lower()}") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, KeyError, NotImplementedError) as error:
-        raise LogError(f"{path}: broken, or not a log of `prefplan run` ({error})") from None
-    if "about" not in found:
-        raise LogError(f"{path}: not a log of `prefplan run`")
-    about = _about(path, found["about"])
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, NotImplementedError):
+        raise LogError(f"{path}: broken, or not a log of `prefplan run`") from None
     arrays = {}
     for name, row in ARRAYS.items():
         if name not in found:
