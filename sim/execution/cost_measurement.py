@@ -115,12 +115,8 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     return chosen
 
 
-def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement:
-    """Simulate an action in every sample and return what it took on average.
-
-    Raises:
-        SkillError: none of them worked out; the message says why the first one did not.
-    """
+def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement | Failure:
+    """Simulate an action in every sample and return what it took on average where it worked out."""
     efforts, failures = [], []
     for trial in samples:
         try:
@@ -128,8 +124,9 @@ def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement:
         except SimulationError as error:
             failures.append(f"`{trial.action}` with {trial.state}: {error}")
     if not efforts:
-        raise SkillError(failures[0])
-    return Measurement(pair, _mean(efforts), len(efforts))
+        return Failure(pair, failures[0])
+    total = sum(efforts, start=Effort())
+    return Measurement(pair, {name: value / len(efforts) for name, value in vars(total).items()}, len(efforts))
 
 
 def measure_all(
@@ -150,13 +147,7 @@ def measure_all(
 
 
 def _measure_batch(scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]]) -> list[Measurement | Failure]:
-    results: list[Measurement | Failure] = []
-    for pair, samples in batch:
-        try:
-            results.append(measure(scene, pair, samples))
-        except SkillError as error:
-            results.append(Failure(pair, str(error)))
-    return results
+    return [measure(scene, pair, samples) for pair, samples in batch]
 
 
 def simulate(scene: Scene, trial: Trial) -> Effort:
@@ -221,8 +212,3 @@ def _sample(edges: np.ndarray, actions: np.ndarray) -> list[int]:
         own = edges[actions[edges] == different[turn % len(different)]]
         chosen.append(int(own[round(share * (len(own) - 1))]))
     return list(dict.fromkeys(chosen))
-
-
-def _mean(efforts: Sequence[Effort]) -> Mapping[str, float]:
-    total = sum(efforts, start=Effort())
-    return {name: value / len(efforts) for name, value in vars(total).items()}

@@ -71,8 +71,7 @@ class FaultInjector:
         self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
         self._delays = [float(rng.uniform(0, SLIP_DELAY_S)) for rng in self._rng]
         self.happened: dict[int, float] = {}
-        self._moved: dict[int, str] = {}
-        self._faults_by_kind: dict[str, Callable[[int, Fault], bool]] = {
+        self._faults_by_kind: dict[str, Callable[[int, Fault], dict[str, str] | None]] = {
             "slip": self._slip,
             "move": self._move,
             "knock": self._knock,
@@ -91,53 +90,51 @@ class FaultInjector:
         for i, fault in self._faults:
             if i in self.happened or fault.action > self._action:
                 continue
-            if self._faults_by_kind[fault.kind](i, fault):
+            detail = self._faults_by_kind[fault.kind](i, fault)
+            if detail is not None:
                 self.happened[i] = float(self._cell.data.time)
-                moved = self._moved.get(i)
-                self._cell.log_event("fault", fault=str(fault), **({"object": moved} if moved else {}))
+                self._cell.log_event("fault", fault=str(fault), **detail)
                 mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
 
-    def _slip(self, i: int, fault: Fault) -> bool:
+    def _slip(self, i: int, fault: Fault) -> dict[str, str] | None:
         hanging, now = self._hanging[i].seconds(), float(self._cell.data.time)
         if hanging is None or hanging < self._delays[i]:
-            return False
+            return None
         fingers = self._cell.scene.robot.gripper.joints
         open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP_M
         cell = self._cell
         cell.gripper = slipping(cell.gripper, cell.data, least_width=open_width, until=now + SLIP_DURATION_S)
-        return True
+        return {}
 
-    def _miss(self, i: int, fault: Fault) -> bool:
+    def _miss(self, i: int, fault: Fault) -> dict[str, str] | None:
         self._skills["grasp"] = MissingGrasp(self._skills["grasp"], misses=int(fault.amount))
-        return True
+        return {}
 
-    def _blind(self, i: int, fault: Fault) -> bool:
+    def _blind(self, i: int, fault: Fault) -> dict[str, str] | None:
         cell = self._cell
         cell.sensor = DropoutSensor(cell.sensor, until=float(cell.data.time) + fault.amount)
-        return True
+        return {}
 
-    def _knock(self, i: int, fault: Fault) -> bool:
+    def _knock(self, i: int, fault: Fault) -> dict[str, str] | None:
         if self._in_hand(fault.target):
-            return False
-        self._moved[i] = fault.target
+            return None
         rng, velocity = self._rng[i], self._cell.data.joint(fault.target).qvel
         heading = rng.uniform(-np.pi, np.pi)
         direction = np.array([np.cos(heading), np.sin(heading), 0.0])
         velocity[:3] = direction * rng.uniform(*PUSH_SPEEDS_M_S) + [0.0, 0.0, TOSS_SPEED_M_S]
         axes = self._cell.data.body(fault.target).xmat.reshape(3, 3)
         velocity[3:] = axes.T @ np.cross([0.0, 0.0, 1.0], direction) * rng.uniform(*TUMBLE_SPEEDS_RAD_S)
-        return True
+        return {"object": fault.target}
 
-    def _move(self, i: int, fault: Fault) -> bool:
+    def _move(self, i: int, fault: Fault) -> dict[str, str] | None:
         if self._in_hand(fault.target):
-            return False
+            return None
         rng, obj = self._rng[i], fault.target
-        self._moved[i] = obj
         if rng.random() < RELOCATION_PROBABILITY:
             slots = [slot for row in self._cell.scene.slots.values() for slot in row if self._is_free(slot)]
             if slots:
                 self._put_into(rng, obj, slots[rng.integers(len(slots))])
-                return True
+                return {"object": obj}
         height = float(self._cell.scene.shapes[obj].half[2])
         nearest = self._cell.scene.robot.nearest_m
         for _ in range(MAX_DRAWS):
@@ -147,16 +144,16 @@ class FaultInjector:
             position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
             if self._fits(obj, position, yaw):
                 self._put(obj, position, yaw)
-                return True
-        return False
+                return {"object": obj}
+        return None
 
-    def _foreign(self, i: int, fault: Fault) -> bool:
+    def _foreign(self, i: int, fault: Fault) -> dict[str, str] | None:
         slots = [slot for slot in self._cell.scene.slots[fault.target] if self._is_free(slot)]
         if not slots:
-            return False
-        self._moved[i] = next(self._spares)
-        self._put_into(self._rng[i], self._moved[i], slots[0])
-        return True
+            return None
+        obj = next(self._spares)
+        self._put_into(self._rng[i], obj, slots[0])
+        return {"object": obj}
 
     def _in_hand(self, obj: str) -> bool:
         contacts = self._cell.contacts
