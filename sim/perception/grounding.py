@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import mujoco
 import numpy as np
 
@@ -100,6 +102,12 @@ def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     return bool(np.hypot(*(tool - first)[:2] - share * along) < AT_RADIUS_M and tool[2] > first[2])
 
 
+def hand_location(scene: Scene, data: mujoco.MjData, candidates: Iterable[str]) -> str:
+    """Return the first of several locations that the hand is over, or `NOWHERE`."""
+    over = (name for name in candidates if name in scene.slots and hand_over(scene, data, name))
+    return next(over, NOWHERE)
+
+
 def observe(
     scene: Scene,
     data: mujoco.MjData,
@@ -121,8 +129,8 @@ def observe(
         held: the object that the pads hold, from their latest contact forces.
         marks: of the objects, which no sensor shows.
     """
-    if hand in scene.slots and not hand_over(scene, data, hand):
-        hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)
+    if hand in scene.slots:
+        hand = hand_location(scene, data, (hand, *scene.slots))
     slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
     places = tuple((obj.name, slots[obj.name].location) for obj in scene.model.objects if obj.name in slots)
     return ManipulationState(hand=hand, held=held, places=places, marks=marks)
