@@ -192,7 +192,9 @@ class Execution:
         self.blocked = None
         try:
             self._skills[action.kind].perform(self.cell, action)
-            self._check_grip(held)
+            await_grip(self.cell)
+            if held is not None and self.cell.held() != held:
+                raise SkillError(f"{held} slipped from the hand")
         except ObservationTimeoutError:
             raise
         except SimulationError as error:
@@ -203,12 +205,6 @@ class Execution:
             self.cell.wait(SETTLE_AFTER_FAILURE_S)
             return str(error)
         return None
-
-    def _check_grip(self, obj: str | None) -> None:
-        """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
-        await_grip(self.cell)
-        if obj is not None and self.cell.held() != obj:
-            raise SkillError(f"{obj} slipped from the hand")
 
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool
@@ -221,13 +217,10 @@ class Execution:
 
     def _placement_error(self) -> float:
         """Return the largest horizontal distance of a placed object from its slot's centre, m."""
-        errors = [0.0]
         poses = true_poses(self.scene, self.cell.data)
-        for obj in self._placed:
-            slot = slot_of(self.scene, poses, obj)
-            if slot is not None:
-                errors.append(float(np.hypot(*(poses[obj].position - slot.position)[:2])))
-        return max(errors)
+        slots = {obj: slot for obj in self._placed if (slot := slot_of(self.scene, poses, obj)) is not None}
+        errors = (float(np.hypot(*(poses[obj].position - slot.position)[:2])) for obj, slot in slots.items())
+        return max(errors, default=0.0)
 
 
 def execute(
