@@ -98,16 +98,7 @@ class Log(Recording):
 def log_of(
     scene: Scene, rollout: Rollout, claims: Claims, *, scenario: str, text: str, setting: dict[str, Any] | None = None
 ) -> Log:
-    """Return the log of a rollout, up to the end of its last action if it was not completed.
-
-    Args:
-        scene: what was simulated.
-        rollout: what happened.
-        claims: what is said of it.
-        scenario: the scenario's name.
-        text: the scenario file.
-        setting: what made this run differ from others, JSON-ready.
-    """
+    """Return the log of a rollout, up to the end of its last action if it was not completed (see `About`)."""
     model, steps = scene.mujoco, rollout.steps
     end = np.inf if rollout.completed else max([0.0, *(step.end for step in steps)]) + 1 / FRAME_RATE
     joints = [model.joint(i) for i in range(model.njnt)]

@@ -157,9 +157,7 @@ class RecordedWorld:
     def touches(self, handled: str | None, *, aloft: bool) -> list[tuple[str, str]]:
         """Return names of bodies in unwanted contact: one of the robot or the object aloft, and another.
 
-        Args:
-            handled: the object that the fingers may touch.
-            aloft: whether it may touch nothing else.
+        The fingers may touch the handled object; aloft, it may touch nothing else.
         """
         mujoco.mj_collision(self.mujoco, self._data)
         pairs = self._data.contact.geom.reshape(-1, 2)

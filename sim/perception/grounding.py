@@ -47,13 +47,8 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     """Return the slot in which an object rests, whatever the location's capacity, or None.
 
     It rests there when it is upright, near the slot's centre, and its underside as high as what carries it: the slot,
-    or where the location lies on others, an object that stands on one of those.
-
-    Args:
-        scene: the scene.
-        poses: of every observed object.
-        name: the object.
-        temporary: whether to look among the temporary locations rather than the scenario's.
+    or where the location lies on others, an object that stands on one of those. Slots are those of the scenario's
+    locations, or of the temporary ones.
     """
     pose, half = poses[name], scene.shapes[name].half
     if pose.tilt > UPRIGHT:
@@ -125,7 +120,7 @@ def observe(
         scene: the scene.
         data: its state, of which the robot knows its own part.
         poses: of every observed object of the model.
-        hand: where the hand was last sent; elsewhere is reported only if it is not there.
+        hand: where the hand was last sent; another location is reported only if it is not there.
         held: the object that the pads hold, from their latest contact forces.
         marks: of the objects, which no sensor shows.
     """

@@ -51,16 +51,10 @@ def reground(
     marks: frozenset[tuple[str, str]],
     reachable: Callable[[np.ndarray], bool],
 ) -> Regrounded:
-    """Return a scene and a state that agree with observed poses.
+    """Return a scene and a state that agree with observed poses, also of objects that the model does not have.
 
-    Args:
-        scene: as it was built from the scenario.
-        data: its state, of which the robot knows its own part.
-        poses: of every observed object, also of those that the model does not have.
-        hand: where the hand was last sent.
-        held: what it holds.
-        marks: of the objects, which no sensor shows.
-        reachable: whether the hand reaches a position.
+    The scene is as it was built from the scenario; `reachable` says whether the hand reaches a position, and the other
+    arguments are those of `observe`.
     """
     model = scene.model
     known = {obj.name for obj in model.objects}

@@ -20,7 +20,7 @@ class Recorder:
         self._dofs = scene.robot.dofs(model)
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
-        self._begin_frame()
+        self._speed, self._torque = np.zeros((2, len(self._dofs)))
 
     def is_due(self, data: mujoco.MjData) -> bool:
         """Return whether the time has come for another frame."""
@@ -32,12 +32,7 @@ class Recorder:
         np.maximum(self._torque, np.abs(data.qfrc_actuator[self._dofs]), out=self._torque)
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
-        """Add a frame.
-
-        Args:
-            data: the present state.
-            glow: index of the marking location at work, -1 for none.
-        """
+        """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
         frame = {
             "times": float(data.time),
             "qpos": data.qpos.copy(),
@@ -47,7 +42,7 @@ class Recorder:
             "pad_forces": self._press(data),
         }
         self._frames.append(frame)
-        self._begin_frame()
+        self._speed, self._torque = np.zeros((2, len(self._dofs)))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
@@ -56,9 +51,6 @@ class Recorder:
         for name, load in (("speeds", self._speed), ("torques", self._torque)):
             arrays[name][-1] = np.maximum(arrays[name][-1], load)
         return arrays
-
-    def _begin_frame(self) -> None:
-        self._speed, self._torque = np.zeros((2, len(self._dofs)))
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
         """Return the (2,) contact forces on the left and the right pad, N."""

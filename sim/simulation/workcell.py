@@ -123,11 +123,7 @@ class Workcell:
         return self.survey([obj])[obj]
 
     def survey(self, objects: Iterable[str]) -> dict[str, ObjectPose]:
-        """Return the poses of objects at rest, each averaged over the observations that the sensor needs.
-
-        Raises:
-            ObservationTimeoutError: as in `observe`.
-        """
+        """Return the poses of objects at rest, as `measure` does."""
         samples: dict[str, list[ObjectPose]] = {obj: [self.observe(obj)] for obj in objects}
         for _ in range(self.sensor.samples - 1):
             self._tick()
@@ -152,11 +148,7 @@ class Workcell:
         return self.contacts.handled is not None and 0 < self.data.time - self.contacts.pressed <= CONTACT_FLICKER_S
 
     def follow(self, references: np.ndarray) -> None:
-        """Drive the arm along joint references; it brakes early if it loses its load.
-
-        Args:
-            references: (N, n) rad, every `CONTROL_PERIOD`.
-        """
+        """Drive the arm along (N, n) references, rad, one a `CONTROL_PERIOD`; it brakes early if it loses its load."""
         points = np.vstack([self.reference, references])
         carried = self.held() if self.contacts.aloft else None
         for done, tick in enumerate(_commands(points, self._substeps, self._lag), 1):
@@ -190,11 +182,7 @@ class Workcell:
         return self._collision_checker.touches(self.data, self._seen, q, width=width, clearance=clearance)
 
     def _tick(self, commands: np.ndarray | None = None) -> None:
-        """Simulate one control period; record the frames that fall into it.
-
-        Args:
-            commands: (substeps, n) rad, of the arm's motors; None to leave them as they are.
-        """
+        """Simulate one control period, with (substeps, n) commands of the arm's motors, rad, or those it has."""
         data = self.data
         self.disturb()
         data.ctrl[self._fingers] = self.gripper(self.width)
