@@ -65,10 +65,10 @@ class Execution:
 
         Args:
             scene: the scene.
-            data: from `initial_state`; it is simulated on from there.
-            system: the model's transition system, if it was built already.
-            sensor: observes the objects; None for an exact one.
-            skills: how each kind of action is carried out.
+            data: from `initial_state`.
+            system: the model's transition system, if it was built already: that takes a tenth of a rollout.
+            sensor: an exact one unless it is given.
+            skills: by kind of action.
             faults: faults to inject.
             seed: of their random numbers.
 
@@ -238,8 +238,8 @@ def execute(
         scene: the scene.
         actions: symbolic actions, e.g. `transit top`, `grasp pink`.
         seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
-        system: the model's transition system, if it was built already: that takes a tenth of a rollout.
-        skills: how each kind of action is carried out.
+        system: as for `Execution`.
+        skills: as for `Execution`.
         on_progress: called before each action with how many are done, how many there are, and its name.
 
     Raises:

@@ -10,6 +10,7 @@ import numpy as np
 from sim.execution.faults import Fault
 from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, slipping
 from sim.geometry.rectangle import Rectangle, overlap
+from sim.perception.grounding import footprint
 from sim.perception.sensors import object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
 from sim.skills.skill import Skill
@@ -102,8 +103,8 @@ class FaultInjector:
             return None
         fingers = self._cell.scene.robot.gripper.joints
         open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP_M
-        cell = self._cell
-        cell.gripper = slipping(cell.gripper, cell.data, least_width=open_width, until=now + SLIP_DURATION_S)
+        until = now + SLIP_DURATION_S
+        self._cell.gripper = slipping(self._cell.gripper, self._cell.data, least_width=open_width, until=until)
         return {}
 
     def _miss(self, i: int, fault: Fault) -> dict[str, str] | None:
@@ -168,10 +169,7 @@ class FaultInjector:
         half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
         place = Rectangle(slot.position[:2], np.full(2, half + SLOT_ERROR[0]), slot.yaw)
         poses = {obj: object_pose(scene, data, obj) for obj in objects}
-        return not any(
-            overlap(place, Rectangle(pose.position[:2], scene.shapes[obj].half[:2], pose.yaw))
-            for obj, pose in poses.items()
-        )
+        return not any(overlap(place, footprint(scene, poses, obj)) for obj in objects)
 
     def _put_into(self, rng: np.random.Generator, obj: str, slot: Slot) -> None:
         off = rng.uniform(-1, 1, 3) * SLOT_ERROR
