@@ -21,7 +21,7 @@ from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from sim.errors import LogError
-from sim.simulation.rollout import FRAME_RATE, Event, Recording, Rollout, Step
+from sim.simulation.rollout import FRAME_RATE, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
 FORMAT = 1
@@ -85,7 +85,7 @@ class About:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Log(Recording):
+class Log(Frames):
     """The record of a run, and the claims about it.
 
     Attributes:

@@ -46,7 +46,7 @@ class Recorder:
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """What was recorded, by the names it has in a `Recording`; loads since the last frame are added to it."""
+        """What was recorded, by the names it has in a `Frames`; loads since the last frame are added to it."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
         for name, load in (("speeds", self._speed), ("torques", self._torque)):
             arrays[name][-1] = np.maximum(arrays[name][-1], load)

@@ -78,7 +78,7 @@ class Event:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Recording:
+class Frames:
     """Frames of a simulation, `FRAME_RATE` a second.
 
     Attributes:
@@ -99,7 +99,7 @@ class Recording:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rollout(Recording):
+class Rollout(Frames):
     """One execution of a plan.
 
     Attributes:
