@@ -41,7 +41,7 @@ MAX_BEARING_RAD = np.radians(65)
 MAX_DISTANCE_M = 0.64
 """Greatest distance from the base at which a moved object is put down."""
 
-SLOT_ERROR = np.array([0.005, 0.005, np.radians(5)])
+MAX_SLOT_OFFSET = np.array([0.005, 0.005, np.radians(5)])
 """Greatest offset and turn from a slot of an object that is moved into it: m, m and rad."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEED_M_S = (0.25, 0.6), 0.6
@@ -167,12 +167,12 @@ class FaultInjector:
             return False
         objects = [obj for obj in scene.shapes if not stored(scene, data, obj)]
         half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
-        place = Rectangle(slot.position[:2], np.full(2, half + SLOT_ERROR[0]), slot.yaw)
+        place = Rectangle(slot.position[:2], np.full(2, half + MAX_SLOT_OFFSET[0]), slot.yaw)
         poses = {obj: object_pose(scene, data, obj) for obj in objects}
         return not any(overlap(place, footprint(scene, poses, obj)) for obj in objects)
 
     def _put_into(self, rng: np.random.Generator, obj: str, slot: Slot) -> None:
-        off = rng.uniform(-1, 1, 3) * SLOT_ERROR
+        off = rng.uniform(-1, 1, 3) * MAX_SLOT_OFFSET
         height = float(self._cell.scene.shapes[obj].half[2]) + 0.001
         self._put(obj, slot.position + [off[0], off[1], height], slot.yaw + off[2])
 

@@ -12,7 +12,7 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import Poses
 from sim.world.places import Slot
 from sim.world.scene import Scene
-from sim.world.shapes import UPRIGHT
+from sim.world.shapes import UPRIGHT_TILT_RAD
 
 AT_RADIUS_M = 0.045
 """Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
@@ -51,7 +51,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     locations, or of the temporary ones.
     """
     pose, half = poses[name], scene.shapes[name].half
-    if pose.tilt > UPRIGHT:
+    if pose.tilt > UPRIGHT_TILT_RAD:
         return None
     underside = pose.position - [0.0, 0.0, half[2]]
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
@@ -76,7 +76,7 @@ def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
     for other in poses:
         top = poses[other].position[2] + scene.shapes[other].half[2]
         higher = pose.position[2] > poses[other].position[2] + scene.shapes[other].half[2] / 2
-        level = abs(underside - top) < AT_HEIGHT_M or (pose.tilt > UPRIGHT and higher and underside < top)
+        level = abs(underside - top) < AT_HEIGHT_M or (pose.tilt > UPRIGHT_TILT_RAD and higher and underside < top)
         if other != name and level and overlap(own, footprint(scene, poses, other)):
             found.append(other)
     return found

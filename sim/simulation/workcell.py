@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from sim.motion.kinematics import Arm
-from sim.motion.trajectory import CONTROL_PERIOD
+from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import (
     OBSERVATION_TIMEOUT_S,
     ExactSensor,
@@ -68,7 +68,7 @@ class Workcell:
         self.gripper: Callable[[float], float] = float
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
-        self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
+        self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._collision_checker = CollisionChecker(scene, self.contacts)
@@ -106,7 +106,7 @@ class Workcell:
         Raises:
             ObservationTimeoutError: it is not observed for `OBSERVATION_TIMEOUT_S`.
         """
-        periods_left = round(OBSERVATION_TIMEOUT_S / CONTROL_PERIOD)
+        periods_left = round(OBSERVATION_TIMEOUT_S / CONTROL_PERIOD_S)
         while (pose := self.latest_pose(obj)) is None:
             if periods_left == 0:
                 raise ObservationTimeoutError(f"nothing has been seen of {obj} for {OBSERVATION_TIMEOUT_S:g} s")
@@ -148,7 +148,7 @@ class Workcell:
         return self.contacts.handled is not None and 0 < self.data.time - self.contacts.pressed <= CONTACT_FLICKER_S
 
     def follow(self, references: np.ndarray) -> None:
-        """Drive the arm along (N, n) references, rad, one a `CONTROL_PERIOD`; it brakes early if it loses its load."""
+        """Drive the arm along (N, n) references, rad, one a control period; it brakes early if it loses its load."""
         points = np.vstack([self.reference, references])
         carried = self.held() if self.contacts.aloft else None
         for done, tick in enumerate(_commands(points, self._substeps, self._lag), 1):
@@ -165,14 +165,14 @@ class Workcell:
 
     def grip(self, width: float, seconds: float) -> None:
         """Bring the commanded width between the pads evenly to `width`, m, while the arm rests."""
-        ticks = max(1, round(seconds / CONTROL_PERIOD))
+        ticks = max(1, round(seconds / CONTROL_PERIOD_S))
         for command in np.linspace(self.width, width, ticks + 1)[1:]:
             self.width = float(command)
             self._tick()
 
     def wait(self, seconds: float) -> None:
         """Let time pass while the arm rests."""
-        for _ in range(round(seconds / CONTROL_PERIOD)):
+        for _ in range(round(seconds / CONTROL_PERIOD_S)):
             self._tick()
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
@@ -195,9 +195,9 @@ class Workcell:
                 self.recorder.record(data, glow=self.glowing)
         speeds, torques = data.qvel[self._dofs], data.qfrc_actuator[self._dofs]
         self.effort += Effort(
-            CONTROL_PERIOD,
-            CONTROL_PERIOD * float(np.abs(speeds).sum()),
-            CONTROL_PERIOD * float(np.abs(torques * speeds).sum()),
+            CONTROL_PERIOD_S,
+            CONTROL_PERIOD_S * float(np.abs(speeds).sum()),
+            CONTROL_PERIOD_S * float(np.abs(torques * speeds).sum()),
         )
         for pair in self.contacts.update(data):
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
@@ -210,7 +210,7 @@ def _braking(points: np.ndarray, done: int) -> np.ndarray:
 
     They begin with the reference that was reached.
     """
-    ticks = np.arange(1, round(BRAKING_TIME_S / CONTROL_PERIOD) + 1)
+    ticks = np.arange(1, round(BRAKING_TIME_S / CONTROL_PERIOD_S) + 1)
     ahead = np.minimum(done + ticks - ticks**2 / (2 * len(ticks)), len(points) - 1)
     low = np.floor(ahead).astype(int)
     high = np.minimum(low + 1, len(points) - 1)
@@ -242,4 +242,4 @@ def _commands(points: np.ndarray, substeps: int, lag: np.ndarray, *, moving: boo
     square, cube = 3 * (p1 - p0) - 2 * m0 - m1, m0 + m1 - 2 * (p1 - p0)
     curve = p0 + u * m0 + u**2 * square + u**3 * cube
     slope = m0 + 2 * u * square + 3 * u**2 * cube
-    return curve + lag / CONTROL_PERIOD * slope
+    return curve + lag / CONTROL_PERIOD_S * slope

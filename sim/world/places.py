@@ -34,7 +34,7 @@ LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
 LAMP_TOP_M, LAMP_HEAD_M = 0.235, np.array([0.045, 0.086])
 """Top of a lamp's head above the table, and half of what it covers of it with 6 mm to spare, m."""
 
-LAMP_HALF = 0.04
+LAMP_HALF_M = 0.04
 """Half the width of a lamp's foot, m."""
 
 KINDS = ("spot", "pad", "bin", "stove", "plate")
