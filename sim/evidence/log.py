@@ -21,7 +21,7 @@ from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from sim.errors import LogError
-from sim.simulation.rollout import FRAME_RATE, Event, Rollout, Step
+from sim.simulation.rollout import FRAME_RATE, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
 FORMAT = 1
@@ -84,42 +84,21 @@ class About:
     claims: Claims
 
 
-@dataclass(frozen=True)
-class Log:
+@dataclass(frozen=True, kw_only=True)
+class Log(Frames):
     """The record of a run, and the claims about it.
 
     Attributes:
         about: everything but the arrays.
-        times: (T,) s, when each frame was taken.
-        qpos: (T, nq) recorded positions.
-        glow: (T,) index into the scenario's locations of the marking location at work, -1 for none.
-        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
-        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
-        pad_forces: (T, 2) with which the left and the right pad were pressed, N.
     """
 
     about: About
-    times: np.ndarray
-    qpos: np.ndarray
-    glow: np.ndarray
-    speeds: np.ndarray
-    torques: np.ndarray
-    pad_forces: np.ndarray
 
 
 def log_of(
     scene: Scene, rollout: Rollout, claims: Claims, *, scenario: str, text: str, setting: dict[str, Any] | None = None
 ) -> Log:
-    """Return the log of a rollout, up to the end of its last action if it was not completed.
-
-    Args:
-        scene: what was simulated.
-        rollout: what happened.
-        claims: what is said of it.
-        scenario: the scenario's name.
-        text: the scenario file.
-        setting: what made this run differ from others, JSON-ready.
-    """
+    """Return the log of a rollout, up to the end of its last action if it was not completed (see `About`)."""
     model, steps = scene.mujoco, rollout.steps
     end = np.inf if rollout.completed else max([0.0, *(step.end for step in steps)]) + 1 / FRAME_RATE
     joints = [model.joint(i) for i in range(model.njnt)]
@@ -137,7 +116,7 @@ def log_of(
         claims=claims,
     )
     kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
-    return Log(about, **{name: rows if name == "times" else rows.round(DECIMALS) for name, rows in kept.items()})
+    return Log(about=about, **{name: rows if name == "times" else rows.round(DECIMALS) for name, rows in kept.items()})
 
 
 def _logged(step: Step) -> LoggedAction:
@@ -167,21 +146,13 @@ def read_log(path: str | Path) -> Log:
         LogError: the file is missing, broken, no log or of another format; the message names the file.
     """
     try:
-        with open(path, "rb") as file:
-            if not zipfile.is_zipfile(file):
-                raise LogError(f"{path}: broken, or not a log of `prefplan run`")
-        archive = np.load(path, allow_pickle=False)
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise LogError(f"{path}: not a log of `prefplan run`")
-        with archive:
+        with np.load(path, allow_pickle=False) as archive:
             found = {name: archive[name] for name in archive.files}
+        about = _about(path, found["about"])
     except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
         raise LogError(f"{path}: {str(error.strerror).lower()}") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, KeyError, NotImplementedError) as error:
-        raise LogError(f"{path}: broken, or not a log of `prefplan run` ({error})") from None
-    if "about" not in found:
-        raise LogError(f"{path}: not a log of `prefplan run`")
-    about = _about(path, found["about"])
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, NotImplementedError):
+        raise LogError(f"{path}: broken, or not a log of `prefplan run`") from None
     arrays = {}
     for name, row in ARRAYS.items():
         if name not in found:
@@ -194,7 +165,7 @@ def read_log(path: str | Path) -> Log:
             raise LogError(f"{path}: broken: {name} holds what is not a number")
     if not len(arrays["times"]):
         raise LogError(f"{path}: broken: not a single frame")
-    return Log(about, **arrays)
+    return Log(about=about, **arrays)
 
 
 def _about(path: str | Path, data: np.ndarray) -> About:

@@ -7,7 +7,6 @@ height, and an object is held if both pads touch and press it.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -42,21 +41,6 @@ PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE)
 """Number of frames that a contact force counts for: simulated contacts flicker."""
 
 
-@dataclass(frozen=True)
-class _Roles:
-    """Masks of geoms, (ngeom,) each.
-
-    Attributes:
-        robot: of the robot.
-        finger: of its fingers.
-        fixed: that collide and never move, the robot aside.
-    """
-
-    robot: np.ndarray
-    finger: np.ndarray
-    fixed: np.ndarray
-
-
 class RecordedWorld:
     """The world of a log, at one frame at a time.
 
@@ -85,7 +69,12 @@ class RecordedWorld:
         spares = (name for name in self._scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
         self._source, self._target = _places(log, self.robot, self.mujoco, objects)
-        self._roles = _roles(self.robot, self.mujoco)
+        model = self.mujoco
+        self._is_robot = self.robot.bodies(model)[model.geom_bodyid]
+        self._is_finger = self.robot.fingers(model)
+        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        fixed = collides & (model.body_weldid[model.geom_bodyid] == 0) & ~self._is_robot
+        self._fixed = np.flatnonzero(fixed).tolist()
         self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
 
@@ -161,25 +150,23 @@ class RecordedWorld:
             if supports:
                 if any(self._rests(below) in supports for below in self._carriers(obj)):
                     return place
-            elif any(self._touch(self._geom[obj], int(geom)) for geom in np.flatnonzero(self._roles.fixed)):
+            elif any(self._touch(self._geom[obj], geom) for geom in self._fixed):
                 return place
         return None
 
     def touches(self, handled: str | None, *, aloft: bool) -> list[tuple[str, str]]:
         """Return names of bodies in unwanted contact: one of the robot or the object aloft, and another.
 
-        Args:
-            handled: the object that the fingers may touch.
-            aloft: whether it may touch nothing else.
+        The fingers may touch the handled object; aloft, it may touch nothing else.
         """
         mujoco.mj_collision(self.mujoco, self._data)
         pairs = self._data.contact.geom.reshape(-1, 2)
-        roles, obj = self._roles, self._geom.get(handled or "", -1)
+        obj, is_robot = self._geom.get(handled or "", -1), self._is_robot
         found = []
         for moving, other in (pairs.T, pairs.T[::-1]):
-            wrong = roles.robot[moving] & ~roles.robot[other] & ~(roles.finger[moving] & (other == obj))
+            wrong = is_robot[moving] & ~is_robot[other] & ~(self._is_finger[moving] & (other == obj))
             if aloft:
-                wrong |= (moving == obj) & ~roles.robot[other]
+                wrong |= (moving == obj) & ~is_robot[other]
             found += [(self._name(a), self._name(b)) for a, b in zip(moving[wrong], other[wrong], strict=True)]
         return found
 
@@ -262,15 +249,3 @@ def _places(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, .
         source += range(first, first + size)
         target += range(int(joint.qposadr[0]), int(joint.qposadr[0]) + size)
     return np.array(source), np.array(target)
-
-
-def _roles(robot: Robot, model: mujoco.MjModel) -> _Roles:
-    fingers = [int(model.joint(name).bodyid[0]) for name in robot.gripper.joints]
-    of_robot = robot.bodies(model)[model.geom_bodyid]
-    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    still = model.body_weldid[model.geom_bodyid] == 0
-    return _Roles(
-        robot=of_robot,
-        finger=np.isin(model.geom_bodyid, fingers),
-        fixed=collides & still & ~of_robot,
-    )

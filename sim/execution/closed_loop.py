@@ -83,8 +83,11 @@ class ClosedLoop:
     @property
     def pursuit(self) -> Pursuit:
         """The result up to now."""
-        labels = [state.label for state in self._states]
-        return Pursuit(self.plan, self._replans, self._retries, violated(self._problem, labels))
+        return Pursuit(self.plan, self._replans, self._retries, violated(self._problem, self._labels))
+
+    @property
+    def _labels(self) -> list[frozenset[str]]:
+        return [state.label for state in self._states]
 
     def pursue(self) -> None:
         """Execute the plan until it is completed or given up; then `run.reason` says why."""
@@ -131,20 +134,16 @@ class ClosedLoop:
         except PrefplanError as error:
             raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         run.go_on(system)
-        again = self.plan.actions[len(run.steps) :] == ahead
-        if again:
+        actions = self.plan.actions[len(run.steps) :]
+        if actions == ahead:
             self._retries += 1
             run.cell.log_event("retry", action=ahead[0], reason=surprise)
             return
         self._replans += 1
-        run.cell.log_event(
-            "replan",
-            reason=surprise,
-            plan=list(self.plan.actions[len(run.steps) :]),
-            cost=self.plan.cost,
-            preference=self.plan.preference,
-            **self._damage(),
-        )
+        detail = {"reason": surprise, "plan": list(actions), "cost": self.plan.cost, "preference": self.plan.preference}
+        if broken := damaged(self._problem, self._labels):
+            detail["violated"] = list(broken)
+        run.cell.log_event("replan", **detail)
 
     def _record_failure(self, state: ManipulationState, surprise: str) -> None:
         """Record the present state; bar an action that was blocked, or failed repeatedly without a change of state."""
@@ -181,17 +180,11 @@ class ClosedLoop:
             tuple(state.label for state in before),
         )
 
-    def _damage(self) -> dict[str, list[str]]:
-        """Return the tasks that, as they are written, what happened has violated, for an event."""
-        broken = damaged(self._problem, [state.label for state in self._states])
-        return {"violated": list(broken)} if broken else {}
-
     def _why_no_plan(self, surprise: str, past: Past, system: TransitionSystem, error: NoPlanError) -> str:
         """Return why there is no plan any more, and what could still be achieved, in a sentence."""
-        labels = [state.label for state in self._states]
         why = [surprise]
-        if broken := violated(self._problem, labels):
-            why.append(f"{_listed(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
+        if broken := violated(self._problem, self._labels):
+            why.append(f"{' and '.join(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
         elif len(self._attempts) >= MAX_ATTEMPTS:
             why.append(f"given up after {MAX_ATTEMPTS} attempts")
         elif self._barred:
@@ -201,10 +194,6 @@ class ClosedLoop:
         why += [f"{lost} is out of reach" for lost in self.run.lost]
         rest = achievable(self._problem, past, system)
         if rest is not None and rest.task_costs:
-            names = _listed(tuple(rest.task_costs))
+            names = " and ".join(rest.task_costs)
             why.append(f"{names} could still be satisfied, at a total cost of {rest.cost}")
         return "; ".join(why)
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return " and ".join(names)

@@ -20,7 +20,7 @@ from prefplan.models.manipulation.slots import hand_poses, location_of
 from sim.errors import SimulationError
 from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
-from sim.simulation.effort import Effort
+from sim.simulation.rollout import Effort
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.skill import SkillError
@@ -115,12 +115,8 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     return chosen
 
 
-def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement:
-    """Simulate an action in every sample and return what it took on average.
-
-    Raises:
-        SkillError: none of them worked out; the message says why the first one did not.
-    """
+def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement | Failure:
+    """Simulate an action in every sample and return what it took on average where it worked out."""
     efforts, failures = [], []
     for trial in samples:
         try:
@@ -128,20 +124,15 @@ def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement:
         except SimulationError as error:
             failures.append(f"`{trial.action}` with {trial.state}: {error}")
     if not efforts:
-        raise SkillError(failures[0])
-    return Measurement(pair, _mean(efforts), len(efforts))
+        return Failure(pair, failures[0])
+    total = sum(efforts, start=Effort())
+    return Measurement(pair, {name: value / len(efforts) for name, value in vars(total).items()}, len(efforts))
 
 
 def measure_all(
     scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1
 ) -> Iterator[Measurement | Failure]:
-    """Measure actions one after another or several at once, and yield each as it is done.
-
-    Args:
-        scene: what is simulated.
-        wanted: samples of each, from `trials`.
-        jobs: how many processes; 1 for this one.
-    """
+    """Measure the actions of `trials` in so many processes, 1 for this one, and yield each as it is done."""
     items = list(wanted.items())
     batches = [items[first : first + BATCH] for first in range(0, len(items), BATCH)]
     work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")
@@ -150,13 +141,7 @@ def measure_all(
 
 
 def _measure_batch(scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]]) -> list[Measurement | Failure]:
-    results: list[Measurement | Failure] = []
-    for pair, samples in batch:
-        try:
-            results.append(measure(scene, pair, samples))
-        except SkillError as error:
-            results.append(Failure(pair, str(error)))
-    return results
+    return [measure(scene, pair, samples) for pair, samples in batch]
 
 
 def simulate(scene: Scene, trial: Trial) -> Effort:
@@ -185,10 +170,10 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
         perform(cell, Action("grasp", taken))
     if trial.put:
         perform(cell, Action("release", trial.put, state.hand))
-    before = cell.meter.total
+    before = cell.effort
     perform(cell, trial.action)
     _check_effect(cell, model.action(trial.action))
-    return cell.meter.total - before
+    return cell.effort - before
 
 
 def _put(state: ManipulationState) -> str | None:
@@ -221,8 +206,3 @@ def _sample(edges: np.ndarray, actions: np.ndarray) -> list[int]:
         own = edges[actions[edges] == different[turn % len(different)]]
         chosen.append(int(own[round(share * (len(own) - 1))]))
     return list(dict.fromkeys(chosen))
-
-
-def _mean(efforts: Sequence[Effort]) -> Mapping[str, float]:
-    total = sum(efforts, start=Effort())
-    return {name: value / len(efforts) for name, value in vars(total).items()}

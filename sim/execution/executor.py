@@ -65,10 +65,10 @@ class Execution:
 
         Args:
             scene: the scene.
-            data: from `initial_state`; it is simulated on from there.
-            system: the model's transition system, if it was built already.
-            sensor: observes the objects; None for an exact one.
-            skills: how each kind of action is carried out.
+            data: from `initial_state`.
+            system: the model's transition system, if it was built already: that takes a tenth of a rollout.
+            sensor: an exact one unless it is given.
+            skills: by kind of action.
             faults: faults to inject.
             seed: of their random numbers.
 
@@ -119,7 +119,7 @@ class Execution:
         symbolic = self.scene.model.action(action)
         # The poses of objects that were moved since the last action may not be up to date yet.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
-        start, spent = float(self.cell.data.time), self.cell.meter.total
+        start, spent = float(self.cell.data.time), self.cell.effort
         self.injector.begin(len(self.steps) + 1)
         failure = difference = None
         observed = before
@@ -130,7 +130,7 @@ class Execution:
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
         except ObservationTimeoutError as error:
             failure, self.lost_sensor = str(error), True
-        effort = self.cell.meter.total - spent
+        effort = self.cell.effort - spent
         self.steps.append(Step(action, start, float(self.cell.data.time), predicted, observed, cost, effort))
         if at(symbolic.obj, symbolic.location) in self.scene.model.effect(symbolic):
             self._placed.add(symbolic.obj)
@@ -192,7 +192,9 @@ class Execution:
         self.blocked = None
         try:
             self._skills[action.kind].perform(self.cell, action)
-            self._check_grip(held)
+            await_grip(self.cell)
+            if held is not None and self.cell.held() != held:
+                raise SkillError(f"{held} slipped from the hand")
         except ObservationTimeoutError:
             raise
         except SimulationError as error:
@@ -203,12 +205,6 @@ class Execution:
             self.cell.wait(SETTLE_AFTER_FAILURE_S)
             return str(error)
         return None
-
-    def _check_grip(self, obj: str | None) -> None:
-        """Raise SkillError if an action ends with an object in the hand that is slipping from it."""
-        await_grip(self.cell)
-        if obj is not None and self.cell.held() != obj:
-            raise SkillError(f"{obj} slipped from the hand")
 
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool
@@ -221,13 +217,10 @@ class Execution:
 
     def _placement_error(self) -> float:
         """Return the largest horizontal distance of a placed object from its slot's centre, m."""
-        errors = [0.0]
         poses = true_poses(self.scene, self.cell.data)
-        for obj in self._placed:
-            slot = slot_of(self.scene, poses, obj)
-            if slot is not None:
-                errors.append(float(np.hypot(*(poses[obj].position - slot.position)[:2])))
-        return max(errors)
+        slots = {obj: slot for obj in self._placed if (slot := slot_of(self.scene, poses, obj)) is not None}
+        errors = (float(np.hypot(*(poses[obj].position - slot.position)[:2])) for obj, slot in slots.items())
+        return max(errors, default=0.0)
 
 
 def execute(
@@ -245,8 +238,8 @@ def execute(
         scene: the scene.
         actions: symbolic actions, e.g. `transit top`, `grasp pink`.
         seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
-        system: the model's transition system, if it was built already: that takes a tenth of a rollout.
-        skills: how each kind of action is carried out.
+        system: as for `Execution`.
+        skills: as for `Execution`.
         on_progress: called before each action with how many are done, how many there are, and its name.
 
     Raises:

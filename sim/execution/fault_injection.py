@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 
 from sim.execution.faults import Fault
-from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, SlippingGripper
+from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, slipping
 from sim.geometry.rectangle import Rectangle, overlap
+from sim.perception.grounding import footprint
 from sim.perception.sensors import object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
 from sim.skills.skill import Skill
@@ -40,7 +41,7 @@ MAX_BEARING_RAD = np.radians(65)
 MAX_DISTANCE_M = 0.64
 """Greatest distance from the base at which a moved object is put down."""
 
-SLOT_ERROR = np.array([0.005, 0.005, np.radians(5)])
+MAX_SLOT_OFFSET = np.array([0.005, 0.005, np.radians(5)])
 """Greatest offset and turn from a slot of an object that is moved into it: m, m and rad."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEED_M_S = (0.25, 0.6), 0.6
@@ -68,12 +69,10 @@ class FaultInjector:
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
         self._hanging = {i: _HangingTime(cell) for i, fault in self._faults if fault.kind == "slip"}
-        self._slipping: list[SlippingGripper] = []
         self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
         self._delays = [float(rng.uniform(0, SLIP_DELAY_S)) for rng in self._rng]
         self.happened: dict[int, float] = {}
-        self._moved: dict[int, str] = {}
-        self._faults_by_kind: dict[str, Callable[[int, Fault], bool]] = {
+        self._faults_by_kind: dict[str, Callable[[int, Fault], dict[str, str] | None]] = {
             "slip": self._slip,
             "move": self._move,
             "knock": self._knock,
@@ -89,61 +88,54 @@ class FaultInjector:
         self._tick()
 
     def _tick(self) -> None:
-        for gripper in self._slipping:
-            gripper.update()
         for i, fault in self._faults:
             if i in self.happened or fault.action > self._action:
                 continue
-            if self._faults_by_kind[fault.kind](i, fault):
+            detail = self._faults_by_kind[fault.kind](i, fault)
+            if detail is not None:
                 self.happened[i] = float(self._cell.data.time)
-                moved = self._moved.get(i)
-                self._cell.log_event("fault", fault=str(fault), **({"object": moved} if moved else {}))
+                self._cell.log_event("fault", fault=str(fault), **detail)
                 mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
 
-    def _slip(self, i: int, fault: Fault) -> bool:
+    def _slip(self, i: int, fault: Fault) -> dict[str, str] | None:
         hanging, now = self._hanging[i].seconds(), float(self._cell.data.time)
         if hanging is None or hanging < self._delays[i]:
-            return False
+            return None
         fingers = self._cell.scene.robot.gripper.joints
         open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP_M
-        gripper = SlippingGripper(
-            self._cell.gripper, self._cell.data, least_width=open_width, until=now + SLIP_DURATION_S
-        )
-        self._cell.gripper = gripper
-        self._slipping.append(gripper)
-        return True
+        until = now + SLIP_DURATION_S
+        self._cell.gripper = slipping(self._cell.gripper, self._cell.data, least_width=open_width, until=until)
+        return {}
 
-    def _miss(self, i: int, fault: Fault) -> bool:
+    def _miss(self, i: int, fault: Fault) -> dict[str, str] | None:
         self._skills["grasp"] = MissingGrasp(self._skills["grasp"], misses=int(fault.amount))
-        return True
+        return {}
 
-    def _blind(self, i: int, fault: Fault) -> bool:
+    def _blind(self, i: int, fault: Fault) -> dict[str, str] | None:
         cell = self._cell
         cell.sensor = DropoutSensor(cell.sensor, until=float(cell.data.time) + fault.amount)
-        return True
+        return {}
 
-    def _knock(self, i: int, fault: Fault) -> bool:
+    def _knock(self, i: int, fault: Fault) -> dict[str, str] | None:
         if self._in_hand(fault.target):
-            return False
-        self._moved[i] = fault.target
+            return None
         rng, velocity = self._rng[i], self._cell.data.joint(fault.target).qvel
         heading = rng.uniform(-np.pi, np.pi)
         direction = np.array([np.cos(heading), np.sin(heading), 0.0])
         velocity[:3] = direction * rng.uniform(*PUSH_SPEEDS_M_S) + [0.0, 0.0, TOSS_SPEED_M_S]
         axes = self._cell.data.body(fault.target).xmat.reshape(3, 3)
         velocity[3:] = axes.T @ np.cross([0.0, 0.0, 1.0], direction) * rng.uniform(*TUMBLE_SPEEDS_RAD_S)
-        return True
+        return {"object": fault.target}
 
-    def _move(self, i: int, fault: Fault) -> bool:
+    def _move(self, i: int, fault: Fault) -> dict[str, str] | None:
         if self._in_hand(fault.target):
-            return False
+            return None
         rng, obj = self._rng[i], fault.target
-        self._moved[i] = obj
         if rng.random() < RELOCATION_PROBABILITY:
             slots = [slot for row in self._cell.scene.slots.values() for slot in row if self._is_free(slot)]
             if slots:
                 self._put_into(rng, obj, slots[rng.integers(len(slots))])
-                return True
+                return {"object": obj}
         height = float(self._cell.scene.shapes[obj].half[2])
         nearest = self._cell.scene.robot.nearest_m
         for _ in range(MAX_DRAWS):
@@ -153,16 +145,16 @@ class FaultInjector:
             position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
             if self._fits(obj, position, yaw):
                 self._put(obj, position, yaw)
-                return True
-        return False
+                return {"object": obj}
+        return None
 
-    def _foreign(self, i: int, fault: Fault) -> bool:
+    def _foreign(self, i: int, fault: Fault) -> dict[str, str] | None:
         slots = [slot for slot in self._cell.scene.slots[fault.target] if self._is_free(slot)]
         if not slots:
-            return False
-        self._moved[i] = next(self._spares)
-        self._put_into(self._rng[i], self._moved[i], slots[0])
-        return True
+            return None
+        obj = next(self._spares)
+        self._put_into(self._rng[i], obj, slots[0])
+        return {"object": obj}
 
     def _in_hand(self, obj: str) -> bool:
         contacts = self._cell.contacts
@@ -175,15 +167,12 @@ class FaultInjector:
             return False
         objects = [obj for obj in scene.shapes if not stored(scene, data, obj)]
         half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
-        place = Rectangle(slot.position[:2], np.full(2, half + SLOT_ERROR[0]), slot.yaw)
+        place = Rectangle(slot.position[:2], np.full(2, half + MAX_SLOT_OFFSET[0]), slot.yaw)
         poses = {obj: object_pose(scene, data, obj) for obj in objects}
-        return not any(
-            overlap(place, Rectangle(pose.position[:2], scene.shapes[obj].half[:2], pose.yaw))
-            for obj, pose in poses.items()
-        )
+        return not any(overlap(place, footprint(scene, poses, obj)) for obj in objects)
 
     def _put_into(self, rng: np.random.Generator, obj: str, slot: Slot) -> None:
-        off = rng.uniform(-1, 1, 3) * SLOT_ERROR
+        off = rng.uniform(-1, 1, 3) * MAX_SLOT_OFFSET
         height = float(self._cell.scene.shapes[obj].half[2]) + 0.001
         self._put(obj, slot.position + [off[0], off[1], height], slot.yaw + off[2])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 from prefplan.errors import choices
@@ -51,15 +52,15 @@ def read_fault(text: str, model: ManipulationModel) -> Fault:
     Raises:
         SimulationError: it says none, or names what the model does not have.
     """
-    head, at, number = text.rpartition("@")
-    kind, colon, what = head.partition(":")
-    if kind not in SPELLINGS and text.partition("@")[0].partition(":")[0] not in SPELLINGS:
-        wrong = text.partition("@")[0].partition(":")[0]
-        raise SimulationError(f"{text!r}: unknown fault {wrong!r} {choices(wrong, SPELLINGS)}")
-    spelling = SPELLINGS.get(kind) or SPELLINGS[text.partition(":")[0]]
-    if not at or not (number.isascii() and number.isdigit() and int(number) >= 1):
+    kind = re.split("[:@]", text)[0]
+    if kind not in SPELLINGS:
+        raise SimulationError(f"{text!r}: unknown fault {kind!r} {choices(kind, SPELLINGS)}")
+    spelling = SPELLINGS[kind]
+    head, _, number = text.rpartition("@")
+    if not re.fullmatch("0*[1-9][0-9]*", number) or not head:
         raise SimulationError(f"{text!r}: must end with @ and the number of an action from 1, as in {spelling}")
-    if bool(colon) != (":" in spelling):
+    _, colon, what = head.partition(":")
+    if bool(colon) != (":" in spelling) or kind != head.partition(":")[0]:
         raise SimulationError(f"{text!r}: is written {spelling}")
     if kind in ("miss", "blind"):
         return Fault(kind, int(number), amount=_amount(text, kind, what))

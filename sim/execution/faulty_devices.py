@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.action import Action
 from sim.perception.sensors import ObjectPose, Sensor
-from sim.simulation.gripper import Gripper
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp import GraspSkill
 from sim.skills.skill import Skill
@@ -35,36 +36,11 @@ class DropoutSensor:
         return None if data.time < self._until else self._sensor.observe(scene, data, obj)
 
 
-class SlippingGripper(Gripper):
-    """A gripper that opens a little for a while; meanwhile only wider commands take effect."""
-
-    def __init__(self, gripper: Gripper, data: mujoco.MjData, *, least_width: float, until: float) -> None:
-        """Wrap a gripper.
-
-        Args:
-            gripper: the one that is commanded.
-            data: the running state.
-            least_width: between the pads meanwhile, m.
-            until: the simulated time at which it ends, s.
-        """
-        self._gripper, self._data = gripper, data
-        self._least_width, self._until = least_width, until
-        self.width = gripper.width
-
-    @property
-    def width(self) -> float:
-        """As of the gripper it wraps, as it is commanded."""
-        return self._commanded
-
-    @width.setter
-    def width(self, width: float) -> None:
-        self._commanded = width
-        self.update()
-
-    def update(self) -> None:
-        """Command the gripper for the present time; to be called in every control period."""
-        slipping = self._data.time < self._until
-        self._gripper.width = max(self._commanded, self._least_width) if slipping else self._commanded
+def slipping(
+    gripper: Callable[[float], float], data: mujoco.MjData, *, least_width: float, until: float
+) -> Callable[[float], float]:
+    """Return a gripper that opens at least so wide, m, until a simulated time, s."""
+    return lambda width: gripper(max(width, least_width) if data.time < until else width)
 
 
 class MissingGrasp(GraspSkill):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.motion.trajectory import CONTROL_PERIOD
+from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 
@@ -21,7 +21,7 @@ REST_TIMEOUT_S = 3.0
 def await_grip(cell: Workcell) -> None:
     """Wait until it is certain whether the pads hold the handled object."""
     while cell.in_doubt:
-        cell.wait(CONTROL_PERIOD)
+        cell.wait(CONTROL_PERIOD_S)
 
 
 def observed_poses(cell: Workcell) -> dict[str, ObjectPose]:

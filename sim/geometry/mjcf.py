@@ -27,16 +27,9 @@ def draw_solid(
     xy: np.ndarray | tuple[float, float] = (0.0, 0.0),
     z: float = 0.0,
 ) -> None:
-    """Give a body a solid that collides with nothing and weighs nothing.
+    """Give a body a solid at (xy, z) of its frame, m, that collides with nothing and weighs nothing.
 
-    Args:
-        spec: the model.
-        body: where it is added.
-        name: of the geom and of its mesh.
-        solid: its surface.
-        material: name of its material.
-        xy: (2,) where its origin is in the body's frame, m.
-        z: how high, m.
+    The geom and its mesh bear the name.
     """
     add_solid(spec, name, solid)
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[*xy, z])

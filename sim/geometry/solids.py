@@ -18,12 +18,9 @@ def smoothed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def rounded(half: np.ndarray, *, corner: float, edge: float) -> trimesh.Trimesh:
-    """Return a box, a plate, or with `corner` half its sides a cylinder, its middle at the origin.
+    """Return a box of (3,) half sides, m, its middle at the origin; with `corner` half its sides a cylinder.
 
-    Args:
-        half: (3,) half its sides, m.
-        corner: radius of the upright edges, m.
-        edge: radius of the others, m.
+    `corner` is the radius of the upright edges, `edge` that of the others, m.
     """
     x, y, z = half
     angles = np.linspace(0, np.pi / 2, EDGE_STEPS + 1)
@@ -33,12 +30,9 @@ def rounded(half: np.ndarray, *, corner: float, edge: float) -> trimesh.Trimesh:
 
 
 def tray(half: np.ndarray, *, wall: float, corner: float) -> trimesh.Trimesh:
-    """Return walls with round corners and a round brim, standing on z = 0, without a floor.
+    """Return walls with a round brim and corners of an inner radius, m, standing on z = 0, without a floor.
 
-    Args:
-        half: (3,) half the sides inside, and the walls' whole height, m.
-        wall: thickness, m.
-        corner: radius of the corners inside, m.
+    `half` is (3,): half the sides inside, and the walls' whole height; `wall` is their thickness, m.
     """
     x, y, z = half
     angles = np.linspace(0, np.pi, 2 * EDGE_STEPS + 1)
@@ -48,13 +42,7 @@ def tray(half: np.ndarray, *, wall: float, corner: float) -> trimesh.Trimesh:
 
 
 def dish(half: np.ndarray, *, floor: float, rim: float) -> trimesh.Trimesh:
-    """Return a dish as round as its sides allow, standing on z = 0.
-
-    Args:
-        half: (2,) half its sides, m.
-        floor: height of its flat middle, m.
-        rim: height of its rim, m.
-    """
+    """Return a dish of (2,) half sides, as round as they allow, standing on z = 0; floor and rim are heights, m."""
     least = float(half.min())
     foot = [(0.40 * least, 0.0), (0.37 * least, 0.35 * floor)]
     lip = [(0.0, rim - 0.0016), (0.0, rim - 0.0006), (0.0008, rim), (0.0022, rim - 0.0002)]
@@ -65,9 +53,7 @@ def dish(half: np.ndarray, *, floor: float, rim: float) -> trimesh.Trimesh:
 def _lofted(loops: list[tuple[float, float, float, float]], *, closed: bool = False) -> trimesh.Trimesh:
     """Return the surface through round-cornered rectangles (half x, half y, corner radius, height) in turn.
 
-    Args:
-        loops: from the outer foot upwards.
-        closed: whether the last loop leads back to the first; otherwise both ends are filled.
+    They run from the outer foot upwards. Both ends are filled, unless the last leads back to the first (`closed`).
     """
     rings = [_ring(x, y, max(radius, 1e-4), height) for x, y, radius, height in loops]
     count = len(rings[0])
@@ -80,11 +66,7 @@ def _lofted(loops: list[tuple[float, float, float, float]], *, closed: bool = Fa
         a, b, c, d = lower + here, lower + beside, lower + count + beside, lower + count + here
         faces += [np.stack([a, b, c], -1), np.stack([a, c, d], -1)]
     if not closed:
-        last, bottom, top = (
-            count * (len(rings) - 1),
-            np.full(count, len(vertices) - 2),
-            np.full(count, len(vertices) - 1),
-        )
+        last, bottom, top = count * (len(rings) - 1), *(np.full(count, len(vertices) - end) for end in (2, 1))
         faces += [np.stack([beside, here, bottom], -1), np.stack([last + here, last + beside, top], -1)]
     return smoothed(trimesh.Trimesh(vertices, np.concatenate(faces), process=False))
 

@@ -7,14 +7,14 @@ import mujoco
 import numpy as np
 
 from sim.errors import SimulationError
-from sim.motion.trajectory import CONTROL_PERIOD, ToolPath, ToolPose, arch, wrap
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPath, ToolPose, arch, wrap
 from sim.robots.robot import Robot
 
 HEADROOM = 0.8
 """Share of the joint speed limits a reference may use; the rest is for what the controller adds."""
 
-PRECISION, ALIGNMENT = 0.001, 0.005
-"""How near to its goal a movement must end, m and rad."""
+POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
+"""Greatest errors of the tool at the end of a movement."""
 
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 """Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
@@ -25,7 +25,7 @@ JOINT_MARGIN_RAD = 0.01
 MAX_GOAL_STEPS = 60
 """Most IK steps to a goal; about 15 are used."""
 
-UPRIGHT = 0.999
+MIN_VERTICAL_COMPONENT = 0.999
 """Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
 
 TURN_SAMPLES = 16
@@ -48,7 +48,7 @@ class Arm:
         self._home = self.tool(robot.home)
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
-        self._turns = np.where(hinge & (np.abs(upright) > UPRIGHT), np.sign(upright), 0.0)
+        self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
 
     def tool(self, q: np.ndarray) -> ToolPose:
         """Return the tool's pose at a configuration."""
@@ -119,10 +119,10 @@ class Arm:
             drawn_in: how much nearer to the base it goes midway, m.
 
         Returns:
-            (N, n) rad or m, every `CONTROL_PERIOD`.
+            (N, n) rad or m, every `CONTROL_PERIOD_S`.
 
         Raises:
-            SimulationError: the tool would not arrive within `PRECISION` and `ALIGNMENT`.
+            SimulationError: the tool would not arrive within `POSITION_TOLERANCE_M` and `ANGLE_TOLERANCE_RAD`.
         """
         start = self.tool(q)
         turn = self._turn(q, goal)
@@ -140,7 +140,7 @@ class Arm:
             )
             references = self._follow(q, goal, path)
             steps = np.diff(references, axis=0, prepend=q[None])
-            share = float((np.abs(steps) / CONTROL_PERIOD / self.robot.velocity_limits).max())
+            share = float((np.abs(steps) / CONTROL_PERIOD_S / self.robot.velocity_limits).max())
             if share <= HEADROOM:
                 break
             pace *= 0.95 * HEADROOM / share
@@ -160,13 +160,14 @@ class Arm:
         for i, (position, yaw, share) in enumerate(zip(path.positions, path.yaws, path.progress, strict=True)):
             self._frame.set_target(_transform(position, yaw))
             self._posture.set_target(q + share * (goal - q))
-            self._configuration.integrate_inplace(self._solve(CONTROL_PERIOD), CONTROL_PERIOD)
+            self._configuration.integrate_inplace(self._solve(CONTROL_PERIOD_S), CONTROL_PERIOD_S)
             references[i] = self._configuration.data.qpos
         return references
 
     def _arrived(self) -> bool:
         error = self._frame.compute_error(self._configuration)
-        return bool(np.linalg.norm(error[:3]) < PRECISION and np.linalg.norm(error[3:]) < ALIGNMENT)
+        shift, turn = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
+        return bool(shift < POSITION_TOLERANCE_M and turn < ANGLE_TOLERANCE_RAD)
 
     def _solve(self, period: float) -> np.ndarray:
         """Return the joint velocities, rad/s, that bring the tool towards its target within the limits.

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-CONTROL_PERIOD = 0.01
+CONTROL_PERIOD_S = 0.01
 """Time between two joint references, s."""
 
-SPEED, ACCELERATION = 0.60, 2.5
-"""Of the tool at most, m/s and m/s^2: a loaded block stays far from slipping (15 N hold 0.55 N)."""
+SPEED_M_S, ACCELERATION_M_S2 = 0.60, 2.5
+"""Greatest speed and acceleration of the tool: a loaded block stays far from slipping (15 N hold 0.55 N)."""
 
-TURN_SPEED, TURN_ACCELERATION = 1.6, 6.0
-"""Of the tool about the vertical at most, rad/s and rad/s^2."""
+TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2 = 1.6, 6.0
+"""Greatest speed and acceleration of the tool about the vertical."""
 
 MIN_DURATION_S = 0.15
 """Shortest duration of a movement, s."""
@@ -38,7 +38,7 @@ class ToolPose:
 
 @dataclass(frozen=True)
 class ToolPath:
-    """A movement of the hand, sampled every `CONTROL_PERIOD`; the last sample is the goal.
+    """A movement of the hand, sampled every `CONTROL_PERIOD_S`; the last sample is the goal.
 
     Attributes:
         positions: (N, 3) m.
@@ -99,14 +99,14 @@ def arch(
     drawn_in = max(0.0, min(drawn_in, (r0 + r1) / 2 - nearest))
     across = float(np.linalg.norm([r1 - r0, max(r0, r1) * sweep, sink, 2 * drawn_in]))
 
-    times = [duration(length, SPEED, ACCELERATION) for length in (rise, across, drop)]
-    times[1] = max(times[1], duration(abs(turn), TURN_SPEED, TURN_ACCELERATION))
+    times = [duration(length, SPEED_M_S, ACCELERATION_M_S2) for length in (rise, across, drop)]
+    times[1] = max(times[1], duration(abs(turn), TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
     up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
     total = max(up, begin_over + over, begin_down + down)
 
-    t = np.arange(1, max(2, int(np.ceil(total / CONTROL_PERIOD))) + 1) * CONTROL_PERIOD
+    t = np.arange(1, max(2, int(np.ceil(total / CONTROL_PERIOD_S))) + 1) * CONTROL_PERIOD_S
     raised, carried, lowered = (
         smooth_step((t - begin) / span) if span else np.ones_like(t)
         for begin, span in ((0.0, up), (begin_over, over), (begin_down, down))

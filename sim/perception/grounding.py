@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import mujoco
 import numpy as np
 
@@ -10,7 +12,7 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import Poses
 from sim.world.places import Slot
 from sim.world.scene import Scene
-from sim.world.shapes import UPRIGHT
+from sim.world.shapes import UPRIGHT_TILT_RAD
 
 AT_RADIUS_M = 0.045
 """Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
@@ -45,16 +47,11 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     """Return the slot in which an object rests, whatever the location's capacity, or None.
 
     It rests there when it is upright, near the slot's centre, and its underside as high as what carries it: the slot,
-    or where the location lies on others, an object that stands on one of those.
-
-    Args:
-        scene: the scene.
-        poses: of every observed object.
-        name: the object.
-        temporary: whether to look among the temporary locations rather than the scenario's.
+    or where the location lies on others, an object that stands on one of those. Slots are those of the scenario's
+    locations, or of the temporary ones.
     """
     pose, half = poses[name], scene.shapes[name].half
-    if pose.tilt > UPRIGHT:
+    if pose.tilt > UPRIGHT_TILT_RAD:
         return None
     underside = pose.position - [0.0, 0.0, half[2]]
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
@@ -79,7 +76,7 @@ def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
     for other in poses:
         top = poses[other].position[2] + scene.shapes[other].half[2]
         higher = pose.position[2] > poses[other].position[2] + scene.shapes[other].half[2] / 2
-        level = abs(underside - top) < AT_HEIGHT_M or (pose.tilt > UPRIGHT and higher and underside < top)
+        level = abs(underside - top) < AT_HEIGHT_M or (pose.tilt > UPRIGHT_TILT_RAD and higher and underside < top)
         if other != name and level and overlap(own, footprint(scene, poses, other)):
             found.append(other)
     return found
@@ -100,6 +97,12 @@ def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     return bool(np.hypot(*(tool - first)[:2] - share * along) < AT_RADIUS_M and tool[2] > first[2])
 
 
+def hand_location(scene: Scene, data: mujoco.MjData, candidates: Iterable[str]) -> str:
+    """Return the first of several locations that the hand is over, or `NOWHERE`."""
+    over = (name for name in candidates if name in scene.slots and hand_over(scene, data, name))
+    return next(over, NOWHERE)
+
+
 def observe(
     scene: Scene,
     data: mujoco.MjData,
@@ -117,12 +120,12 @@ def observe(
         scene: the scene.
         data: its state, of which the robot knows its own part.
         poses: of every observed object of the model.
-        hand: where the hand was last sent; elsewhere is reported only if it is not there.
+        hand: where the hand was last sent; another location is reported only if it is not there.
         held: the object that the pads hold, from their latest contact forces.
         marks: of the objects, which no sensor shows.
     """
-    if hand in scene.slots and not hand_over(scene, data, hand):
-        hand = next((name for name in scene.slots if hand_over(scene, data, name)), NOWHERE)
+    if hand in scene.slots:
+        hand = hand_location(scene, data, (hand, *scene.slots))
     slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
     places = tuple((obj.name, slots[obj.name].location) for obj in scene.model.objects if obj.name in slots)
     return ManipulationState(hand=hand, held=held, places=places, marks=marks)

@@ -8,17 +8,17 @@ import numpy as np
 from sim.world.scene import Scene
 
 WORLD, HANDLED, ALOFT, ROBOT = range(4)
-"""Roles of bodies. The handled object may be in contact with the pads and the world; aloft, with the pads alone."""
+"""Roles of geoms. The handled object may touch the fingers and the world; aloft, the fingers alone."""
 
-HOLD_FORCE = 0.5
-"""Least contact force of each pad on a held object, N: its weight; a firm grip has 15 N."""
+HOLD_FORCE_N = 0.5
+"""Least contact force of each pad on a held object: its weight; a firm grip has 15 N."""
 
 
 class ContactMonitor:
     """Roles of the bodies, and their latest contacts.
 
     Attributes:
-        handled: the object that the pads may be in contact with, or None.
+        handled: the object that the fingers may touch, or None.
         pad_forces: (2,) N, of the left and the right pad on it at the last update.
         pressed: when both pads last pressed it, s; -inf if they have not.
     """
@@ -27,6 +27,7 @@ class ContactMonitor:
         """Assign its own bodies to the robot, and all others to the world."""
         self._model = model = scene.mujoco
         self._pads = [model.geom(name).id for name in scene.robot.gripper.pads]
+        self._fingers: list[bool] = scene.robot.fingers(model).tolist()
         self._roles: list[int] = np.where(scene.robot.bodies(model), ROBOT, WORLD)[model.geom_bodyid].tolist()
         self.handled: str | None = None
         self.pad_forces = np.zeros(2)
@@ -43,7 +44,7 @@ class ContactMonitor:
         return np.isin(self._roles, (ALOFT, ROBOT))
 
     def handle(self, obj: str | None, *, aloft: bool = False) -> None:
-        """Set the object that the pads may touch, and whether it is aloft, so that it may touch nothing else."""
+        """Set the object that the fingers may touch, and whether it is aloft, so that it may touch nothing else."""
         self._roles = [role if role == ROBOT else WORLD for role in self._roles]
         if obj is not None:
             self._roles[self._model.geom(obj).id] = ALOFT if aloft else HANDLED
@@ -59,7 +60,7 @@ class ContactMonitor:
             for pad, contact in presses:
                 # The first row of an elliptic cone is the normal force.
                 self.pad_forces[pad] += forces[rows[contact]]
-        if self.pad_forces.min() > HOLD_FORCE:
+        if self.pad_forces.min() > HOLD_FORCE_N:
             self.pressed = data.time
         return touches
 
@@ -81,9 +82,9 @@ class ContactMonitor:
             low, high = (a, b) if roles[a] < roles[b] else (b, a)
             if roles[high] == HANDLED:
                 continue
-            if roles[low] != WORLD and high in self._pads:
-                presses.append((self._pads.index(high), i))
-            else:
+            if roles[low] == WORLD or not self._fingers[high]:
                 moving, other = (self._model.body(self._model.geom_bodyid[geom]).name for geom in (high, low))
                 touches.append((moving, other))
+            elif high in self._pads:
+                presses.append((self._pads.index(high), i))
         return presses, touches

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
+from prefplan.models.manipulation.model import Location, ManipulationState, Object
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import NOWHERE, carriers, footprint, hand_over, resting
+from sim.perception.grounding import NOWHERE, carriers, footprint, hand_location, resting
 from sim.perception.sensors import Poses, on_table
-from sim.world.places import Slot
+from sim.world.places import Slot, unused_names
 from sim.world.scene import Scene
 from sim.world.shapes import extent
 
@@ -51,34 +51,30 @@ def reground(
     marks: frozenset[tuple[str, str]],
     reachable: Callable[[np.ndarray], bool],
 ) -> Regrounded:
-    """Return a scene and a state that agree with observed poses.
+    """Return a scene and a state that agree with observed poses, also of objects that the model does not have.
 
-    Args:
-        scene: as it was built from the scenario.
-        data: its state, of which the robot knows its own part.
-        poses: of every observed object, also of those that the model does not have.
-        hand: where the hand was last sent.
-        held: what it holds.
-        marks: of the objects, which no sensor shows.
-        reachable: whether the hand reaches a position.
+    The scene is as it was built from the scenario; `reachable` says whether the hand reaches a position, and the other
+    arguments are those of `observe`.
     """
     model = scene.model
     known = {obj.name for obj in model.objects}
     gone = [name for name, pose in poses.items() if not on_table(pose)]
     seen = {name: pose for name, pose in poses.items() if name != held and name not in gone}
     rests = resting(scene, seen)
-    names = _temporary_names(model, [obj for obj in seen if obj not in rests])
+    loose = [obj for obj in seen if obj not in rests]
+    names = dict(zip(loose, unused_names(model, "spot", len(loose), taken=loose), strict=True))
     where = {obj: slot.location for obj, slot in rests.items()} | names
     lost = tuple(obj for obj in seen if obj in names and not reachable(seen[obj].position))
-    temporary = [
-        _temporary_location(scene, seen, obj, name, [where[below] for below in carriers(scene, seen, obj)])
-        for obj, name in names.items()
-    ]
+    temporary = []
+    for obj, name in names.items():
+        on = tuple(dict.fromkeys(where[below] for below in carriers(scene, seen, obj)))
+        x, y = map(float, seen[obj].position[:2])
+        temporary.append(Location(name, at=None if on else (x, y), on=on, closed=True))
     slots = {
         name: (Slot(name, 0, seen[obj].position - [0.0, 0.0, scene.shapes[obj].half[2]], seen[obj].yaw),)
         for obj, name in names.items()
     }
-    over = _hand(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
+    over = hand_location(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
     if over != NOWHERE or hand != model.start or hand in scene.slots:
         hand = over
     state = ManipulationState(
@@ -99,28 +95,6 @@ def reground(
     )
     scene = replace(scene, model=model, slots=scene.slots | slots, temporary=frozenset(slots))
     return Regrounded(scene, state, (*lost, *gone))
-
-
-def _hand(scene: Scene, data: mujoco.MjData, candidates: tuple[str, ...]) -> str:
-    """Return the first of several locations that the hand is over."""
-    over = (name for name in candidates if name in scene.slots and hand_over(scene, data, name))
-    return next(over, NOWHERE)
-
-
-def _temporary_names(model: ManipulationModel, objects: list[str]) -> dict[str, str]:
-    """Return a name for the temporary location of each object, such that it gives no proposition of the model."""
-    taken = [place.name for place in model.locations] + [obj.name for obj in model.objects] + objects
-    stem = "spot"
-    while any(stem in name for name in (*taken, *model.marks, *model.propositions)):
-        stem += "_"
-    return {obj: f"{stem}{i + 1}" for i, obj in enumerate(objects)}
-
-
-def _temporary_location(scene: Scene, poses: Poses, obj: str, name: str, below: list[str]) -> Location:
-    """Return where an object happens to lie: on the locations of others, or somewhere on the table."""
-    x, y = map(float, poses[obj].position[:2])
-    on = tuple(dict.fromkeys(below))
-    return Location(name, at=None if on else (x, y), on=on, closed=True)
 
 
 def _obstructed(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,6 +17,7 @@ import mujoco
 from sim.errors import RobotError
 from sim.geometry.mjcf import HIDDEN
 from sim.robots.panda import PANDA, panda_spec
+from sim.robots.robot import check_parts
 
 REPOSITORY = "https://github.com/deepmind/mujoco_menagerie.git"
 """Where robot_descriptions fetches from; git's own settings may send it elsewhere."""
@@ -44,9 +46,13 @@ def menagerie_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     path = fetch()
     try:
         spec = mujoco.MjSpec.from_file(str(path))
-    except ValueError as error:
-        raise RobotError(f"{path}: {error}") from None
-    _check(spec, path)
+        check_parts(spec, joint=PANDA.joints + PANDA.gripper.joints, body=(PANDA.base, "hand", *FINGERS))
+        driven = {actuator.target for actuator in spec.actuators}
+        for name in (*PANDA.joints, "split"):
+            if name not in driven:
+                raise RobotError(f"no actuator of {name!r} in its MJCF")
+    except (ValueError, RobotError) as error:
+        raise RobotError(f"{path}: the robot `menagerie` is not as expected: {error}; {ALTERNATIVE}") from None
     for element in (*spec.keys, *spec.lights):
         spec.delete(element)
     _name_actuators(spec)
@@ -114,27 +120,8 @@ def _check_reachable() -> None:
 
 def _summary(error: Exception) -> str:
     """Return the line of an error that says what is wrong: git's first `fatal:` or `error:`, else the last one."""
-    lines = [line.strip(" '") for line in str(error).splitlines() if line.strip(" '")]
-    told = [
-        line.partition(": ")[2] for line in lines if line.removeprefix("stderr: '").startswith(("fatal:", "error:"))
-    ]
-    return next((line for line in [*told, *lines[::-1]]), type(error).__name__)
-
-
-def _check(spec: mujoco.MjSpec, path: Path) -> None:
-    """Raise `RobotError` unless all that the adaptation takes for granted is there."""
-    wanted = {
-        "joint": (spec.joint, PANDA.joints + PANDA.gripper.joints),
-        "body": (spec.body, (PANDA.base, "hand", *FINGERS)),
-    }
-    for kind, (find, names) in wanted.items():
-        for name in names:
-            if find(name) is None:
-                raise RobotError(f"{path}: the robot `menagerie` has no {kind} {name!r}; {ALTERNATIVE}")
-    driven = {actuator.target for actuator in spec.actuators}
-    for name in (*PANDA.joints, "split"):
-        if name not in driven:
-            raise RobotError(f"{path}: the robot `menagerie` has no actuator of {name!r}; {ALTERNATIVE}")
+    told = re.search(r"(?:fatal|error): (.*?)'?$", str(error), re.MULTILINE)
+    return told[1].strip() if told else (str(error).strip().splitlines() or [type(error).__name__])[-1]
 
 
 def _name_actuators(spec: mujoco.MjSpec) -> None:

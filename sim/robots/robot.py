@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import mujoco
@@ -18,7 +18,7 @@ class Gripper:
     Attributes:
         actuator: drives the fingers; its command is the width between the pads, m.
         joints: sliding joints of the fingers; each moves by an equal share of the width.
-        pads: geoms of the left and the right pad, the only ones that may touch what is grasped.
+        pads: geoms of the left and the right pad, which hold an object.
         opening_m: greatest width between the pads.
         squeeze_m: how much narrower than a held object the command is.
         firm_force_n: least contact force on each pad in a firm grip.
@@ -40,6 +40,14 @@ class Gripper:
     fingertip_m: float
     palm_height_m: float
     palm_half_width_m: float
+
+
+def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
+    """Raise RobotError unless a robot has all named parts of each kind, such as `joint`."""
+    for kind, names in parts.items():
+        for name in names:
+            if getattr(spec, kind)(name) is None:
+                raise RobotError(f"no {kind} {name!r} in its MJCF")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,17 +91,17 @@ class Robot:
             RobotError: its MJCF cannot be had, or lacks what is named here.
         """
         spec, gripper = self.mjcf(meshes), self.gripper
-        wanted = {
-            "body": (spec.body, (self.base,)),
-            "joint": (spec.joint, (*self.joints, *gripper.joints)),
-            "actuator": (spec.actuator, (*self.joints, gripper.actuator)),
-            "site": (spec.site, (self.tool,)),
-            "geom": (spec.geom, gripper.pads),
-        }
-        for kind, (find, names) in wanted.items():
-            for name in names:
-                if find(name) is None:
-                    raise RobotError(f"the robot `{self.name}` has no {kind} {name!r} in its MJCF")
+        try:
+            check_parts(
+                spec,
+                body=(self.base,),
+                joint=(*self.joints, *gripper.joints),
+                actuator=(*self.joints, gripper.actuator),
+                site=(self.tool,),
+                geom=gripper.pads,
+            )
+        except RobotError as error:
+            raise RobotError(f"the robot `{self.name}` has {error}") from None
         for name, limit in zip(self.joints, self.torque_limits, strict=True):
             joint = spec.joint(name)
             joint.actgravcomp = True
@@ -117,6 +125,10 @@ class Robot:
     def bodies(self, model: mujoco.MjModel) -> np.ndarray:
         """Return (nbody,) bool: which bodies of a scene are the robot's."""
         return np.asarray(model.body_rootid == model.body(self.base).id)
+
+    def fingers(self, model: mujoco.MjModel) -> np.ndarray:
+        """Return (ngeom,) bool: which geoms of a scene are the fingers', pads included."""
+        return np.isin(model.geom_bodyid, [model.joint(name).bodyid[0] for name in self.gripper.joints])
 
     def qpos(self, model: mujoco.MjModel) -> np.ndarray:
         """Return the (n,) places of the arm's joints in the scene's positions."""

@@ -17,58 +17,40 @@ class Recorder:
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
         model = scene.mujoco
-        self._dofs, self._angles = scene.robot.dofs(model), scene.robot.qpos(model)
-        self._low, self._high = scene.robot.ranges(model).T
+        self._dofs = scene.robot.dofs(model)
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
-        self._begin_frame()
+        self._speed, self._torque = np.zeros((2, len(self._dofs)))
 
     def is_due(self, data: mujoco.MjData) -> bool:
         """Return whether the time has come for another frame."""
         return bool(data.time * FRAME_RATE >= len(self._frames) - 1e-6)
 
     def feel(self, data: mujoco.MjData) -> None:
-        """Update the greatest speeds and torques and the least joint margins with a state just simulated."""
+        """Update the greatest speeds and torques with a state just simulated."""
         np.maximum(self._speed, np.abs(data.qvel[self._dofs]), out=self._speed)
         np.maximum(self._torque, np.abs(data.qfrc_actuator[self._dofs]), out=self._torque)
-        np.minimum(self._margin, self._margins_of(data), out=self._margin)
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
-        """Add a frame.
-
-        Args:
-            data: the present state.
-            glow: index of the marking location at work, -1 for none.
-        """
+        """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
         frame = {
             "times": float(data.time),
             "qpos": data.qpos.copy(),
             "glow": glow,
             "speeds": self._speed,
             "torques": self._torque,
-            "margins": np.minimum(self._margin, self._margins_of(data)),
             "pad_forces": self._press(data),
         }
         self._frames.append(frame)
-        self._begin_frame()
+        self._speed, self._torque = np.zeros((2, len(self._dofs)))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """What was recorded, by the names it has in a `Rollout`; loads since the last frame are added to it."""
+        """What was recorded, by the names it has in a `Frames`; loads since the last frame are added to it."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
         for name, load in (("speeds", self._speed), ("torques", self._torque)):
             arrays[name][-1] = np.maximum(arrays[name][-1], load)
-        arrays["margins"][-1] = np.minimum(arrays["margins"][-1], self._margin)
         return arrays
-
-    def _begin_frame(self) -> None:
-        n = len(self._dofs)
-        self._speed, self._torque, self._margin = np.zeros(n), np.zeros(n), np.full(n, np.inf)
-
-    def _margins_of(self, data: mujoco.MjData) -> np.ndarray:
-        """Return the (n,) distances of the arm's joints from the nearer ends of their ranges, rad."""
-        q = data.qpos[self._angles]
-        return np.minimum(q - self._low, self._high - q)
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
         """Return the (2,) contact forces on the left and the right pad, N."""

@@ -1,4 +1,4 @@
-"""What one execution of a plan leaves behind: states to replay, steps, events and measures."""
+"""What one execution of a plan leaves behind: recorded frames, steps, events and measures."""
 
 from __future__ import annotations
 
@@ -10,10 +10,33 @@ import numpy as np
 from prefplan.exact_costs import Number
 from prefplan.models.manipulation.model import ManipulationState
 from sim.robots.robot import Robot
-from sim.simulation.effort import Effort
 
 FRAME_RATE = 30
 """Recorded (and rendered) states a simulated second."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a stretch of a simulation took of the arm.
+
+    Attributes:
+        time: s.
+        travel: sum over the arm's joints of the angle covered, there and back, rad.
+        energy: integral of |torque * speed| summed over the arm's joints, J. The torque is what the motors of the
+            real arm give: they carry its weight, and braking costs as much as driving.
+    """
+
+    time: float = 0.0
+    travel: float = 0.0
+    energy: float = 0.0
+
+    def __add__(self, other: Effort) -> Effort:
+        """Return both together."""
+        return Effort(self.time + other.time, self.travel + other.travel, self.energy + other.energy)
+
+    def __sub__(self, other: Effort) -> Effort:
+        """Return what was added to the other."""
+        return Effort(self.time - other.time, self.travel - other.travel, self.energy - other.energy)
 
 
 @dataclass(frozen=True)
@@ -54,8 +77,29 @@ class Event:
     detail: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Rollout:
+@dataclass(frozen=True, kw_only=True)
+class Frames:
+    """Frames of a simulation, `FRAME_RATE` a second.
+
+    Attributes:
+        times: (T,) s, when each frame was taken.
+        qpos: (T, nq) positions of the scene's MuJoCo model.
+        glow: (T,) index into the model's locations of the marking location at work, -1 for none.
+        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
+        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
+        pad_forces: (T, 2) with which the left and the right pad were pressed, N.
+    """
+
+    times: np.ndarray
+    qpos: np.ndarray
+    glow: np.ndarray
+    speeds: np.ndarray
+    torques: np.ndarray
+    pad_forces: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rollout(Frames):
     """One execution of a plan.
 
     Attributes:
@@ -63,14 +107,6 @@ class Rollout:
         reason: why not, in one sentence; None when completed.
         steps: the actions that were carried out, in order.
         events: in order of time.
-        times: (T,) s, when each recorded state was taken; `FRAME_RATE` a second.
-        qpos: (T, nq) recorded positions of the scene's MuJoCo model.
-        glow: (T,) index into the model's locations of the marking location at work, -1 for none.
-        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
-        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
-        margins: (T, n) least distance of each arm joint from an end of its range since the frame before, rad; negative
-            beyond it.
-        pad_forces: (T, 2) with which the left and the right pad were pressed, N.
         sim_seconds: simulated time in all.
         wall_seconds: real time in all.
         placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
@@ -81,13 +117,6 @@ class Rollout:
     reason: str | None
     steps: tuple[Step, ...]
     events: tuple[Event, ...]
-    times: np.ndarray
-    qpos: np.ndarray
-    glow: np.ndarray
-    speeds: np.ndarray
-    torques: np.ndarray
-    margins: np.ndarray
-    pad_forces: np.ndarray
     sim_seconds: float
     wall_seconds: float
     placement_error: float
@@ -102,8 +131,3 @@ class Rollout:
     def torque_share(self) -> np.ndarray:
         """(n,) greatest torque of each arm joint, as a share of its limit."""
         return self.torques.max(axis=0) / self.robot.torque_limits
-
-    @property
-    def joint_margin(self) -> np.ndarray:
-        """(n,) least distance of each arm joint from an end of its range, rad."""
-        return self.margins.min(axis=0)

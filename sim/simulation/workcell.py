@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from sim.motion.kinematics import Arm
-from sim.motion.trajectory import CONTROL_PERIOD
+from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import (
     OBSERVATION_TIMEOUT_S,
     ExactSensor,
@@ -22,10 +22,8 @@ from sim.perception.sensors import (
 )
 from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
-from sim.simulation.effort import EffortMeter
-from sim.simulation.gripper import Gripper
 from sim.simulation.recorder import Recorder
-from sim.simulation.rollout import Event
+from sim.simulation.rollout import Effort, Event
 from sim.world.scene import Scene
 from sim.world.shapes import ObjectShape
 
@@ -51,12 +49,13 @@ class Workcell:
         arm: kinematics of the arm.
         contacts: monitors contacts.
         recorder: records every frame.
-        meter: sums the arm's effort.
+        effort: what the simulation took of the arm so far.
         reference: (n,) joint reference last sent, rad.
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
         sensor: observes the objects.
-        gripper: drives the fingers.
+        width: commanded between the pads, m; less than that of a held object, so that they press it.
+        gripper: maps this width to the one that its actuator is sent; faults wrap it.
         disturb: called before every control period is simulated.
     """
 
@@ -64,14 +63,16 @@ class Workcell:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given."""
         model = scene.mujoco
         self._motors = [model.actuator(name).id for name in scene.robot.joints]
-        self.gripper = Gripper(data, model.actuator(scene.robot.gripper.actuator).id)
+        self._fingers = model.actuator(scene.robot.gripper.actuator).id
+        self.width = float(data.ctrl[self._fingers])
+        self.gripper: Callable[[float], float] = float
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
-        self._substeps = round(CONTROL_PERIOD / model.opt.timestep)
+        self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._collision_checker = CollisionChecker(scene, self.contacts)
-        self.meter = EffortMeter(scene.robot, data)
+        self.effort, self._dofs = Effort(), scene.robot.dofs(model)
         self.reference = data.qpos[scene.robot.qpos(model)].copy()
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
@@ -105,7 +106,7 @@ class Workcell:
         Raises:
             ObservationTimeoutError: it is not observed for `OBSERVATION_TIMEOUT_S`.
         """
-        periods_left = round(OBSERVATION_TIMEOUT_S / CONTROL_PERIOD)
+        periods_left = round(OBSERVATION_TIMEOUT_S / CONTROL_PERIOD_S)
         while (pose := self.latest_pose(obj)) is None:
             if periods_left == 0:
                 raise ObservationTimeoutError(f"nothing has been seen of {obj} for {OBSERVATION_TIMEOUT_S:g} s")
@@ -122,11 +123,7 @@ class Workcell:
         return self.survey([obj])[obj]
 
     def survey(self, objects: Iterable[str]) -> dict[str, ObjectPose]:
-        """Return the poses of objects at rest, each averaged over the observations that the sensor needs.
-
-        Raises:
-            ObservationTimeoutError: as in `observe`.
-        """
+        """Return the poses of objects at rest, as `measure` does."""
         samples: dict[str, list[ObjectPose]] = {obj: [self.observe(obj)] for obj in objects}
         for _ in range(self.sensor.samples - 1):
             self._tick()
@@ -151,11 +148,7 @@ class Workcell:
         return self.contacts.handled is not None and 0 < self.data.time - self.contacts.pressed <= CONTACT_FLICKER_S
 
     def follow(self, references: np.ndarray) -> None:
-        """Drive the arm along joint references; it brakes early if it loses its load.
-
-        Args:
-            references: (N, n) rad, every `CONTROL_PERIOD`.
-        """
+        """Drive the arm along (N, n) references, rad, one a control period; it brakes early if it loses its load."""
         points = np.vstack([self.reference, references])
         carried = self.held() if self.contacts.aloft else None
         for done, tick in enumerate(_commands(points, self._substeps, self._lag), 1):
@@ -172,14 +165,14 @@ class Workcell:
 
     def grip(self, width: float, seconds: float) -> None:
         """Bring the commanded width between the pads evenly to `width`, m, while the arm rests."""
-        ticks = max(1, round(seconds / CONTROL_PERIOD))
-        for command in np.linspace(self.gripper.width, width, ticks + 1)[1:]:
-            self.gripper.width = float(command)
+        ticks = max(1, round(seconds / CONTROL_PERIOD_S))
+        for command in np.linspace(self.width, width, ticks + 1)[1:]:
+            self.width = float(command)
             self._tick()
 
     def wait(self, seconds: float) -> None:
         """Let time pass while the arm rests."""
-        for _ in range(round(seconds / CONTROL_PERIOD)):
+        for _ in range(round(seconds / CONTROL_PERIOD_S)):
             self._tick()
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
@@ -189,13 +182,10 @@ class Workcell:
         return self._collision_checker.touches(self.data, self._seen, q, width=width, clearance=clearance)
 
     def _tick(self, commands: np.ndarray | None = None) -> None:
-        """Simulate one control period; record the frames that fall into it.
-
-        Args:
-            commands: (substeps, n) rad, of the arm's motors; None to leave them as they are.
-        """
+        """Simulate one control period, with (substeps, n) commands of the arm's motors, rad, or those it has."""
         data = self.data
         self.disturb()
+        data.ctrl[self._fingers] = self.gripper(self.width)
         for substep in range(self._substeps):
             if commands is not None:
                 data.ctrl[self._motors] = commands[substep]
@@ -203,7 +193,12 @@ class Workcell:
             self.recorder.feel(data)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
-        self.meter.update(data)
+        speeds, torques = data.qvel[self._dofs], data.qfrc_actuator[self._dofs]
+        self.effort += Effort(
+            CONTROL_PERIOD_S,
+            CONTROL_PERIOD_S * float(np.abs(speeds).sum()),
+            CONTROL_PERIOD_S * float(np.abs(torques * speeds).sum()),
+        )
         for pair in self.contacts.update(data):
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.log_event("contact", moving=pair[0], other=pair[1])
@@ -215,7 +210,7 @@ def _braking(points: np.ndarray, done: int) -> np.ndarray:
 
     They begin with the reference that was reached.
     """
-    ticks = np.arange(1, round(BRAKING_TIME_S / CONTROL_PERIOD) + 1)
+    ticks = np.arange(1, round(BRAKING_TIME_S / CONTROL_PERIOD_S) + 1)
     ahead = np.minimum(done + ticks - ticks**2 / (2 * len(ticks)), len(points) - 1)
     low = np.floor(ahead).astype(int)
     high = np.minimum(low + 1, len(points) - 1)
@@ -247,4 +242,4 @@ def _commands(points: np.ndarray, substeps: int, lag: np.ndarray, *, moving: boo
     square, cube = 3 * (p1 - p0) - 2 * m0 - m1, m0 + m1 - 2 * (p1 - p0)
     curve = p0 + u * m0 + u**2 * square + u**3 * cube
     slope = m0 + 2 * u * square + 3 * u**2 * cube
-    return curve + lag / CONTROL_PERIOD * slope
+    return curve + lag / CONTROL_PERIOD_S * slope

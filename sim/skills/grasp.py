@@ -7,7 +7,7 @@ import numpy as np
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
 from sim.errors import BlockedError
-from sim.motion.trajectory import CONTROL_PERIOD
+from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.grounding import AT_RADIUS_M, hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
@@ -46,7 +46,7 @@ class GraspSkill(Grasp, Skill):
         yaw = shape.yaw_near(pose.yaw, slot.yaw)
         line, grip = free_closing_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grip_variants])
         target, above = self.closing_position(cell, obj, pose, grip), pose.position + [0.0, 0.0, HOVER_HEIGHT_M]
-        cell.grip(grip.opening, CONTROL_PERIOD)
+        cell.grip(grip.opening, CONTROL_PERIOD_S)
         yaw = move_tool(cell, above, [line, line + np.pi])
         if np.linalg.norm(cell.observe(obj).position - pose.position) > MOTION_THRESHOLD_M:
             raise SkillError(f"{obj} does not lie still")
@@ -79,9 +79,9 @@ def _slot_below(cell: Workcell, obj: str) -> Slot:
 def _await_firm_grip(cell: Workcell) -> np.ndarray | None:
     """Wait until the grip is firm; return the pads' contact forces in N, or None after a timeout."""
     periods = 0
-    for _ in range(round(GRIP_TIMEOUT_S / CONTROL_PERIOD)):
-        cell.wait(CONTROL_PERIOD)
+    for _ in range(round(GRIP_TIMEOUT_S / CONTROL_PERIOD_S)):
+        cell.wait(CONTROL_PERIOD_S)
         periods = periods + 1 if cell.contacts.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
-        if periods >= FIRM_DURATION_S / CONTROL_PERIOD:
+        if periods >= FIRM_DURATION_S / CONTROL_PERIOD_S:
             return cell.contacts.pad_forces
     return None

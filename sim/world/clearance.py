@@ -15,8 +15,8 @@ from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper
 from sim.world.furniture import add_station, yaw_quat
 from sim.world.materials import add_studio
-from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF, LAMP_HEAD_M, LAMP_TOP_M, OBJECT_GAP_M, Slot, Station
-from sim.world.shapes import CUBE_EDGE, Extent
+from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, OBJECT_GAP_M, Slot, Station
+from sim.world.shapes import CUBE_EDGE_M, Extent
 
 CARRYING_HEIGHT_M = 0.08
 """Least height of the tool over the tops of other objects as it carries one over them."""
@@ -160,9 +160,11 @@ def lamp_foot(
         direction = np.array([np.cos(outwards + turn), np.sin(outwards + turn)])
         reach = max(float((slot.position[:2] - centre) @ direction) for slot in station.slots)
         foot = centre + direction * (reach + distance)
-        stand = Rectangle(foot, np.full(2, LAMP_HALF), outwards + turn)
+        stand = Rectangle(foot, np.full(2, LAMP_HALF_M), outwards + turn)
         nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in slots.values() for slot in row)
-        if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF / 2 or any(overlap(stand, _covered(at, size)) for at in stations):
+        if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF_M / 2:
+            continue
+        if any(overlap(stand, _covered(at, size)) for at in stations):
             continue
         if robot.clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
             return foot
@@ -177,7 +179,7 @@ def _fingers_meet(station: Station, other: Station, gripper: Gripper, size: Exte
 
 
 def _covered(station: Station, size: Extent) -> Rectangle:
-    swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(size.half.max()) - CUBE_EDGE / 2)
+    swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(size.half.max()) - CUBE_EDGE_M / 2)
     return station.outline.grown(OBJECT_GAP_M / 2 + swing)
 
 

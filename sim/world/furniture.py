@@ -12,7 +12,7 @@ from sim.geometry.mjcf import HIDDEN, draw_solid
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import dish, rounded, tray
 from sim.world.materials import Rgba, glow_of
-from sim.world.places import FLOOR, LAMP_HALF, Station
+from sim.world.places import FLOOR, LAMP_HALF_M, Station
 from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking, picture, text_size
 
@@ -57,7 +57,7 @@ def yaw_quat(yaw: float) -> np.ndarray:
 
 def table_for(stations: Sequence[Station]) -> Rectangle:
     """Return a table that holds the robot's foot and every station, the same to the left as to the right."""
-    lamps = [s.lamp + d * LAMP_HALF for s in stations if s.lamp is not None for d in (-1, 1)]
+    lamps = [s.lamp + d * LAMP_HALF_M for s in stations if s.lamp is not None for d in (-1, 1)]
     points = [*(corner for s in stations for corner in s.outline.corners), *lamps]
     side = max([MIN_TABLE_SIDE_M, *(abs(float(y)) + TABLE_MARGIN_M for _, y in points)])
     back = min([-FOOT_M, *(float(x) - TABLE_MARGIN_M for x, _ in points)])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from prefplan.models.manipulation.model import ManipulationModel
 from sim.geometry.rectangle import Rectangle
 
 ROW_GAP_M = 0.019
@@ -32,7 +34,7 @@ LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
 LAMP_TOP_M, LAMP_HEAD_M = 0.235, np.array([0.045, 0.086])
 """Top of a lamp's head above the table, and half of what it covers of it with 6 mm to spare, m."""
 
-LAMP_HALF = 0.04
+LAMP_HALF_M = 0.04
 """Half the width of a lamp's foot, m."""
 
 KINDS = ("spot", "pad", "bin", "stove", "plate")
@@ -90,3 +92,12 @@ class TableLayout:
 
     stations: tuple[Station, ...]
     slots: dict[str, tuple[Slot, ...]]
+
+
+def unused_names(model: ManipulationModel, stem: str, number: int, *, taken: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return names, such as `spot1`, that give no proposition that the model may have."""
+    used = [obj.name for obj in model.objects] + [place.name for place in model.locations]
+    used += [*model.marks, *model.propositions, *taken]
+    while any(stem in name for name in used):
+        stem += "_"
+    return tuple(f"{stem}{i + 1}" for i in range(number))

@@ -86,11 +86,6 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
     """Return a scene whose objects and pads differ in friction and mass from the nominal ones.
 
     The scene is not compiled again: a copy of its MuJoCo model is changed. Start poses are drawn by `initial_state`.
-
-    Args:
-        scene: from `build_scene`.
-        perturbation: by how much they may differ.
-        seed: says by how much they do.
     """
     if not (perturbation.friction or perturbation.mass):
         return scene

@@ -16,7 +16,7 @@ from sim.robots.robot import Robot
 from sim.world.furniture import add_object, add_station, add_table, table_for, yaw_quat
 from sim.world.layout import arrange
 from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_studio
-from sim.world.places import Slot
+from sim.world.places import Slot, unused_names
 from sim.world.shapes import ObjectShape, shape_of, shapes_of
 
 TIMESTEP = 0.002
@@ -118,7 +118,7 @@ def build_scene(
     for i, (obj, slot) in enumerate(start_slots(model, layout.slots, shapes).items()):
         rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
         add_object(spec, obj, shapes[obj], slot.position + [0.0, 0.0, shapes[obj].half[2]], slot.yaw, rgba)
-    names = _spare_names(model, spares)
+    names = unused_names(model, "foreign", spares)
     if names:
         shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
         shelf.pos = STORE - [0.0, 0.0, 0.01]
@@ -126,17 +126,6 @@ def build_scene(
         shapes[name] = shape_of(Object(name, ""), robot.gripper)
         add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
     return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot, names)
-
-
-def _spare_names(model: ManipulationModel, number: int) -> tuple[str, ...]:
-    """Return names that give no proposition that the model may have."""
-    taken = [obj.name for obj in model.objects]
-    taken += [place.name for place in model.locations]
-    taken += [*model.marks, *model.propositions]
-    stem = "foreign"
-    while any(stem in name for name in taken):
-        stem += "_"
-    return tuple(f"{stem}{i + 1}" for i in range(number))
 
 
 def _stored(shape: ObjectShape, index: int) -> np.ndarray:

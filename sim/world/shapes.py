@@ -16,7 +16,7 @@ from sim.robots.robot import Gripper
 SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"), "cylinder": ("diameter", "height")}
 """Kinds of objects, and what their `size` says."""
 
-CUBE_EDGE = 0.045
+CUBE_EDGE_M = 0.045
 """Edge of an object of no given size, m: the open hand takes it with clearance on both sides."""
 
 MIN_HELD_WIDTH_M = 0.005
@@ -25,7 +25,7 @@ MIN_HELD_WIDTH_M = 0.005
 MAX_LENGTH_M = 0.120
 """Greatest length of an object across the closing line: a longer one turns between the fingers."""
 
-DENSITY_KG_M3 = 0.055 / CUBE_EDGE**3
+DENSITY_KG_M3 = 0.055 / CUBE_EDGE_M**3
 """Density of beech: a cube of usual size weighs 55 g."""
 
 MASSES_KG = (0.020, 0.250)
@@ -41,7 +41,7 @@ MAX_GRIP_LIFT_M = 0.022
 """Greatest height of the pads' middle over an object's in a high grip, m: half of the pads hold a usual cube, 2 mm over
 a bin's rim, and it is not so far from the tool that it would not count as held."""
 
-UPRIGHT = np.radians(20)
+UPRIGHT_TILT_RAD = np.radians(20)
 """An object tilted by less stands, or lies flat, rad."""
 
 
@@ -184,7 +184,7 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
     """Return the bounds on the dimensions of shapes; for none, those of a cube of usual size."""
     known = list(shapes)
     if not known:
-        return Extent(np.full(2, CUBE_EDGE / 2), CUBE_EDGE / 2, CUBE_EDGE, CUBE_EDGE, opening(CUBE_EDGE))
+        return Extent(np.full(2, CUBE_EDGE_M / 2), CUBE_EDGE_M / 2, CUBE_EDGE_M, CUBE_EDGE_M, opening(CUBE_EDGE_M))
     half = np.array([shape.half for shape in known])
     return Extent(
         half=half[:, :2].max(axis=0),
@@ -198,7 +198,7 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
 def _checked_size(obj: Object, where: str) -> tuple[float, ...]:
     """Return the right number of positive lengths, m."""
     if obj.size is None and obj.kind == "cube":
-        return (CUBE_EDGE,)
+        return (CUBE_EDGE_M,)
     meaning = f"a {obj.kind} has {', '.join(SIZES[obj.kind])}, in metres"
     if obj.size is None:
         raise SimulationError(f"{where}.size: missing; {meaning}")

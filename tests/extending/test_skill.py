@@ -56,5 +56,6 @@ def test_a_skill_from_outside_is_planned_and_carried_out() -> None:
     assert (plan.actions, plan.cost) == (("transit near", "push cup far"), 7)
     rollout = sim.execute(sim.build_scene(model), plan.actions, skills={**sim.SKILLS, "push": Push()})
     assert rollout.completed, rollout.reason
+    assert [event for event in rollout.events if event.kind == "contact"] == [], "the fingers may touch the cup"
     assert rollout.steps[-1].observed.place == {"cup": "far"} == rollout.steps[-1].predicted.place
     assert 0 < rollout.placement_error < 0.01

@@ -15,6 +15,7 @@ from experiments.runs.captions import captions
 from experiments.runs.outcome import Outcome, ledger_of
 from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, pareto_front
 from prefplan.scenario.decode import loads
+from sim.evidence.log import ARRAYS
 from sim.execution.closed_loop import Pursuit
 from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event, Rollout, Step
@@ -28,8 +29,17 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
     steps = tuple(
         Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
     )
-    nothing = np.zeros(0)
-    rollout = Rollout(True, None, steps, (), *[nothing] * 7, float(len(steps)), 1.0, 0.0, PANDA)
+    rollout = Rollout(
+        **dict.fromkeys(ARRAYS, np.zeros(0)),
+        completed=True,
+        reason=None,
+        steps=steps,
+        events=(),
+        sim_seconds=float(len(steps)),
+        wall_seconds=1.0,
+        placement_error=0.0,
+        robot=PANDA,
+    )
     return Outcome(plan, rollout, ledger_of(scenario.problem(), plan, steps), Pursuit(plan))
 
 

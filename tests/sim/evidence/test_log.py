@@ -33,7 +33,15 @@ def log() -> Log:
         claims=Claims(True, 1.5, {"tidy": 1.5}, {"tidy": 0}, 2, (Purchase("tidy", 0, None, 3),)),
     )
     rows = np.arange(14.0).reshape(2, 7)
-    return Log(about, np.array([0.0, 1 / 30]), rows, np.array([-1, 0]), rows + 1, rows + 2, np.zeros((2, 2)))
+    return Log(
+        about=about,
+        times=np.array([0.0, 1 / 30]),
+        qpos=rows,
+        glow=np.array([-1, 0]),
+        speeds=rows + 1,
+        torques=rows + 2,
+        pad_forces=np.zeros((2, 2)),
+    )
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from sim.execution.fault_injection import SLIP_DURATION_S, SLIP_GAP_M
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
 from sim.world.scene import Scene, build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE
+from sim.world.shapes import CUBE_EDGE_M
 
 ARRANGEMENTS = 150
 
@@ -33,8 +33,8 @@ def arrangements(scene: Scene) -> Iterator[dict[str, np.ndarray]]:
     made = 0
     while made < ARRANGEMENTS:
         centres = [slots[rng.integers(len(slots))]] * 2 + [slots[rng.integers(len(slots))]]
-        points = [centre + [*rng.uniform(-0.055, 0.055, 2), CUBE_EDGE / 2] for centre in centres]
-        if all(np.abs(a - b)[:2].max() > CUBE_EDGE + 0.001 for a, b in combinations(points, 2)):
+        points = [centre + [*rng.uniform(-0.055, 0.055, 2), CUBE_EDGE_M / 2] for centre in centres]
+        if all(np.abs(a - b)[:2].max() > CUBE_EDGE_M + 0.001 for a, b in combinations(points, 2)):
             made += 1
             yield dict(zip(("blue", "pink", "green"), points, strict=True))
 
@@ -74,7 +74,7 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
 
     def slip() -> None:
         if begin <= run.cell.data.time < begin + SLIP_DURATION_S:
-            run.cell.gripper.width = CUBE_EDGE + SLIP_GAP_M
+            run.cell.width = CUBE_EDGE_M + SLIP_GAP_M
 
     run.cell.disturb = slip
     assert run.step("transit desk")

@@ -12,7 +12,7 @@ from sim.execution.executor import Execution, execute
 from sim.simulation.rollout import FRAME_RATE, Rollout
 from sim.skills.catalogue import SKILLS
 from sim.world.scene import Scene, build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE
+from sim.world.shapes import CUBE_EDGE_M
 
 COST_OPTIMAL = (
     "transit top, grasp pink, transport pink san, release pink san, grasp pink, transport pink bin1, "
@@ -103,7 +103,7 @@ def test_a_plan_the_model_does_not_allow_is_refused_before_it_begins(scene: Scen
 def test_a_block_moved_before_the_grasp_stops_the_run(scene: Scene, system: TransitionSystem) -> None:
     run = Execution(scene, initial_state(scene), system=system)
     assert run.step("transit top")
-    run.cell.data.joint("pink").qpos[:3] = scene.slots["table"][0].position + [0.0, 0.0, CUBE_EDGE / 2]
+    run.cell.data.joint("pink").qpos[:3] = scene.slots["table"][0].position + [0.0, 0.0, CUBE_EDGE_M / 2]
     assert not run.step("grasp pink")
     rollout = run.rollout()
     assert not rollout.completed

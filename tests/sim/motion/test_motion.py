@@ -6,7 +6,7 @@ import pytest
 
 from sim.errors import SimulationError
 from sim.motion.kinematics import Arm
-from sim.motion.trajectory import CONTROL_PERIOD, ToolPose, arch, duration, smooth_step, wrap
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose, arch, duration, smooth_step, wrap
 from sim.robots.panda import PANDA
 
 PLACES = [(0.50, 0.0, 0.07), (0.45, 0.30, 0.03), (0.38, -0.30, 0.15), (0.75, 0.2, 0.03), (-0.2, 0.5, 0.05)]
@@ -84,10 +84,10 @@ def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
         position = np.array(place)
         goal, yaw = arm.reach(position, [0.3, 0.3 + np.pi])
         references = arm.move(q, goal, position, yaw, height=0.2)
-        speeds = np.diff(references, axis=0, prepend=q[None]) / CONTROL_PERIOD
+        speeds = np.diff(references, axis=0, prepend=q[None]) / CONTROL_PERIOD_S
         assert (np.abs(speeds) <= PANDA.velocity_limits).all()
         assert np.abs(speeds[[0, -1]]).max() < 0.05, "it should start and end at rest"
-        assert np.abs(np.diff(speeds, axis=0) / CONTROL_PERIOD).max() < 15, "accelerations should be smooth"
+        assert np.abs(np.diff(speeds, axis=0) / CONTROL_PERIOD_S).max() < 15, "accelerations should be smooth"
         assert (references > low).all() and (references < high).all()
         assert np.linalg.norm(arm.tool(references[-1]).position - position) < 0.001
         q = references[-1]

@@ -15,7 +15,7 @@ from sim.perception.grounding import observe as observe_poses
 from sim.perception.sensors import object_pose, true_poses
 from sim.robots.panda import PANDA
 from sim.world.scene import Scene, build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE
+from sim.world.shapes import CUBE_EDGE_M
 
 Arrange = Callable[..., mujoco.MjData]
 
@@ -57,7 +57,7 @@ def test_objects_off_by_some_millimetres_are_still_in_place(scene: Scene) -> Non
 @pytest.mark.parametrize("location", ["san", "bin1", "bin2", "table"])
 def test_every_slot_is_recognised(scene: Scene, arrange: Arrange, location: str) -> None:
     for slot in scene.slots[location]:
-        data = arrange(pink=tuple(slot.position + [0.004, -0.004, CUBE_EDGE / 2 + 0.001]))
+        data = arrange(pink=tuple(slot.position + [0.004, -0.004, CUBE_EDGE_M / 2 + 0.001]))
         assert slot_of(scene, true_poses(scene, data), "pink") is slot
 
 
@@ -75,7 +75,7 @@ def test_an_object_out_of_place_has_none(scene: Scene, arrange: Arrange, pose: t
 
 
 def test_nothing_rests_on_top_without_touching_a_support(scene: Scene, arrange: Arrange) -> None:
-    top = scene.slots["top"][0].position + [0.0, 0.0, CUBE_EDGE / 2]
+    top = scene.slots["top"][0].position + [0.0, 0.0, CUBE_EDGE_M / 2]
     assert "pink" not in places(scene, arrange(blue=(0.62, 0.20, 0.0225), green=(0.3, 0.2, 0.0225)))
     assert places(scene, arrange(pink=tuple(top)))["pink"] == "top"
 

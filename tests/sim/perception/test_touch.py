@@ -34,7 +34,7 @@ def test_a_finger_in_the_table_is_told(scene: Scene, arm: Arm) -> None:
     assert ("left_finger", "table") in touches and ("right_finger", "table") in touches
 
 
-def test_pads_may_touch_only_what_they_handle(scene: Scene, arm: Arm) -> None:
+def test_fingers_may_touch_only_what_they_handle(scene: Scene, arm: Arm) -> None:
     data = posed(scene, arm, (0.50, 0.0, 0.0675), width=0.044)
     monitor = ContactMonitor(scene)
     assert {other for _, other in monitor.update(data)} == {"pink"}

@@ -77,7 +77,6 @@ def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path) -> No
         glow=np.where(times > 1.0, lit, -1),
         speeds=np.zeros((frames, 7)),
         torques=np.zeros((frames, 7)),
-        margins=np.zeros((frames, 7)),
         pad_forces=np.zeros((frames, 2)),
         sim_seconds=float(times[-1]),
         wall_seconds=0.0,

@@ -17,14 +17,14 @@ def cell(scene: Scene) -> Workcell:
 
 def test_an_arm_at_rest_takes_time_alone(cell: Workcell) -> None:
     cell.wait(0.5)
-    assert cell.meter.total.time == pytest.approx(0.5)
-    assert cell.meter.total.travel < 0.01 and cell.meter.total.energy < 0.1
+    assert cell.effort.time == pytest.approx(0.5)
+    assert cell.effort.travel < 0.01 and cell.effort.energy < 0.1
 
 
 def test_travel_is_the_angle_covered(cell: Workcell) -> None:
     perform(cell, "transit table")
     angles = cell.recorder.arrays["qpos"][:, PANDA.qpos(cell.scene.mujoco)]
-    assert cell.meter.total.travel == pytest.approx(np.abs(np.diff(angles, axis=0)).sum(), rel=0.03)
+    assert cell.effort.travel == pytest.approx(np.abs(np.diff(angles, axis=0)).sum(), rel=0.03)
 
 
 def test_energy_is_at_least_the_work_done_against_gravity(cell: Workcell) -> None:
@@ -37,7 +37,7 @@ def test_energy_is_at_least_the_work_done_against_gravity(cell: Workcell) -> Non
         cell.wait(0.5)
         links = [i for i in range(model.nbody) if model.body_gravcomp[i] > 0]
         heights.append(-model.opt.gravity[2] * sum(model.body_mass[i] * data.xipos[i][2] for i in links))
-        spent.append(cell.meter.total.energy)
+        spent.append(cell.effort.energy)
     assert heights[1] - heights[0] > 5
     assert spent[1] - spent[0] > heights[1] - heights[0]
 
@@ -47,6 +47,6 @@ def test_a_step_tells_its_own_effort(scene: Scene) -> None:
     run.step("transit top")
     run.step("grasp pink")
     first, second = (step.effort for step in run.steps)
-    assert (first + second).energy == pytest.approx(run.cell.meter.total.energy)
+    assert (first + second).energy == pytest.approx(run.cell.effort.energy)
     assert second.time == pytest.approx(run.steps[1].end - run.steps[1].start)
     assert 0 < second.travel and 0 < second.energy

@@ -59,19 +59,3 @@ def test_a_rollout_holds_the_loads_of_every_frame(grasp: Rollout) -> None:
     assert 0.1 < grasp.speed_share.max() < 1 and 0.1 < grasp.torque_share.max() < 1
     assert np.median(grasp.pad_forces[-10:], axis=0) == pytest.approx([15, 15], abs=2)
     assert not grasp.pad_forces[grasp.times < grasp.steps[0].end].any()
-
-
-def test_the_least_distance_of_a_joint_from_its_ends_is_kept(scene: Scene) -> None:
-    data, recorder = initial_state(scene), Recorder(scene)
-    recorder.record(data, glow=-1)
-    for angle in (-1.7, 1.80, 0.0):
-        data.joint("joint2").qpos[0] = angle
-        recorder.feel(data)
-    recorder.record(data, glow=-1)
-    data.joint("joint2").qpos[0] = 1.7
-    recorder.feel(data)
-    margins = recorder.arrays["margins"]
-    assert margins[0, 1] == pytest.approx(1.7628 - np.pi / 4)
-    assert margins[1, 1] == pytest.approx(1.7628 - 1.80) and margins[1, 0] == pytest.approx(2.8973)
-    recorder.record(data, glow=-1)
-    assert recorder.arrays["margins"][2, 1] == pytest.approx(0.0628)

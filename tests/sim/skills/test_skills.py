@@ -14,7 +14,7 @@ from sim.skills.catalogue import perform
 from sim.skills.release import GLOW_DURATION_S
 from sim.skills.skill import SkillError
 from sim.world.scene import Scene, build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE
+from sim.world.shapes import CUBE_EDGE_M
 
 
 def run(scene: Scene, *actions: str, seed: int | None = 0) -> Workcell:
@@ -49,7 +49,7 @@ def own_scene(scene: Scene) -> Scene:
 def test_transit_brings_the_empty_hand_over_a_location(scene: Scene) -> None:
     cell = run(scene, "transit bin1")
     centre = np.mean([slot.position for slot in scene.slots["bin1"]], axis=0)
-    offset = cell.data.site("tcp").xpos - centre - [0.0, 0.0, CUBE_EDGE / 2]
+    offset = cell.data.site("tcp").xpos - centre - [0.0, 0.0, CUBE_EDGE_M / 2]
     assert np.hypot(*offset[:2]) < 0.002 and 0.1 < offset[2] < 0.15
     assert_clean(cell)
 
@@ -142,7 +142,7 @@ def test_an_object_lost_on_the_way_is_noticed(own_scene: Scene) -> None:
 
 def test_an_occupied_place_is_refused(scene: Scene) -> None:
     cell = run(scene, "transit top", "grasp pink")
-    cell.data.joint("green").qpos[:3] = scene.slots["san"][0].position + [0.01, 0.0, CUBE_EDGE / 2]
+    cell.data.joint("green").qpos[:3] = scene.slots["san"][0].position + [0.01, 0.0, CUBE_EDGE_M / 2]
     mujoco.mj_forward(scene.mujoco, cell.data)
     with pytest.raises(SkillError, match="no room for pink on san: another object is 10 mm"):
         perform(cell, "transport pink san")
@@ -188,7 +188,7 @@ def test_the_hand_opens_less_where_a_wall_is_near(scene: Scene) -> None:
     slot = scene.slots["bin1"][0]
     data = initial_state(scene)
     along = np.array([np.cos(slot.yaw), np.sin(slot.yaw)])
-    data.joint("pink").qpos[:3] = [*slot.position[:2] + 0.0065 * along, slot.position[2] + CUBE_EDGE / 2]
+    data.joint("pink").qpos[:3] = [*slot.position[:2] + 0.0065 * along, slot.position[2] + CUBE_EDGE_M / 2]
     data.joint("blue").qpos[:2] = scene.slots["bin1"][1].position[:2]
     mujoco.mj_forward(scene.mujoco, data)
     cell = Workcell(scene, data)
@@ -205,7 +205,7 @@ def lying_in_bin1(scene: Scene, *, along: float, across: float, yaw: float) -> W
     middle = np.mean([slot.position for slot in slots], axis=0)
     data = initial_state(scene)
     point = middle[:2] + along * direction + across * np.array([direction[1], -direction[0]])
-    data.joint("pink").qpos[:] = [*point, middle[2] + CUBE_EDGE / 2, np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+    data.joint("pink").qpos[:] = [*point, middle[2] + CUBE_EDGE_M / 2, np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
     mujoco.mj_forward(scene.mujoco, data)
     assert data.ncon and data.contact.dist.min() > -0.001, "it should lie free of the walls"
     cell = Workcell(scene, data)
@@ -249,7 +249,7 @@ def test_an_object_is_not_lowered_onto_one_that_has_come_meanwhile(scene: Scene)
     def disturb() -> None:
         if cell.data.time > began + 0.3:
             cell.disturb = lambda: None
-            cell.data.joint("green").qpos[:3] = place + [0.0, 0.028, CUBE_EDGE / 2]
+            cell.data.joint("green").qpos[:3] = place + [0.0, 0.028, CUBE_EDGE_M / 2]
 
     cell.disturb = disturb
     with pytest.raises(SkillError, match="no room for pink on table: another object is 28 mm"):

@@ -13,11 +13,11 @@ from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.places import FLOOR, TableLayout
 from sim.world.scene import Scene, build_scene, initial_state, start_slots
-from sim.world.shapes import CUBE_EDGE
+from sim.world.shapes import CUBE_EDGE_M
 
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
 
-HALF = np.array([0.0, 0.0, CUBE_EDGE / 2])
+HALF = np.array([0.0, 0.0, CUBE_EDGE_M / 2])
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def test_every_location_has_as_many_slots_as_it_has_room(scene: Scene) -> None:
 
 def test_a_location_on_others_lies_midway_and_one_object_higher(scene: Scene) -> None:
     left, right, top = (scene.slots[name][0].position for name in ("left", "right", "top"))
-    assert top == pytest.approx((left + right) / 2 + [0, 0, CUBE_EDGE])
+    assert top == pytest.approx((left + right) / 2 + [0, 0, CUBE_EDGE_M])
 
 
 def test_stacks_stand_on_stacks(layout_of: Callable[..., TableLayout]) -> None:
@@ -51,7 +51,7 @@ def test_stacks_stand_on_stacks(layout_of: Callable[..., TableLayout]) -> None:
         Location("third", on=("second",)), Location("second", on=("first",)), Location("first", at=(0.5, 0.0))
     ).slots
     assert list(slots) == ["third", "second", "first"]
-    assert slots["third"][0].position == pytest.approx([0.5, 0.0, 2 * CUBE_EDGE])
+    assert slots["third"][0].position == pytest.approx([0.5, 0.0, 2 * CUBE_EDGE_M])
 
 
 def test_fingers_close_past_a_near_neighbour_rather_than_into_the_gap(scene: Scene) -> None:
@@ -204,7 +204,7 @@ def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> N
     settle(scene, data, 1.5)
     inside = data.body("green").xpos - middle
     assert np.abs(inside[:2]).max() < 0.0665
-    assert data.body("green").xpos[2] == pytest.approx(FLOOR["bin"] + CUBE_EDGE / 2, abs=2e-3)
+    assert data.body("green").xpos[2] == pytest.approx(FLOOR["bin"] + CUBE_EDGE_M / 2, abs=2e-3)
 
 
 def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationModel) -> None:

@@ -14,7 +14,7 @@ from sim.perception.sensors import object_pose, true_poses
 from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE, MASSES_KG, extent, shape_of
+from sim.world.shapes import CUBE_EDGE_M, MASSES_KG, extent, shape_of
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
@@ -99,7 +99,7 @@ def test_the_hand_closes_along_y_unless_only_x_fits(obj: Object, half: list[floa
 def test_masses_follow_the_volume_within_limits() -> None:
     assert shape_of(OBJECTS["cube"], PANDA.gripper).mass == pytest.approx(0.055)
     assert shape_of(OBJECTS["tin"], PANDA.gripper).mass == pytest.approx(
-        0.055 * np.pi / 4 * 0.055**2 * 0.06 / CUBE_EDGE**3
+        0.055 * np.pi / 4 * 0.055**2 * 0.06 / CUBE_EDGE_M**3
     )
     assert shape_of(OBJECTS["thin rod"], PANDA.gripper).mass == MASSES_KG[0]
     assert shape_of(OBJECTS["largest box"], PANDA.gripper).mass == MASSES_KG[1]
@@ -210,7 +210,7 @@ def test_what_fell_over_rests_nowhere() -> None:
 
 
 def test_the_extent_of_nothing_is_a_cubes() -> None:
-    assert extent([]).high == extent([]).low == CUBE_EDGE
+    assert extent([]).high == extent([]).low == CUBE_EDGE_M
 
 
 def test_what_is_tilted_reaches_farther_down() -> None:
