@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import overload
 
 import numpy as np
 
 from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number, whole_numbers
 from prefplan.front import NoPlanError, Plan
+from prefplan.models.on_demand import OnDemand
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
@@ -43,28 +43,6 @@ class Past:
     def cost(self) -> Number:
         """What was spent so far."""
         return to_number(sum((exact(cost) for cost in self.costs), Fraction(0)))
-
-
-class _Joined(Sequence[Hashable]):
-    """The states of the past before those of a system."""
-
-    def __init__(self, past: Sequence[Hashable], states: Sequence[Hashable]) -> None:
-        self._past, self._states = past, states
-
-    def __len__(self) -> int:
-        return len(self._past) + len(self._states)
-
-    @overload
-    def __getitem__(self, index: int) -> Hashable: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[Hashable]: ...
-
-    def __getitem__(self, index: int | slice) -> Hashable | list[Hashable]:
-        if isinstance(index, slice):
-            return [self[i] for i in range(*index.indices(len(self)))]
-        index = range(len(self))[index]
-        return self._past[index] if index < len(self._past) else self._states[index - len(self._past)]
 
 
 def continued(problem: Problem, past: Past, system: TransitionSystem) -> Problem:
@@ -176,7 +154,7 @@ def _joined(past: Past, system: TransitionSystem, present: str, known: frozenset
     own = dict.fromkeys(past.labels)
     label_sets = (*own, *(label | {present} for label in system.label_sets))
     return TransitionSystem(
-        states=_Joined(past.states, system.states),
+        states=OnDemand(length + system.size, lambda i: past.states[i] if i < length else system.states[i - length]),
         start=0,
         offsets=np.concatenate([np.arange(length), system.offsets + length]).astype(np.int64),
         targets=np.concatenate([ahead, system.targets + np.int32(length)]),

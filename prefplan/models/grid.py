@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import overload
 
 import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact, in_common_unit
 from prefplan.limits import available_memory
+from prefplan.models.on_demand import OnDemand
 from prefplan.models.transition_system import TransitionSystem, check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
@@ -91,7 +91,7 @@ class GridModel:
         count, unit = in_common_unit([exact(self.cost)])
         labels, label_sets = self._labels(free)
         return TransitionSystem(
-            states=_Cells(x, y),
+            states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
             start=int(number[self.start[1], self.start[0]]),
             offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
             targets=np.stack(target, axis=1)[there].astype(np.int32),
@@ -117,30 +117,6 @@ class GridModel:
                 sets.append(sets[old] | {name})
         used, labels = np.unique(label[free], return_inverse=True)
         return labels.astype(np.int32), tuple(sets[i] for i in used)
-
-
-class _Cells(Sequence[tuple[int, int]]):
-    """Cells by number, made on demand."""
-
-    def __init__(self, x: np.ndarray, y: np.ndarray) -> None:
-        self._x, self._y = x, y
-
-    def __len__(self) -> int:
-        return len(self._x)
-
-    @overload
-    def __getitem__(self, index: int) -> tuple[int, int]: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[tuple[int, int]]: ...
-
-    def __getitem__(self, index: int | slice) -> tuple[int, int] | list[tuple[int, int]]:
-        if isinstance(index, slice):
-            return [self[i] for i in range(*index.indices(len(self)))]
-        return int(self._x[index]), int(self._y[index])
-
-    def __iter__(self) -> Iterator[tuple[int, int]]:
-        return zip(self._x.tolist(), self._y.tolist(), strict=True)
 
 
 def _check_box(where: str, box: Box, size: tuple[int, int]) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import math
+import operator
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +15,15 @@ from typing import Any
 from prefplan.errors import PreferenceError, choices
 from prefplan.exact_costs import common_unit
 
-FUNCTIONS: dict[str, Callable[[Any], Any]] = {"min": min, "max": max, "abs": abs}
+FUNCTIONS = ("min", "max", "abs")
+
+_ARITHMETIC: dict[str, Callable[..., Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "abs": abs,
+}
 
 
 @dataclass(frozen=True)
@@ -49,7 +59,7 @@ def parse(text: str, tasks: Sequence[str], *, violation: bool = False) -> Tree:
         PreferenceError: for a syntax error (with the column), an unknown task or function, or a divisor that can be
             zero.
     """
-    tree = _Parser(text, tasks, violation).read()
+    tree = _Reader(text, tasks, violation).read()
     _check_divisors(tree, tasks)
     return tree
 
@@ -63,18 +73,7 @@ def evaluate(tree: Tree, costs: Sequence[Any], violations: Sequence[Any]) -> Any
             return violations[task] if violation else costs[task]
         case Operation(name, operands):
             values = [evaluate(operand, costs, violations) for operand in operands]
-            match name:
-                case "+":
-                    return values[0] + values[1]
-                case "-":
-                    return values[0] - values[1]
-                case "*":
-                    return values[0] * values[1]
-                case "/":
-                    return values[0] / values[1]
-                case "abs":
-                    return abs(values[0])
-            return FUNCTIONS[name](values)
+            return max(values) if name == "max" else min(values) if name == "min" else _ARITHMETIC[name](*values)
     raise AssertionError(tree)
 
 
@@ -124,7 +123,7 @@ def divides(tree: Tree) -> bool:
 
 
 @dataclass(frozen=True)
-class Bounds:
+class Shape:
     """What is known of an expression for all costs >= 0.
 
     Attributes:
@@ -139,18 +138,18 @@ class Bounds:
     falling: bool
 
 
-def shape(tree: Tree) -> Bounds:
+def shape(tree: Tree) -> Shape:
     """Return bounds and monotonicity of an expression, by interval arithmetic."""
     match tree:
         case Constant(value):
-            return Bounds(float(value), float(value), True, True)
+            return Shape(float(value), float(value), True, True)
         case Variable():
-            return Bounds(0, math.inf, True, False)
+            return Shape(0, math.inf, True, False)
         case Operation(name, operands):
             parts = [shape(operand) for operand in operands]
             if name in ("min", "max"):
-                pick = FUNCTIONS[name]
-                return Bounds(
+                pick = min if name == "min" else max
+                return Shape(
                     pick(p.low for p in parts),
                     pick(p.high for p in parts),
                     all(p.rising for p in parts),
@@ -162,29 +161,29 @@ def shape(tree: Tree) -> Bounds:
     raise AssertionError(tree)
 
 
-def _negated(a: Bounds) -> Bounds:
-    return Bounds(-a.high, -a.low, a.falling, a.rising)
+def _negated(a: Shape) -> Shape:
+    return Shape(-a.high, -a.low, a.falling, a.rising)
 
 
-def _absolute(a: Bounds) -> Bounds:
+def _absolute(a: Shape) -> Shape:
     if a.low >= 0:
         return a
     if a.high <= 0:
         return _negated(a)
-    return Bounds(0, max(-a.low, a.high), False, False)
+    return Shape(0, max(-a.low, a.high), False, False)
 
 
-def _binary(name: str, a: Bounds, b: Bounds) -> Bounds:
+def _binary(name: str, a: Shape, b: Shape) -> Shape:
     match name:
         case "+":
-            return Bounds(a.low + b.low, a.high + b.high, a.rising and b.rising, a.falling and b.falling)
+            return Shape(a.low + b.low, a.high + b.high, a.rising and b.rising, a.falling and b.falling)
         case "-":
             return _binary("+", a, _negated(b))
         case "/":
             if b.low <= 0:
                 b = _negated(b)
                 a = _negated(a)
-            inverse = Bounds(
+            inverse = Shape(
                 1 / b.high if b.high < math.inf else 0.0, 1 / b.low if b.low else math.inf, b.falling, b.rising
             )
             return _binary("*", a, inverse)
@@ -193,11 +192,11 @@ def _binary(name: str, a: Bounds, b: Bounds) -> Bounds:
             return _negated(_binary("*", _negated(one), other))
     corners = [_times(x, y) for x in (a.low, a.high) for y in (b.low, b.high)]
     if a.low >= 0 and b.low >= 0:
-        return Bounds(min(corners), max(corners), a.rising and b.rising, a.falling and b.falling)
+        return Shape(min(corners), max(corners), a.rising and b.rising, a.falling and b.falling)
     constant, other = (a, b) if a.low == a.high else (b, a)
     if constant.low == constant.high:
-        return Bounds(min(corners), max(corners), other.rising, other.falling)
-    return Bounds(min(corners), max(corners), False, False)
+        return Shape(min(corners), max(corners), other.rising, other.falling)
+    return Shape(min(corners), max(corners), False, False)
 
 
 def _times(x: float, y: float) -> float:
@@ -229,113 +228,64 @@ def to_text(tree: Tree, tasks: Sequence[str]) -> str:
     raise AssertionError(tree)
 
 
-_TOKEN = re.compile(
-    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
-    r"|(?P<symbol>[-+*/(),])|(?P<wrong>\S))"
-)
-_NESTING = 100
+_TOKEN = re.compile(r"\w+|\S")
+_NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
+_NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_FOREIGN = re.compile(r"[^\w\s.+\-*/(),]", re.ASCII)
+_SYMBOLS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _LENGTH = 400
 _MAGNITUDE = 30
 """Limits that keep trees shallow enough to walk and numbers small enough to be exact."""
 
 
-class _Parser:
-    """Recursive descent: sums of products of signed atoms."""
+class _Reader:
+    """Python's syntax tree of an expression, taken over as far as it is arithmetic."""
 
     def __init__(self, text: str, tasks: Sequence[str], violation: bool) -> None:
-        self.text, self.tasks, self.violation = text, tasks, violation
-        self.tokens = [
-            (str(match.lastgroup), match[str(match.lastgroup)], match.start(str(match.lastgroup)))
-            for match in _TOKEN.finditer(text)
-        ]
-        self.tokens.append(("end", "", len(text)))
-        if len(self.tokens) > _LENGTH:
-            raise PreferenceError(f"expression: longer than {_LENGTH} names, numbers and symbols")
-        self.position = 0
-        self.depth = 0
+        self.text, self.tasks, self.violation = re.sub(r"\s", " ", text).strip(), tasks, violation
 
     def error(self, message: str, column: int) -> PreferenceError:
         return PreferenceError(f"expression: {message}, at column {column + 1}\n    {self.text}\n    {' ' * column}^")
 
-    @property
-    def token(self) -> str:
-        return self.tokens[self.position][1]
+    def foreign(self, part: str, column: int) -> PreferenceError:
+        return self.error(f"{part!r} is not allowed (only + - * / min max abs, numbers, brackets, tasks)", column)
 
     def read(self) -> Tree:
-        tree = self.sum()
-        kind, text, column = self.tokens[self.position]
-        if kind != "end":
-            raise self.error(f"expected an operator, not {text!r}", column)
-        return tree
+        if len(_TOKEN.findall(self.text)) > _LENGTH:
+            raise PreferenceError(f"expression: longer than {_LENGTH} names, numbers and symbols")
+        if found := _FOREIGN.search(self.text):
+            raise self.foreign(found[0], found.start())
+        # A task may be called what is a keyword in Python, such as `pass`.
+        masked = _NAME.sub(lambda name: "_" * len(name[0]), self.text)
+        try:
+            return self.convert(ast.parse(masked, mode="eval").body)
+        except SyntaxError as error:
+            raise self.error(error.msg.partition(".")[0], (error.offset or len(masked) + 1) - 1) from None
 
-    def sum(self) -> Tree:
-        self.depth += 1
-        if self.depth > _NESTING:
-            raise self.error(f"nested more than {_NESTING} deep", self.tokens[self.position][2])
-        tree = self.product()
-        while self.token in ("+", "-"):
-            self.position += 1
-            tree = Operation(self.tokens[self.position - 1][1], (tree, self.product()))
-        self.depth -= 1
-        return tree
-
-    def product(self) -> Tree:
-        tree = self.signed()
-        while self.token in ("*", "/"):
-            self.position += 1
-            tree = Operation(self.tokens[self.position - 1][1], (tree, self.signed()))
-        return tree
-
-    def signed(self) -> Tree:
-        negative = False
-        while self.token in ("+", "-"):
-            negative ^= self.token == "-"
-            self.position += 1
-        tree = self.atom()
-        return Operation("-", (Constant(Fraction(0)), tree)) if negative else tree
-
-    def atom(self) -> Tree:
-        kind, text, column = self.tokens[self.position]
-        self.position += 1
-        if kind == "number":
-            value = Decimal(text)
-            if value and abs(value.adjusted()) > _MAGNITUDE:
-                raise self.error(f"a number beyond 1e{_MAGNITUDE} or below 1e-{_MAGNITUDE}", column)
-            return Constant(Fraction(value))
-        if kind == "name" and self.token == "(":
-            return self.call(text, column)
-        if kind == "name":
-            if text not in self.tasks:
-                raise self.error(f"unknown task {text!r} {choices(text, self.tasks)}", column)
-            return Variable(self.tasks.index(text), self.violation)
-        if text == "(":
-            tree = self.sum()
-            self.close(column)
-            return tree
-        if kind == "wrong":
-            raise self.error(f"{text!r} is not allowed (only + - * / min max abs, numbers, brackets, tasks)", column)
-        raise self.error(
-            f"expected a number, a task or a bracket, {f'not {text!r}' if text else 'but it ends'}", column
-        )
-
-    def call(self, name: str, column: int) -> Tree:
-        if name not in FUNCTIONS:
-            raise self.error(f"function {name!r} is not allowed {choices(name, FUNCTIONS)}", column)
-        opened = self.tokens[self.position][2]
-        self.position += 1
-        operands = [self.sum()]
-        while self.token == ",":
-            self.position += 1
-            operands.append(self.sum())
-        self.close(opened)
-        if name == "abs" and len(operands) != 1:
-            raise self.error(f"abs takes one argument, not {len(operands)}", column)
-        return Operation(name, tuple(operands))
-
-    def close(self, opened: int) -> None:
-        kind, text, column = self.tokens[self.position]
-        if text != ")":
-            if kind == "end":
-                raise self.error("'(' is never closed", opened)
-            raise self.error(f"expected an operator or ')', not {text!r}", column)
-        self.position += 1
+    def convert(self, node: ast.expr) -> Tree:
+        part = self.text[node.col_offset : node.end_col_offset]
+        match node:
+            case ast.Constant() if _NUMBER.fullmatch(part):
+                value = Decimal(part)
+                if value and abs(value.adjusted()) > _MAGNITUDE:
+                    raise self.error(f"a number beyond 1e{_MAGNITUDE} or below 1e-{_MAGNITUDE}", node.col_offset)
+                return Constant(Fraction(value))
+            case ast.Name():
+                if part not in self.tasks:
+                    raise self.error(f"unknown task {part!r} {choices(part, self.tasks)}", node.col_offset)
+                return Variable(self.tasks.index(part), self.violation)
+            case ast.UnaryOp(ast.UAdd(), operand) | ast.UnaryOp(ast.USub(), ast.UnaryOp(ast.USub(), operand)):
+                return self.convert(operand)
+            case ast.UnaryOp(ast.USub(), operand):
+                return Operation("-", (Constant(Fraction(0)), self.convert(operand)))
+            case ast.BinOp(left, symbol, right) if type(symbol) in _SYMBOLS:
+                return Operation(_SYMBOLS[type(symbol)], (self.convert(left), self.convert(right)))
+            case ast.Call(ast.Name() as called, operands, []):
+                name = self.text[called.col_offset : called.end_col_offset]
+                if name not in FUNCTIONS:
+                    raise self.error(f"function {name!r} is not allowed {choices(name, FUNCTIONS)}", node.col_offset)
+                if not operands or (name == "abs" and len(operands) > 1):
+                    wanted = "one argument" if name == "abs" else "at least one argument"
+                    raise self.error(f"{name} takes {wanted}, not {len(operands)}", node.col_offset)
+                return Operation(name, tuple(map(self.convert, operands)))
+        raise self.foreign(part, node.col_offset)

@@ -19,7 +19,6 @@ from prefplan.preferences.terms import (
     Maximum,
     OpaqueTerm,
     OrderRate,
-    SpreadRate,
     Tardiness,
     Term,
     Violation,
@@ -179,7 +178,7 @@ class Expression:
 
 @dataclass(frozen=True)
 class Function:
-    """mu as a Python function, compiled by numba where it can be.
+    """mu as a Python function.
 
     Attributes:
         function: (costs, violations) -> mu; both are float64 arrays of shape (N,) in the user's units.
@@ -222,24 +221,11 @@ class Sum:
 
 
 def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
-    match term:
-        case Fraction():
-            return weight * term
-        case OrderRate(groups, own):
-            return OrderRate(groups, weight * own)
-        case WeightedRate(weights):
-            return WeightedRate(tuple(weight * w for w in weights))
-        case SpreadRate(own, members):
-            return SpreadRate(weight * own, members)
-        case Violation(weights):
-            return Violation(tuple(weight * w for w in weights))
-        case Tardiness(task, by, own):
-            return Tardiness(task, by, weight * own)
-        case Maximum(weights):
-            return Maximum(tuple(weight * w for w in weights))
-        case OpaqueTerm():
-            return replace(term, weight=weight * term.weight)
-    raise AssertionError(term)
+    if isinstance(term, Fraction):
+        return weight * term
+    if isinstance(term, (WeightedRate, Violation, Maximum)):
+        return replace(term, weights=tuple(weight * own for own in term.weights))
+    return replace(term, weight=weight * term.weight)
 
 
 def _weights(weights: Mapping[str, Number], tasks: Sequence[str], default: Fraction | None) -> tuple[Fraction, ...]:

@@ -118,7 +118,7 @@ class Measure:
             cost: unit of costs.
             price: unit of violation costs.
         """
-        amounts = [weight * cost for rate in self.rates for weight in rate.weights_used]
+        amounts = [weight * cost for rate in self.rates for weight in rate.steps]
         amounts += [weight * cost for term in self.maxima for weight in term.weights]
         for late in self.tardiness:
             amounts += [late.weight * cost, late.weight * late.by]
@@ -139,8 +139,8 @@ class Measure:
 
     def largest_rate(self) -> Fraction:
         """Return a bound of how much the additive terms over cost and tardiness grow for a unit of cost."""
-        rates = (sum(rate.weights_used, Fraction(0)) * rate.most for rate in self.rates)
-        return sum(rates, Fraction(0)) + sum((late.weight for late in self.tardiness), Fraction(0))
+        steps = [step for rate in self.rates for step in rate.steps]
+        return sum([*steps, *(late.weight for late in self.tardiness)], Fraction(0))
 
     def rate_table(self, factor: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 growth of mu in each satisfied set, times a factor that makes it whole."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -35,18 +35,9 @@ class OrderRate:
     weight: Fraction = Fraction(1)
 
     @property
-    def weights_used(self) -> tuple[Fraction, ...]:
-        """Numbers of which every rate is a sum."""
-        return (self.weight,)
-
-    @property
-    def most(self) -> int:
-        """How many times their sum the largest rate may be."""
-        return sum(map(len, self.groups))
-
-    def rate(self, satisfied: int) -> Fraction:
-        """Return the rate of a satisfied set, given as bits."""
-        return self._sum(satisfied, satisfied.bit_count(), frozenset(i for group in self.groups for i in group))
+    def steps(self) -> tuple[Fraction, ...]:
+        """Numbers, each >= 0, of some of which every rate is the sum."""
+        return (self.weight,) * sum(map(len, self.groups))
 
     def table(self, tasks: int, scale: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
@@ -61,10 +52,7 @@ class OrderRate:
 
     def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
         """Return the part that some whole groups are to blame for, with `outside` more tasks satisfied."""
-        return self._sum(satisfied, satisfied.bit_count() + outside, members)
-
-    def _sum(self, satisfied: int, count: int, members: frozenset[int]) -> Fraction:
-        place, total = 0, 0
+        count, place, total = satisfied.bit_count() + outside, 0, 0
         for group in self.groups:
             if members.issuperset(group):
                 due = min(max(count - place, 0), len(group))
@@ -86,16 +74,11 @@ class WeightedRate:
     """Additive: sum_i w_i c_i; it grows by the weights of the unsatisfied tasks."""
 
     weights: tuple[Fraction, ...]
-    most: ClassVar[int] = 1
 
     @property
-    def weights_used(self) -> tuple[Fraction, ...]:
-        """Numbers of which every rate is a sum."""
+    def steps(self) -> tuple[Fraction, ...]:
+        """Numbers, each >= 0, of some of which every rate is the sum."""
         return self.weights
-
-    def rate(self, satisfied: int) -> Fraction:
-        """Return the rate of a satisfied set, given as bits."""
-        return sum((w for i, w in enumerate(self.weights) if not satisfied >> i & 1), Fraction(0))
 
     def table(self, tasks: int, scale: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
@@ -117,17 +100,11 @@ class SpreadRate:
 
     weight: Fraction
     members: frozenset[int]
-    most: ClassVar[int] = 1
 
     @property
-    def weights_used(self) -> tuple[Fraction, ...]:
-        """Numbers of which every rate is a sum."""
+    def steps(self) -> tuple[Fraction, ...]:
+        """Numbers, each >= 0, of some of which every rate is the sum."""
         return (self.weight,)
-
-    def rate(self, satisfied: int) -> Fraction:
-        """Return the rate of a satisfied set, given as bits."""
-        done = sum(satisfied >> i & 1 for i in self.members)
-        return self.weight if 0 < done < len(self.members) else Fraction(0)
 
     def table(self, tasks: int, scale: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
@@ -136,7 +113,8 @@ class SpreadRate:
 
     def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
         """Return the whole rate if all its tasks are among some, else nothing."""
-        return self.rate(satisfied) if self.members <= members else Fraction(0)
+        done = sum(satisfied >> i & 1 for i in self.members)
+        return self.weight if self.members <= members and 0 < done < len(self.members) else Fraction(0)
 
     def value(self, costs: Costs, violations: Costs) -> Fraction:
         """Return the weighted spread."""

@@ -21,7 +21,7 @@ CONSTANT, COST, VIOLATION, ADD, SUBTRACT, MULTIPLY, DIVIDE, MINIMUM, MAXIMUM, AB
 _BINARY = {"+": ADD, "-": SUBTRACT, "*": MULTIPLY, "/": DIVIDE, "min": MINIMUM, "max": MAXIMUM}
 
 ROUNDING, FUNCTION_ROUNDING = 2.0**-52, 2.0**-48
-"""Relative errors: of one operation, twice what it can be; and between two ways of calling a Python function."""
+"""Relative errors: of one operation, twice what it can be; and of a Python function, whose arguments are rounded."""
 
 LARGEST_WHOLE = 2.0**53
 """Larger whole numbers are not exact in floating point."""
@@ -161,45 +161,11 @@ def no_callback() -> Any:
     return nothing
 
 
-def callback(function: Callable[[Any, Any], float], tasks: int) -> Any:
-    """Return a Python function of two arrays behind a C pointer: compiled by numba where that gives the same values."""
-    try:
-        compiled = function if isinstance(function, numba.core.dispatcher.Dispatcher) else numba.njit(function)
-
-        @numba.njit
-        def guarded(costs: Any, violations: Any) -> float:
-            try:
-                return compiled(costs, violations)
-            except Exception:
-                return np.nan
-
-        @numba.cfunc(SIGNATURE)
-        def bridge(costs: Any, violations: Any, count: Any) -> float:
-            return guarded(numba.carray(costs, (count,)), numba.carray(violations, (count,)))
-
-        return bridge if _agree(function, guarded, tasks) else _Interpreted(function)
-    except Exception:
-        # What cannot be compiled raises more than numba's own errors; Python can still run it.
-        return _Interpreted(function)
-
-
-def _agree(function: Callable[[Any, Any], float], compiled: Callable[[Any, Any], float], tasks: int) -> bool:
-    """Return whether a compiled function gives Python's values on some costs."""
-    rng = np.random.default_rng(0)
-    for scale in (0, 1, 7.25, 100, 1e4):
-        arguments = rng.integers(0, 9, (2, tasks)) * float(scale)
-        try:
-            if not np.isclose(float(function(*arguments)), compiled(*arguments), rtol=1e-12, equal_nan=True):
-                return False
-        except Exception:
-            return False
-    return True
-
-
-class _Interpreted(types.WrapperAddressProtocol):
-    """A function that stays in Python. What it raises is kept, as it cannot pass through compiled code."""
+class Callback(types.WrapperAddressProtocol):
+    """A Python function behind a C pointer. What it raises is kept, as it cannot pass through compiled code."""
 
     def __init__(self, function: Callable[[Any, Any], float]) -> None:
+        """Take a function of two float64 arrays of shape (N,)."""
         self.error: BaseException | None = None
         pointer = ctypes.POINTER(ctypes.c_double)
 
@@ -214,7 +180,9 @@ class _Interpreted(types.WrapperAddressProtocol):
         self._call = ctypes.CFUNCTYPE(ctypes.c_double, pointer, pointer, ctypes.c_ssize_t)(call)
 
     def __wrapper_address__(self) -> int:
+        """Return the address of the C function."""
         return ctypes.cast(self._call, ctypes.c_void_p).value or 0
 
     def signature(self) -> Any:
+        """Return the type of the C function."""
         return SIGNATURE

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import overload
 
 import numpy as np
 
@@ -14,28 +13,8 @@ from prefplan.models.manipulation.cost_matrix import cost_matrix, unmeasured
 from prefplan.models.manipulation.description import Description, ManipulationState
 from prefplan.models.manipulation.numbering import Numbering
 from prefplan.models.manipulation.operators import Operator
+from prefplan.models.on_demand import OnDemand
 from prefplan.models.transition_system import TransitionSystem
-
-
-class _DecodedStates(Sequence[ManipulationState]):
-    """Reachable states by number, decoded on demand."""
-
-    def __init__(self, space: StateCodes, codes: np.ndarray) -> None:
-        self._space, self._codes = space, codes
-
-    def __len__(self) -> int:
-        return len(self._codes)
-
-    @overload
-    def __getitem__(self, index: int) -> ManipulationState: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[ManipulationState]: ...
-
-    def __getitem__(self, index: int | slice) -> ManipulationState | list[ManipulationState]:
-        if isinstance(index, slice):
-            return [self._space.decode(int(code)) for code in self._codes[index]]
-        return self._space.decode(int(self._codes[index]))
 
 
 def reachable(model: Description, operators: Sequence[Operator], start: ManipulationState) -> TransitionSystem:
@@ -68,9 +47,10 @@ def reachable(model: Description, operators: Sequence[Operator], start: Manipula
         layer = codes.add(np.concatenate(found))
     source = codes.number(np.concatenate(sources))
     order = np.argsort(source, kind="stable")
-    labels, label_sets = _labels(space, codes.all)
+    found_codes = codes.all
+    labels, label_sets = _labels(space, found_codes)
     return TransitionSystem(
-        states=_DecodedStates(space, codes.all),
+        states=OnDemand(len(found_codes), lambda i: space.decode(int(found_codes[i]))),
         start=0,
         offsets=np.searchsorted(source[order], np.arange(len(codes.all) + 1)).astype(np.int64),
         targets=codes.number(np.concatenate(targets))[order].astype(np.int32),
