@@ -15,7 +15,6 @@ from prefplan import (
     Due,
     Order,
     Plan,
-    PreferenceError,
     Problem,
     Task,
     TransitionSystem,
@@ -126,26 +125,3 @@ def test_an_order_left_out_is_that_of_the_tasks() -> None:
 )
 def test_each_preference_tells_its_contract(preference: Preference, contract: str) -> None:
     assert Measure.of(preference.terms(["x"]), 1).contract == contract
-
-
-@pytest.mark.parametrize(
-    ("preference", "message"),
-    [
-        (Order(("wash", "cool")), "preference.order: unknown task 'cool' (did you mean 'cook'?)"),
-        (Order(("zzz", "cook")), "preference.order: unknown task 'zzz' (valid: wash, cook)"),
-        (Order(("cook",)), "preference.order: every task needs a place; missing wash"),
-        (Order(()), "preference.order: every task needs a place; missing wash, cook"),
-        (Order(("cook", ("wash", "cook"))), "preference.order: 'cook' is named twice"),
-        (WeightedSum({"wash": 1}), "preference.weights: every task needs one; missing cook"),
-        (WeightedSum({"wash": 1, "cok": 1}), "preference.weights: unknown task 'cok' (did you mean 'cook'?)"),
-        (WeightedSum({"wash": 1, "cook": -1}), "preference.weights.cook: must not be negative, but is -1"),
-        (Deadline({"wish": Due(3)}), "preference.deadlines: unknown task 'wish' (did you mean 'wash'?)"),
-        (Deadline({"wash": Due(-3)}), "preference.deadlines.wash.by: must not be negative, but is -3"),
-        (Deadline({"wash": Due(3, -0.5)}), "preference.deadlines.wash.weight: must not be negative, but is -0.5"),
-    ],
-)
-def test_a_preference_that_does_not_fit_the_tasks_is_refused(preference: Preference, message: str) -> None:
-    system = TransitionSystem.from_transitions([], start="s", propositions=["p"])
-    with pytest.raises(PreferenceError) as caught:
-        Problem(system, [Task("wash", "F p"), Task("cook", "F p")], preference)
-    assert str(caught.value) == message
