@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import judge
+
 from prefplan import Location, ManipulationModel, Object, Problem, Task, TransitionSystem
 from prefplan.preferences.kinds import Preference
 
@@ -46,6 +48,24 @@ def enabled(system: TransitionSystem, *actions: str) -> list[str]:
 
 def label(system: TransitionSystem, *actions: str) -> frozenset[str]:
     return system.label(after(system, *actions))
+
+
+def judged(problem: Problem) -> judge.GraphProblem:
+    """Return a problem as the judge sees it, state by state; its states are called by their numbers."""
+    system = problem.system
+    edges = [
+        judge.Edge(
+            f"{state}",
+            system.action_names[system.actions[edge]],
+            judge.exact(system.unit * int(system.costs[edge])),
+            f"{system.targets[edge]}",
+        )
+        for state in range(system.size)
+        for edge in system.edges(state)
+    ]
+    labels = {f"{state}": system.label(state) for state in range(system.size)}
+    tasks = tuple(judge.JudgedTask(task.name, judge.parse(task.formula)) for task in problem.tasks)
+    return judge.GraphProblem(f"{system.start}", tuple(edges), labels, tasks)
 
 
 NAMES = ("phi1", "phi2", "phi3")

@@ -49,19 +49,6 @@ def test_precedence_and_associativity(short: str, full: str) -> None:
     assert parse(short) == parse(full)
 
 
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
-        ("(a U b) U c", "a U b U c"),
-        ("F (a U b)", "F a U b"),
-        ("(a -> b) -> c", "a -> b -> c"),
-        ("X (a & b)", "X a & b"),
-    ],
-)
-def test_brackets_change_the_meaning(one: str, other: str) -> None:
-    assert parse(one) != parse(other)
-
-
 def test_needless_brackets_and_spaces_do_not_matter() -> None:
     for seed in range(300):
         rng = random.Random(seed)
@@ -140,11 +127,6 @@ def test_a_syntax_error_points_at_its_column(text: str, message: str, column: in
     assert caret_column(caught.value) == column
 
 
-def test_a_column_counts_through_line_breaks() -> None:
-    with pytest.raises(FormulaError, match=r"'\)' closes no bracket, at column 6"):
-        parse("a\n& b)")
-
-
 @pytest.mark.parametrize(
     ("text", "hint", "column"),
     [
@@ -168,19 +150,10 @@ def test_without_a_list_every_name_may_be_used() -> None:
     assert propositions_of(parse("F (Fa & X1 -> trueish) | _x U Under")) == {"Fa", "X1", "trueish", "_x", "Under"}
 
 
-@pytest.mark.parametrize("word", ["X", "F", "U", "G", "R", "W"])
-def test_an_operator_is_no_proposition(word: str) -> None:
-    with pytest.raises(FormulaError):
-        parse(f"{word} & a")
-
-
-def test_constants_are_no_propositions() -> None:
-    assert propositions_of(parse("true U (a | false)")) == {"a"}
-
-
-@pytest.mark.parametrize("opening", ["X ", "F ", "!", "a U ", "a -> "])
+@pytest.mark.parametrize("opening", ["X ", "F ", "!", "a U ", "a -> ", "("])
 def test_nesting_has_a_limit_instead_of_a_stack_overflow(opening: str) -> None:
-    parse(opening * 100 + "a")
+    closing = ")" if opening == "(" else ""
+    parse(opening * 100 + "a" + closing * 100)
     with pytest.raises(FormulaError, match="nested more than [0-9]+ deep"):
         parse(opening * 10_000 + "a")
 

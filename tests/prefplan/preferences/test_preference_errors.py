@@ -75,6 +75,12 @@ def test_an_expression_that_cannot_be_read_is_refused(expression: str, message: 
         assert drawing == [f"    {expression}", f"    {' ' * (int(column[1]) - 1)}^"]
 
 
+@pytest.mark.parametrize("text", ["1e400 * phi1", "1e999999999 * phi1", "1e-999999 * phi1", "+".join(["phi1"] * 5000)])
+def test_expressions_beyond_reason_are_refused(text: str) -> None:
+    with pytest.raises(PreferenceError, match=r"preference.expression: "):
+        build(Expression(text))
+
+
 @pytest.mark.parametrize(
     ("preference", "message"),
     [

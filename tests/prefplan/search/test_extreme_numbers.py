@@ -11,6 +11,8 @@ import networkx as nx
 import pytest
 
 from prefplan import (
+    Deadline,
+    Due,
     Expression,
     Front,
     Function,
@@ -230,6 +232,19 @@ def test_a_fall_that_trials_missed_is_met_by_the_search() -> None:
     )
     with pytest.raises(PreferenceError, match=r"mu falls along a trajectory.*104730|mu falls .*p=104730"):
         pareto_front(Problem(system, TASKS, Function(narrow, "componentwise")))
+
+
+def test_costs_that_a_deadline_makes_large_are_exact() -> None:
+    front = pareto_front(Problem(line(4 * 10**18), TASKS[:1], Deadline({"p": Due(Decimal("0.5"))})))
+    assert points(front) == [(4 * 10**18, 4 * 10**18)]
+
+
+@pytest.mark.parametrize("cost", [2**53 + 1, 10**17 + 1])
+def test_bounds_are_as_exact_as_costs(cost: int) -> None:
+    problem = Problem(line(cost), TASKS[:1], Order())
+    assert pareto_front(problem, max_cost=cost)
+    assert not pareto_front(problem, max_cost=cost - 1)
+    assert cheapest_plan(problem, max_preference=0).cost == cost
 
 
 @pytest.mark.parametrize("seconds", [0, 0.05])
