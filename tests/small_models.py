@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
+import judge
+
 from prefplan import Location, ManipulationModel, Object, Problem, Task, TransitionSystem
+from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.slots import hand_poses
 from prefplan.preferences.kinds import Preference
 
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
@@ -46,6 +51,31 @@ def enabled(system: TransitionSystem, *actions: str) -> list[str]:
 
 def label(system: TransitionSystem, *actions: str) -> frozenset[str]:
     return system.label(after(system, *actions))
+
+
+def judged(problem: Problem) -> judge.GraphProblem:
+    """Return a problem as the judge sees it, state by state; its states are called by their numbers."""
+    system = problem.system
+    edges = [
+        judge.Edge(
+            f"{state}",
+            system.action_names[system.actions[edge]],
+            judge.exact(system.unit * int(system.costs[edge])),
+            f"{system.targets[edge]}",
+        )
+        for state in range(system.size)
+        for edge in system.edges(state)
+    ]
+    labels = {f"{state}": system.label(state) for state in range(system.size)}
+    tasks = tuple(judge.JudgedTask(task.name, judge.parse(task.formula)) for task in problem.tasks)
+    return judge.GraphProblem(f"{system.start}", tuple(edges), labels, tasks)
+
+
+def measured(what: ManipulationModel) -> ManipulationModel:
+    """Return a model whose costs are measured: slots are told apart, and each action costs what its number says."""
+    hands = hand_poses((place.name for place in what.locations), (place.capacity for place in what.locations), "home")
+    pairs = [(kind, before, after) for kind in COSTS for before in hands for after in hands]
+    return replace(what, costs=MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)}))
 
 
 NAMES = ("phi1", "phi2", "phi3")

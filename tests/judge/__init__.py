@@ -3,9 +3,9 @@
 from judge.enumerate import cheapest_cost, exact_front, exact_plans
 from judge.preferences import EXPRESSIONS, exact, random_preference, reference
 from judge.problems import Edge, GraphProblem, JudgedTask, Relaxation, grid_problem
-from judge.random_problems import random_problem
+from judge.random_problems import random_errands, random_problem
 from judge.replay import Replay, replay
-from judge.semantics import holds, is_good_prefix, satisfaction_index
+from judge.semantics import holds, satisfaction_index
 from judge.syntax import Formula, bracketed, parse, random_formula, random_text, to_text
 
 __all__ = [
@@ -23,8 +23,8 @@ __all__ = [
     "exact_plans",
     "grid_problem",
     "holds",
-    "is_good_prefix",
     "parse",
+    "random_errands",
     "random_formula",
     "random_preference",
     "random_problem",

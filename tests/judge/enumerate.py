@@ -14,6 +14,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import combinations, count, product
 from typing import NamedTuple
 
@@ -26,6 +27,7 @@ DONE, SKIPPED = -1, -2
 
 Node = tuple[str, tuple[int, ...]]
 Use = tuple[int, str, Number]
+Reading = tuple[int, tuple[tuple[str, Number], ...]]
 
 
 class Move(NamedTuple):
@@ -59,6 +61,7 @@ class Product:
     def __init__(self, problem: GraphProblem) -> None:
         """Build every reachable node."""
         self.problem = problem
+        self._readings: dict[tuple[int, int, Label], list[Reading]] = {}
         self.starts = list(self._starts())
         self.moves: dict[Node, list[Move]] = {}
         pending = [move.node for _, move in self.starts]
@@ -89,10 +92,15 @@ class Product:
 
     def _read(self, states: tuple[int, ...], target: str, cost: Number, action: str) -> Iterator[Move]:
         label = self.problem.label(target)
-        ways = (readings(task, state, label) for task, state in zip(self.problem.tasks, states, strict=True))
-        for chosen in product(*(way.items() for way in ways)):
+        for chosen in product(*(self._readings_of(k, state, label) for k, state in enumerate(states))):
             uses = tuple((k, *entry) for k, (_, entries) in enumerate(chosen) for entry in entries)
             yield Move(cost, action, (target, tuple(state for state, _ in chosen)), uses)
+
+    def _readings_of(self, k: int, state: int, label: Label) -> list[Reading]:
+        key = (k, state, label)
+        if key not in self._readings:
+            self._readings[key] = list(readings(self.problem.tasks[k], state, label).items())
+        return self._readings[key]
 
     def _distances(self) -> dict[Node, Number]:
         into: dict[Node, list[tuple[Number, Node]]] = {}
@@ -133,9 +141,15 @@ def _price(entries: tuple[tuple[str, Number], ...]) -> Number:
     return sum(cost for _, cost in entries)
 
 
+@lru_cache(maxsize=1)
+def explored(problem: GraphProblem) -> Product:
+    """Return the product of a problem; the last one is kept, so that it is built once for all that is asked of it."""
+    return Product(problem)
+
+
 def cheapest_cost(problem: GraphProblem) -> Number | None:
     """Return the least total cost of a plan, or None when there is no plan."""
-    space = Product(problem)
+    space = explored(problem)
     return min((space.distance[m.node] for _, m in space.starts if m.node in space.distance), default=None)
 
 
@@ -171,7 +185,7 @@ def exact_plans(
         TooManyError: there would be more.
     """
     value = mu or problem.mu()
-    space = Product(problem)
+    space = explored(problem)
     ticket = count()
     heap: list[tuple[Number, int, Node, tuple[Number | None, ...], Values, _Step, tuple[Skip, ...]]] = []
     seen: dict[tuple[Node, tuple[Number | None, ...], Number], list[Values]] = {}

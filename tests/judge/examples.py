@@ -31,6 +31,7 @@ TRAPS = {
             ["F a", "F b"],
             {"kind": "expression", "expression": "phi1 * phi2"},
         ),
+        "componentwise",
         [(8, 16), (15, 15)],
     ),
     "capped sum": (
@@ -40,6 +41,7 @@ TRAPS = {
             ["F a", "F b"],
             {"kind": "expression", "expression": "phi1 + min(phi2, 20)"},
         ),
+        "componentwise",
         [(20, 30), (30, 21)],
     ),
     "maximum plus sum": (
@@ -49,7 +51,22 @@ TRAPS = {
             ["F a", "F b", "F c"],
             {"kind": "expression", "expression": "max(3 * phi1, phi3) + 2 * phi2"},
         ),
+        "componentwise",
         [(40, 44)],
     ),
+    # At y the vector (1, 3) dominates (2, 3), yet the later phi1 is the better one.
+    "spread": (
+        graph(
+            [("s", 1, "x"), ("x", 2, "y"), ("s", 2, "z"), ("z", 1, "y")],
+            {"x": "a", "z": "a", "y": "b"},
+            ["F a", "F b"],
+            {"kind": "expression", "expression": "max(phi1, phi2) - min(phi1, phi2)"},
+        ),
+        "additive",
+        [(3, 1)],
+    ),
 }
-"""Problems in which pruning labels by cost and mu at a product state loses a point, with their fronts."""
+"""Problems that lose a point by pruning with another contract than theirs: the problem, its contract, its front.
+
+The componentwise ones lose it by pruning labels by cost and mu, the additive one by pruning by vectors of task costs.
+"""

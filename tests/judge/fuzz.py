@@ -20,7 +20,7 @@ from judge.enumerate import TooManyError
 from judge.numbers import STYLES, restyled
 from judge.problems import GraphProblem
 from judge.random_problems import random_problem
-from judge.verdict import WAYS, verdict
+from judge.verdict import OPTIONS, verdict
 
 KINDS = (
     ("order", False),
@@ -35,8 +35,8 @@ KINDS = (
 )
 """Kinds of preference, and whether over violation costs of relaxed tasks."""
 
-EVERY_WAY = 10
-"""All ways to search are tried on every tenth problem, the usual one on the others."""
+ALL_OPTIONS_EVERY = 10
+"""Every tenth problem is searched with all options, the others with the default ones."""
 
 AGREES, DIFFERS, FAILS, TOO_LARGE = "agree", "differ", "fail", "too large for the judge"
 
@@ -56,7 +56,7 @@ def judged(numbers: Iterator[int]) -> Iterator[tuple[int, str, str, str]]:
     for k, number in enumerate(numbers):
         name, problem = draw(number)
         try:
-            wrong = verdict(problem, WAYS if k % EVERY_WAY == 0 else WAYS[:1])
+            wrong = verdict(problem, OPTIONS if k % ALL_OPTIONS_EVERY == 0 else OPTIONS[:1])
             yield number, name, DIFFERS if wrong else AGREES, wrong or ""
         except TooManyError:
             yield number, name, TOO_LARGE, ""

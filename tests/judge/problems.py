@@ -43,9 +43,9 @@ class JudgedTask:
     skip: Number | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GraphProblem:
-    """An explicit graph, tasks, and a preference; costs in the user's units, exact.
+    """An explicit graph, tasks, and a preference; costs in the user's units, exact. Hashed by identity.
 
     Attributes:
         start: the first state.

@@ -8,9 +8,9 @@ from dataclasses import replace
 from fractions import Fraction
 
 from judge.preferences import exact, random_preference
-from judge.problems import Edge, GraphProblem, JudgedTask, Relaxation
+from judge.problems import Edge, GraphProblem, JudgedTask, Relaxation, grid_problem
 from judge.semantics import monitor
-from judge.syntax import Formula, random_boolean, random_formula
+from judge.syntax import Formula, parse, random_boolean, random_formula
 
 
 def random_problem(
@@ -57,6 +57,26 @@ def random_problem(
         tasks=tuple(_random_task(rng, graph, name, atoms, depth, relaxed) for name in names),
         preference=random_preference(rng, names, kind, "violation" if relaxed else "cost"),
     )
+
+
+def random_errands(seed: int, kind: str) -> GraphProblem:
+    """Draw three errands on a narrow grid of uneven ground, where doing a task early is a long detour."""
+    rng = random.Random(f"errands {seed} {kind}")
+    size = (rng.randint(5, 8), rng.choice((2, 2, 3)))
+    cells = [(x, y) for x in range(size[0]) for y in range(size[1])]
+    regions = {name: (x, y, x, y) for name, (x, y) in zip("abcde", rng.sample(cells, 5), strict=True)}
+    tasks = [JudgedTask(f"phi{k + 1}", parse(_random_visits(rng))) for k in range(3)]
+    preference = random_preference(rng, [task.name for task in tasks], kind)
+    grid = grid_problem(size, rng.choice(cells), regions, tasks, preference)
+    ground = rng.choice(((1,), (0, 1, 1, 2), (1, 1, 2, 5)))
+    return replace(grid, edges=tuple(replace(edge, cost=rng.choice(ground)) for edge in grid.edges))
+
+
+def _random_visits(rng: random.Random) -> str:
+    p, q, r = rng.sample("abcde", 3)
+    if rng.random() < 0.1:
+        return f"(!{p} U {q}) & F ({q} & F {r})"
+    return rng.choice((f"F ({p} & F {q})", f"F ({p} & (F {q} & F {r}))"))
 
 
 def _tangle(rng: random.Random) -> list[tuple[str, str, str]]:

@@ -240,12 +240,3 @@ def satisfaction_index(formula: Formula, trace: Sequence[Label]) -> int | None:
         if judge.satisfied(state):
             return k
     return None
-
-
-def is_good_prefix(formula: Formula, trace: Sequence[Label]) -> bool:
-    """Say whether every infinite continuation of a finite trace satisfies a formula."""
-    judge = monitor(formula)
-    state = judge.start
-    for label in trace:
-        state = judge.step(state, label)
-    return judge.satisfied(state)

@@ -5,18 +5,20 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 from decimal import Decimal
+from itertools import combinations
 
 from judge.enumerate import cheapest_cost, exact_plans
 from judge.numbers import to_resolution
 from judge.preferences import Number, exact
 from judge.problems import GraphProblem
 from judge.replay import replay
-from prefplan import NoPlanError, Options, Plan, Planner
+from prefplan import Front, NoPlanError, Options, Plan, Planner
 from prefplan.scenario.decode import from_dict
 
-#: Every way to search that a front must not depend on.
-WAYS = (
+#: Options of the search that a front must not depend on.
+OPTIONS = (
     Options(),
     Options(heuristic=0, preference_bound=False, contraction=False),
     Options(heuristic=1, contraction=False),
@@ -29,7 +31,7 @@ MAX_LABELS = 100_000
 """Labels of a problem that the judge looks at."""
 
 
-def verdict(problem: GraphProblem, ways: Sequence[Options] = WAYS) -> str | None:
+def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str | None:
     """Return what is wrong with the planner's answers, or None.
 
     Raises:
@@ -40,23 +42,41 @@ def verdict(problem: GraphProblem, ways: Sequence[Options] = WAYS) -> str | None
         problem = to_resolution(problem, float(planned.resolution))
     least = cheapest_cost(problem)
     if least is None:
-        front = Planner(planned).front(max_cost=100)
-        return None if not front and front.reason else f"found {list(front)} where no plan exists"
-    limit = 2 * least + 12 * min((edge.cost for edge in problem.edges if edge.cost), default=0)
+        return misblamed(problem, Planner(planned).front(max_cost=100))
+    limit = least + max(least, 12 * min((edge.cost for edge in problem.edges if edge.cost), default=0))
     plans = exact_plans(problem, max_cost=limit, max_labels=MAX_LABELS)
     expected = [(plan.cost, plan.preference) for plan in plans]
-    for options in ways:
-        planner = Planner(planned, options=options)
+    for chosen in options:
+        planner = Planner(planned, options=chosen)
         front = planner.front(max_cost=limit)
         points = [(plan.cost, plan.preference) for plan in front]
         if points != [(printed(cost), printed(mu)) for cost, mu in expected]:
-            return f"{options}: front {points}, expected {expected}"
+            return f"{chosen}: front {points}, expected {expected}"
+        if not front.complete:
+            return f"{chosen}: the front is not complete"
         for plan in front:
             if wrong := misjudged(problem, plan):
-                return f"{options}: {wrong}"
+                return f"{chosen}: {wrong}"
         if wrong := _misbounded(planner, expected, limit) or _unbound(planner, list(front), limit):
-            return f"{options}: {wrong}"
+            return f"{chosen}: {wrong}"
     return None
+
+
+def misblamed(problem: GraphProblem, front: Front) -> str | None:
+    """Return what is wrong with the reason of an empty front, or None; no plan satisfies all tasks together."""
+    if front or front.reason is None:
+        return f"found {list(front)} where no plan exists"
+    kind, blamed = front.reason.kind, front.reason.tasks
+    fewer = [names for size in range(1, len(blamed)) for names in combinations(problem.names, size)]
+    smallest = not feasible(problem, blamed) and all(feasible(problem, names) for names in fewer)
+    right = smallest and kind == ("task" if len(blamed) == 1 else "conflict")
+    return None if right else f"{kind} {blamed} is blamed"
+
+
+def feasible(problem: GraphProblem, names: Sequence[str]) -> bool:
+    """Say whether a plan satisfies these tasks together."""
+    tasks = tuple(task for task in problem.tasks if task.name in names)
+    return cheapest_cost(replace(problem, tasks=tasks)) is not None
 
 
 def misjudged(problem: GraphProblem, plan: Plan) -> str | None:
@@ -70,6 +90,7 @@ def misjudged(problem: GraphProblem, plan: Plan) -> str | None:
     ]
     told = replay(problem, plan.actions, relaxations)
     same = printed(told.cost) == plan.cost and printed(told.mu) == plan.preference and told.ends
+    same &= told.states == tuple(plan.states)
     names = problem.names
     same &= all(printed(told.task_costs[k]) == plan.task_costs[name] for k, name in enumerate(names))
     same &= all(printed(told.violations[k]) == plan.violation_costs[name] for k, name in enumerate(names))
@@ -87,9 +108,9 @@ def _unbound(planner: Planner, plans: Sequence[Plan], limit: Number) -> str | No
     rng = random.Random(str(plans))
     plan, read = rng.choice(plans), rng.choice(READ_BACK)
     cost, mu = read(plan.cost), read(plan.preference)
-    last = planner.front(max_cost=cost)[-1]
+    last = planner.preferred(max_cost=cost)
     if (last.cost, last.preference) != (plan.cost, plan.preference):
-        return f"cost bounded by {cost!r}: last {(last.cost, last.preference)}, expected {plan}"
+        return f"cost bounded by {cost!r}: preferred {(last.cost, last.preference)}, expected {plan}"
     found = planner.cheapest(max_preference=mu, max_cost=limit)
     if (found.cost, found.preference) != (plan.cost, plan.preference):
         return f"mu bounded by {mu!r}: {(found.cost, found.preference)}, expected {plan}"

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from prefplan.preferences import contracts
+
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
@@ -17,3 +19,9 @@ def file(tmp_path: Path) -> Path:
 @pytest.fixture
 def rng() -> random.Random:
     return random.Random(7)
+
+
+@pytest.fixture
+def few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Try each expression on a few costs only, where it is known not to fall along a trajectory."""
+    monkeypatch.setattr(contracts, "TRIALS", 100)

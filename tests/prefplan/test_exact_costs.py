@@ -20,7 +20,6 @@ from prefplan import (
     Task,
     TransitionSystem,
     WeightedSum,
-    cheapest_plan,
     pareto_front,
 )
 from prefplan.exact_costs import exact, in_common_unit, inclusive, to_number
@@ -116,20 +115,6 @@ def test_two_ways_of_adding_the_same_costs_make_one_point(dimes: TransitionSyste
     assert front[0].task_costs == {"one": 0.3 if isinstance(preference, Order) else 0.1, "two": 0.3}
 
 
-@pytest.mark.parametrize(
-    ("preference", "mu"),
-    [
-        (WeightedSum({"one": 0.1, "two": 0.2}), 0.07),
-        (WeightedSum({"one": 3, "two": 0}), 0.3),
-        (Deadline({"one": Due(0.05, 0.3), "two": Due(0.25)}), 0.065),
-        (Deadline({"two": Due(Decimal("0.299"))}), 0.001),
-    ],
-)
-def test_mu_is_exact_in_the_users_units(dimes: TransitionSystem, preference: Preference, mu: float) -> None:
-    plan = cheapest_plan(Problem(dimes, [Task("one", "F a"), Task("two", "F b")], preference))
-    assert (plan.cost, plan.preference) == (0.3, mu)
-
-
 @pytest.mark.parametrize(("bound", "found"), [(0.3, True), (Decimal("0.3"), True), (0.29, False), (1, True)])
 def test_a_bound_on_cost_is_inclusive_and_exact(dimes: TransitionSystem, bound: float, found: bool) -> None:
     front = pareto_front(Problem(dimes, [Task("one", "F a"), Task("two", "F b")], Order()), max_cost=bound)
@@ -137,15 +122,3 @@ def test_a_bound_on_cost_is_inclusive_and_exact(dimes: TransitionSystem, bound: 
     if not found:
         assert front.reason is not None
         assert (front.reason.kind, front.reason.smallest) == ("bound", 0.3)
-
-
-def test_a_bound_on_mu_is_inclusive_and_exact(dimes: TransitionSystem) -> None:
-    problem = Problem(dimes, [Task("one", "F a"), Task("two", "F b")], WeightedSum({"one": 0.1, "two": 0.2}))
-    assert cheapest_plan(problem, max_preference=0.07).preference == 0.07
-
-
-def test_ten_dimes_are_one() -> None:
-    steps = [(k, "on", k + 1, 0.1) for k in range(10)]
-    system = TransitionSystem.from_transitions(steps, start=0, labels={10: ["end"]})
-    plan = cheapest_plan(Problem(system, [Task("one", "F end")], WeightedSum({"one": 0.1})))
-    assert (repr(plan.cost), repr(plan.preference)) == ("1", "0.1")

@@ -41,6 +41,7 @@ def worth(plan: Plan) -> tuple[Any, Any]:
     return plan.cost, plan.preference
 
 
+@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize(("kind", "relaxed"), KINDS)
 def test_going_on_with_an_optimal_plan_stays_optimal(kind: str, relaxed: bool) -> None:
     tried = 0
@@ -91,6 +92,7 @@ def disturbed(seed: int, kind: str, relaxed: bool) -> tuple[judge.GraphProblem, 
     return judged, problem, Past(actions, costs, states, labels), system
 
 
+@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize(("kind", "relaxed"), KINDS)
 def test_past_and_future_together_are_optimal(kind: str, relaxed: bool) -> None:
     found = 0

@@ -8,7 +8,19 @@ from typing import Any
 import pytest
 from small_models import NAMES, build
 
-from prefplan import Expression, FormulaError, Max, Order, PrefplanError, Relaxation, Sum, WeightedSum
+from prefplan import (
+    Expression,
+    FormulaError,
+    Max,
+    Order,
+    PrefplanError,
+    Problem,
+    Relaxation,
+    Sum,
+    Task,
+    TransitionSystem,
+    WeightedSum,
+)
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.objective import TASK_LIMIT
 
@@ -62,3 +74,20 @@ def test_a_problem_needs_a_task_and_takes_no_more_than_the_limit() -> None:
         PrefplanError, match=rf"^tasks: {TASK_LIMIT + 1} are more than the {TASK_LIMIT} that the search can take$"
     ):
         build(Order(), names=too_many)
+
+
+@pytest.mark.parametrize(
+    ("tasks", "message"),
+    [
+        ([], "tasks: a problem needs at least one task"),
+        ([Task("a", "F p"), Task("a", "F p")], "tasks[1].name: 'a' is used twice"),
+        ([Task("min", "F p")], "tasks[0].name: 'min' is a reserved word (min max abs)"),
+        ([Task("U", "F p")], "tasks[0].name: 'U' is a reserved word (F G R U W X false true)"),
+        ([Task("a", "F p"), Task("b", "F q")], "tasks[1].formula: unknown proposition 'q' (valid: p), at column 3"),
+    ],
+)
+def test_a_problem_made_in_python_has_the_same_errors(tasks: list[Task], message: str) -> None:
+    system = TransitionSystem.from_transitions([], start="s", propositions=["p"])
+    with pytest.raises(PrefplanError) as caught:
+        Problem(system, tasks, Order())
+    assert str(caught.value).split("\n")[0] == message

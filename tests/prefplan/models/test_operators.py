@@ -7,13 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_models import COSTS, TOWER, model, spot
+from small_models import COSTS, TOWER, measured, model, spot
 
 from prefplan import STANDARD_OPERATORS, Action, ManipulationModel, ManipulationState, ModelError, Object, Operator
-from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.operators import Outcomes
-from prefplan.models.manipulation.slots import hand_poses
 
 CROWDED = model(
     Object("cup", "a"),
@@ -31,13 +29,6 @@ class Statewise(Operator):
 
     def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
         return self._operator.outcomes(model, state)
-
-
-def measured(what: ManipulationModel) -> ManipulationModel:
-    """Return a model in which slots are told apart, and every action costs what its number says."""
-    hands = hand_poses((place.name for place in what.locations), (place.capacity for place in what.locations), "home")
-    pairs = [(kind, before, after) for kind in COSTS for before in hands for after in hands]
-    return replace(what, costs=MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)}))
 
 
 @pytest.mark.parametrize("what", [TOWER, CROWDED, measured(CROWDED)], ids=["tower", "crowded", "slots"])

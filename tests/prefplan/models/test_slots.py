@@ -13,7 +13,7 @@ from typing import NamedTuple
 import judge
 import numpy as np
 import pytest
-from small_models import COSTS
+from small_models import COSTS, measured
 
 from prefplan import ManipulationModel, ManipulationState, ModelError, Problem, Task, pareto_front
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
@@ -51,14 +51,6 @@ def test_the_hand_is_over_a_slot_the_middle_or_where_it_starts() -> None:
 def shelf() -> ManipulationModel:
     places = (Location("desk", at=(0.4, 0)), Location("shelf", at=(0.4, 0.3), capacity=2))
     return ManipulationModel("home", MeasuredCosts("time"), places, (Object("cup", "shelf"), Object("jug", "desk")))
-
-
-def measured(model: ManipulationModel) -> ManipulationModel:
-    """Return a model in which everything costs 1."""
-    hands = hand_poses(["desk", "shelf"], [1, 2], "home")
-    kinds = ("transit", "grasp", "transport", "release")
-    entries = {(kind, a, b): 1 for kind in kinds for a in hands for b in hands}
-    return ManipulationModel(model.start, MeasuredCosts("time", entries), model.locations, model.objects)
 
 
 def test_states_tell_slots_where_costs_are_measured(shelf: ManipulationModel) -> None:

@@ -28,23 +28,17 @@ from prefplan.preferences.kinds import Preference
 @pytest.mark.parametrize(
     ("expression", "contract"),
     [
-        ("phi1", "additive"),
         ("phi1 + 2*phi2", "additive"),
         ("3 * (phi1 + phi2 / 4) + 7", "additive"),
-        ("2 * phi1 - phi1", "additive"),
         ("abs(phi1 - phi2) + phi3", "additive"),
         ("max(phi1, phi2, phi3) - min(phi1, phi2, phi3)", "additive"),
         ("max(2*phi1, phi2)", "convex"),
         ("max(0, phi1 - 5) * 2 + phi2", "convex"),
         ("max(2*phi1 - 5, 0) / 4 + abs(phi2 - phi3)", "convex"),
         ("max(3*phi1, phi3) + 2*phi2", "componentwise"),
-        ("max(2*phi1, phi2) + max(phi2, 3*phi3)", "componentwise"),
         ("phi1 * phi2", "componentwise"),
-        ("phi1 * phi1", "componentwise"),
         ("phi1 + min(phi2, 20)", "componentwise"),
-        ("max(0, phi2 - phi1) / (1 + phi1)", "general"),
         ("abs(phi1 - phi2) * phi3", "general"),
-        ("(phi1 - phi2) * (phi1 - phi2)", "general"),
         ("max(phi1, phi2) - min(phi1, phi3)", "general"),
     ],
 )
@@ -87,9 +81,6 @@ def test_a_sum_has_the_weakest_contract_that_covers_its_terms(parts: Sequence[Pr
     [
         ("phi1 * phi2", "additive"),
         ("phi1 * phi2", "convex"),
-        ("phi1 * phi1", "additive"),
-        ("max(0, phi1 - 5)", "additive"),
-        ("phi1 + min(phi2, 20)", "convex"),
         ("max(3*phi1, phi3) + 2*phi2", "convex"),
     ],
 )

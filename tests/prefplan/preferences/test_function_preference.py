@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -34,15 +35,32 @@ def test_a_function_that_is_no_preference_is_refused(function: Any, message: str
         build(Function(function))
 
 
-def test_a_function_may_fail_in_the_middle_of_a_search() -> None:
-    tried = True
+def at_the_end(mu: Callable[[], float]) -> Function:
+    """Return a preference that is the first task's cost, and at the end of the only plan what is given."""
+    return Function(lambda costs, violations: mu() if costs[0] == 3.25 else costs[0], "componentwise")
 
-    def fragile(costs: Any, violations: Any) -> float:
-        if not tried:
-            raise ValueError("sensor offline")
-        return float(costs.max())
 
-    problem = build(Function(fragile, "componentwise"))
-    tried = False
-    with pytest.raises(PreferenceError, match="sensor offline"):
-        pareto_front(problem)
+def fails() -> float:
+    raise ValueError("three")
+
+
+@pytest.mark.parametrize(
+    ("mu", "message"),
+    [
+        (fails, "fails at .*phi1=3.25.*: three"),
+        (lambda: float("nan"), "is nan at"),
+        (lambda: -1.0, "negative"),
+        (lambda: 1e300, r"is \d.*e\+30"),
+    ],
+)
+def test_a_function_that_fails_in_the_middle_of_a_search_is_reported(mu: Callable[[], float], message: str) -> None:
+    with pytest.raises(PreferenceError, match=message):
+        pareto_front(build(at_the_end(mu)))
+
+
+def test_ctrl_c_inside_a_function_stays_an_interrupt() -> None:
+    def interrupted() -> float:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        pareto_front(build(at_the_end(interrupted)))

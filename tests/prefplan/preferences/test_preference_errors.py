@@ -37,7 +37,6 @@ def test_a_preference_that_can_be_negative_is_refused(expression: str) -> None:
 @pytest.mark.parametrize(
     ("expression", "message"),
     [
-        ("phi1 / 0", "divides by '0', which can be zero"),
         ("phi1 / phi2", "divides by 'phi2', which can be zero"),
         ("phi1 / (phi2 - phi2)", "divides by '(phi2 - phi2)', which can be zero"),
         ("1 / abs(phi1 - phi2)", "divides by 'abs((phi1 - phi2))', which can be zero"),
@@ -54,7 +53,6 @@ def test_a_preference_that_can_be_negative_is_refused(expression: str) -> None:
         ("phi1, phi2", "'phi1, phi2' is not allowed (only + - * / min max abs, numbers, brackets, tasks), at column 1"),
         ("max(*phi1)", "'*phi1' is not allowed (only + - * / min max abs, numbers, brackets, tasks), at column 5"),
         ("[phi1]", "'[' is not allowed (only + - * / min max abs, numbers, brackets, tasks), at column 1"),
-        ("'phi1'", '"\'" is not allowed (only + - * / min max abs, numbers, brackets, tasks), at column 1'),
         ("phi4", "unknown task 'phi4' (did you mean 'phi3'?), at column 1"),
         ("min", "unknown task 'min' (valid: phi1, phi2, phi3), at column 1"),
         ("", "invalid syntax, at column 1"),
@@ -76,14 +74,28 @@ def test_an_expression_that_cannot_be_read_is_refused(expression: str, message: 
         assert drawing == [f"    {expression}", f"    {' ' * (int(column[1]) - 1)}^"]
 
 
+@pytest.mark.parametrize("text", ["1e400 * phi1", "1e999999999 * phi1", "1e-999999 * phi1", "+".join(["phi1"] * 5000)])
+def test_expressions_beyond_reason_are_refused(text: str) -> None:
+    with pytest.raises(PreferenceError, match=r"preference.expression: "):
+        build(Expression(text))
+
+
 @pytest.mark.parametrize(
     ("preference", "message"),
     [
+        (Order(("phi1", "phi2", "phi4")), "order: unknown task 'phi4' (did you mean 'phi3'?)"),
+        (Order(("zzz", "phi1")), "order: unknown task 'zzz' (valid: phi1, phi2, phi3)"),
+        (Order(()), "order: every task needs a place; missing phi1, phi2, phi3"),
+        (Order(("phi1", ("phi2", "phi1"), "phi3")), "order: 'phi1' is named twice"),
         (Max({"phi": 1}), "weights: unknown task 'phi' (did you mean 'phi3'?)"),
         (Max({"phi1": -1}), "weights.phi1: must not be negative, but is -1"),
         (Max(over="time"), "over: 'time' is unknown (valid: cost, violation)"),
         (WeightedSum({"phi1": 1, "phi2": 1}, over="violation"), "weights: every task needs one; missing phi3"),
         (WeightedSum({"phi1": 1, "phi2": 1, "phi3": 1}, over="violations"), "over: 'violations' is unknown (did you "),
+        (WeightedSum({"phi1": 1, "phi2": 1, "phi3": -1}), "weights.phi3: must not be negative, but is -1"),
+        (Deadline({"phi": Due(3)}), "deadlines: unknown task 'phi' (did you mean 'phi3'?)"),
+        (Deadline({"phi1": Due(-3)}), "deadlines.phi1.by: must not be negative, but is -3"),
+        (Deadline({"phi1": Due(3, -0.5)}), "deadlines.phi1.weight: must not be negative, but is -0.5"),
         (Deadline({"phi1": Due(1)}, over="x"), "over: 'x' is unknown (valid: cost, violation)"),
         (Expression("phi1", contract="monotone"), "contract: 'monotone' is unknown (valid: additive, convex, "),
         (Expression("phi1", over="costs"), "over: 'costs' is unknown (did you mean 'cost'?)"),

@@ -61,10 +61,6 @@ def is_a_true_beginning(front: Front, whole: Front) -> bool:
     return known and all(point in points(front) for point in points(whole) if point[0] < below)  # type: ignore[operator]
 
 
-def test_the_whole_front_is_complete(whole: Front) -> None:
-    assert whole.complete and whole.complete_below is None and len(whole) > 3
-
-
 def test_no_time_leaves_a_beginning(problem: Problem, whole: Front) -> None:
     front = pareto_front(problem, max_seconds=0)
     assert front.ended == "time" and not front.complete and front.reason is None
@@ -107,13 +103,6 @@ def test_no_time_leaves_no_single_plan(problem: Problem) -> None:
         assert (caught.value.ended, caught.value.best) == ("time", None)
 
 
-def test_a_single_plan_within_its_limits_is_exact(problem: Problem, whole: Front) -> None:
-    cheapest = cheapest_plan(problem, max_seconds=600, max_memory=2**30)
-    assert (cheapest.cost, cheapest.preference) == points(whole)[0]
-    preferred = preferred_plan(problem, max_seconds=600, max_memory=2**30)
-    assert (preferred.cost, preferred.preference) == points(whole)[-1]
-
-
 def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = whole[0], whole[-1]
     monkeypatch.setattr(Limits, "out_of_time", property(lambda self: self.complete_below > first.cost))
@@ -124,12 +113,6 @@ def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, mo
     with pytest.raises(UnfinishedError, match="no plan is known yet") as caught:
         preferred_plan(problem, max_preference=last.preference, max_seconds=600)
     assert caught.value.best is None
-
-
-def test_options_change_no_single_plan(problem: Problem, whole: Front) -> None:
-    paper = Options(heuristic=1, preference_bound=False)
-    assert points(whole)[0] == worth(cheapest_plan(problem, options=paper))
-    assert points(whole)[-1] == worth(preferred_plan(problem, options=paper))
 
 
 @pytest.mark.parametrize("plan", [pareto_front, cheapest_plan, preferred_plan])
@@ -156,14 +139,9 @@ def test_a_cheapest_plan_that_may_not_be_the_best_of_its_cost_is_not_given(
         cheapest_plan(problem, max_seconds=600)
 
 
-def test_a_cost_bound_is_inclusive(problem: Problem, whole: Front) -> None:
-    for plan in whole:
-        assert points(pareto_front(problem, max_cost=plan.cost))[-1] == (plan.cost, plan.preference)
-
-
 def test_a_model_that_its_bounds_would_not_fit_is_not_begun() -> None:
-    grid = GridModel((1000, 1000), (0, 0), regions={"a": [(999, 999, 999, 999)]})
-    front = pareto_front(Problem(grid.transition_system(), [Task("t", "F a")], Order()), max_memory=10 * 2**20)
+    grid = GridModel((300, 300), (0, 0), regions={"a": [(299, 299, 299, 299)]})
+    front = pareto_front(Problem(grid.transition_system(), [Task("t", "F a")], Order()), max_memory=2**20)
     assert front.ended == "memory" and not front
 
 

@@ -21,21 +21,6 @@ def test_labels_and_declared_propositions_may_be_used() -> None:
     assert system.propositions == {"plant", "dirt", "rock"}
 
 
-def test_the_start_need_not_be_the_first_state_named() -> None:
-    system = GraphModel("b", (Transition("a", "b"), Transition("b", "a"))).transition_system()
-    assert system.states[system.start] == "b"
-    assert [system.action_names[system.actions[edge]] for edge in system.edges(system.start)] == ["a"]
-
-
-def test_a_start_without_transitions_is_enough() -> None:
-    assert GraphModel("s0", ()).transition_system().size == 1
-
-
-def test_self_loops_and_parallel_actions_are_kept() -> None:
-    edges = (Transition("s", "s", "wait", 0), Transition("s", "t", "walk", 3), Transition("s", "t", "run", 2))
-    assert len(GraphModel("s", edges).transition_system().edges(0)) == 3
-
-
 @pytest.mark.parametrize(
     ("transitions", "labels", "message"),
     [
@@ -52,8 +37,3 @@ def test_what_makes_no_sense_is_refused(transitions: list, labels: dict, message
     with pytest.raises(ModelError) as caught:
         GraphModel("s0", tuple(Transition(*edge) for edge in transitions), labels)
     assert str(caught.value) == message
-
-
-def test_the_same_action_may_leave_different_states() -> None:
-    system = GraphModel("a", (Transition("a", "b", "go"), Transition("b", "a", "go"))).transition_system()
-    assert [system.step(state, "go")[0] for state in (0, 1)] == [1, 0]

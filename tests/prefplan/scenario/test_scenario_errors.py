@@ -1,4 +1,4 @@
-"""Scenario files with unknown, missing or mistyped keys: the message names the key and what would be valid."""
+"""Scenario files that are refused: the message names the key, and what is wrong or would be valid."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 from scenario_texts import GRAPH, GRID, TABLE, error_of, with_change
+
+from prefplan import ScenarioError, load
 
 
 @pytest.mark.parametrize(
@@ -105,3 +107,35 @@ def test_a_wrong_type_is_named_with_the_right_one(file: Path, text: str, old: st
 
 def test_an_empty_file_misses_its_first_key(file: Path) -> None:
     assert error_of(file, "") == "model: missing"
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "message"),
+    [
+        (
+            GRID,
+            "F cheese",
+            "F wall",
+            "tasks[0].formula: unknown proposition 'wall' (valid: cheese, pizza), at column 3",
+        ),
+        (GRID, "F cheese", "G cheese", "tasks[0].formula: not co-safe: 'G cheese' uses G ('always'), at column 1"),
+        (GRID, 'name = "bake"', 'name = "eat"', "tasks[1].name: 'eat' is used twice"),
+        (GRID, "cost = 1", "cost = -1", "model.cost: negative cost -1"),
+        (GRID, "start = [0, 0]", "start = [1, 1]", "model.start: [1, 1] lies in obstacle 'wall'"),
+        (GRID, '["bake", "eat"]', '["bake"]', "preference.order: every task needs a place; missing eat"),
+        (GRAPH, "cost = 0.5", "cost = -0.5", "model.transitions[1].cost: negative cost -0.5"),
+        (GRAPH, 'start = "s0"', 'start = "s9"', "model.start: unknown state 's9' (valid: s0, s1, s2)"),
+        (GRAPH, "phi1 = 0.1", "phi = 1", "preference.weights: unknown task 'phi' (did you mean 'phi1'?)"),
+        (TABLE, ", release = 1", "", "model.costs: no cost for 'release'"),
+        (TABLE, "capacity = 2", "capacity = 0", "model.locations.bin.capacity: must be at least 1, not 0"),
+        (TABLE, "by = 20", "by = -20", "preference.deadlines.phi1.by: must not be negative, but is -20"),
+    ],
+)
+def test_values_that_do_not_fit_are_named_by_their_key(file: Path, text: str, old: str, new: str, message: str) -> None:
+    assert error_of(file, with_change(text, old, new)) == message
+
+
+def test_a_formula_error_shows_the_place(file: Path) -> None:
+    file.write_text(with_change(GRID, "F cheese", "F chese"))
+    with pytest.raises(ScenarioError, match=r"\n    F chese\n      \^$"):
+        load(file).problem()
