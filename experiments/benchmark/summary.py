@@ -135,20 +135,21 @@ def markdown(report: Mapping[str, Any]) -> str:
         for kind in KINDS:
             found = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
             if found:
-                lines += [f"## {TITLES[kind].capitalize()}, {family}", "", _table(kind, found), ""]
+                lines += [f"## {TITLES[kind].capitalize()}, {family}", "", table(kind, found), ""]
     return "\n".join(lines)
 
 
-def _table(kind: str, found: Sequence[Mapping[str, Any]]) -> str:
+def table(kind: str, found: Sequence[Mapping[str, Any]]) -> str:
+    """Return the cells of one family of instances and kind of planning as a Markdown table, a row for each N."""
     by_place = {(cell["tasks"], cell["method"]): cell for cell in found}
-    table = Table(box=box.MARKDOWN)
+    rows = Table(box=box.MARKDOWN)
     for heading in ("N", *(heading for heading, *_ in COLUMNS), "paper, h: s", "paper, no h: s"):
-        table.add_column(heading, justify="right")
+        rows.add_column(heading, justify="right")
     for tasks in sorted({cell["tasks"] for cell in found}):
         cells = [_show(by_place.get((tasks, method)), what, statistic) for _, method, what, statistic in COLUMNS]
-        table.add_row(str(tasks), *cells, *(str(PUBLISHED[kind, method].get(tasks, "")) for method in (MAX_MIN, BARE)))
+        rows.add_row(str(tasks), *cells, *(str(PUBLISHED[kind, method].get(tasks, "")) for method in (MAX_MIN, BARE)))
     text = io.StringIO()
-    Console(width=1000, file=text).print(table)
+    Console(width=1000, file=text).print(rows)
     return "\n".join(line.strip() for line in text.getvalue().strip().splitlines())
 
 
