@@ -59,7 +59,10 @@ def write_page(
         if part.name.endswith((".js", ".css")):
             write_bytes(folder / PARTS / part.name, part.read_bytes())
     write_bytes(folder / PARTS / VEGA, _library())
-    text = _render(scenario, front, page_data(scenario, front, recordings), (*_shortfalls(front), *notices))
+    if front.ended is not None:
+        missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
+        notices = (missing, *notices)
+    text = _render(scenario, front, page_data(scenario, front, recordings), notices)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX
 
@@ -98,10 +101,3 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         data=data,
         scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
     )
-
-
-def _shortfalls(front: Front) -> tuple[str, ...]:
-    """Return what is missing from a front, as sentences."""
-    if front.ended is None:
-        return ()
-    return (f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred.",)
