@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+import math
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -73,26 +74,23 @@ def _ratio(yardstick: Mapping[int, Timing], ours: Mapping[int, Timing]) -> dict[
     return _spread((yardstick[seed].seconds / ours[seed].seconds, yardstick[seed].ended is not None) for seed in both)
 
 
-def _spread(values: Iterable[tuple[float, bool]]) -> dict[str, Any]:
-    """Return median, mean, minimum and maximum of (value, whether it is only a lower bound).
+STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
+    "median": statistics.median,
+    "mean": statistics.fmean,
+    "min": min,
+    "max": max,
+}
 
-    `at_least` names the statistics that are lower bounds for that reason.
+
+def _spread(values: Iterable[tuple[float, bool]]) -> dict[str, Any]:
+    """Return statistics of (value, whether it is only a lower bound).
+
+    `at_least` names those that are lower bounds themselves: greater values would change them.
     """
     known = list(values)
-    numbers = [value for value, _ in known]
-    bounds = [value for value, is_bound in known if is_bound]
-    at_least = ["mean", "max"] if bounds else []
-    if any(bound <= statistics.median_high(numbers) for bound in bounds):
-        at_least.append("median")
-    if any(bound <= min(numbers) for bound in bounds):
-        at_least.append("min")
-    return {
-        "median": _rounded(statistics.median(numbers)),
-        "mean": _rounded(statistics.fmean(numbers)),
-        "min": _rounded(min(numbers)),
-        "max": _rounded(max(numbers)),
-        "at_least": at_least,
-    }
+    numbers, raised = [value for value, _ in known], [math.inf if is_bound else value for value, is_bound in known]
+    at_least = [name for name, statistic in STATISTICS.items() if statistic(raised) != statistic(numbers)]
+    return {name: _rounded(statistic(numbers)) for name, statistic in STATISTICS.items()} | {"at_least": at_least}
 
 
 def _rounded(value: float) -> float:
