@@ -133,7 +133,12 @@ def _front(method: str, problem: Problem, max_seconds: float) -> Planned:
 def _single(method: str, problem: Problem, max_seconds: float) -> Planned:
     """Plan the cheapest plan: the yardstick is A* over the whole product, with one cost for each state."""
     if method == OURS:
-        return _cheapest(problem, max_seconds)
+        planner, found, ended = Planner(problem), None, None
+        try:
+            found = ((float(planner.cheapest(max_seconds=max_seconds, max_memory=MAX_BYTES).cost),),)
+        except UnfinishedError as error:
+            ended = error.ended
+        return planner.stats.build_seconds + planner.stats.seconds, planner.stats.expanded, found, ended
     began = time.perf_counter()
     limits = Limits(max_seconds, MAX_BYTES)
     product = Product(problem)
@@ -142,14 +147,3 @@ def _single(method: str, problem: Problem, max_seconds: float) -> Planned:
     seconds = time.perf_counter() - began
     found = None if goal is None else ((float(goal.cost * product.units.cost),),)
     return seconds, search.work.expanded, found, limits.ended
-
-
-def _cheapest(problem: Problem, max_seconds: float) -> Planned:
-    """Plan the cheapest plan with our search."""
-    planner = Planner(problem)
-    found, ended = None, None
-    try:
-        found = ((float(planner.cheapest(max_seconds=max_seconds, max_memory=MAX_BYTES).cost),),)
-    except UnfinishedError as error:
-        ended = error.ended
-    return planner.stats.build_seconds + planner.stats.seconds, planner.stats.expanded, found, ended

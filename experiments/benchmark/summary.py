@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+import math
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -73,26 +74,23 @@ def _ratio(yardstick: Mapping[int, Timing], ours: Mapping[int, Timing]) -> dict[
     return _spread((yardstick[seed].seconds / ours[seed].seconds, yardstick[seed].ended is not None) for seed in both)
 
 
-def _spread(values: Iterable[tuple[float, bool]]) -> dict[str, Any]:
-    """Return median, mean, minimum and maximum of (value, whether it is only a lower bound).
+STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
+    "median": statistics.median,
+    "mean": statistics.fmean,
+    "min": min,
+    "max": max,
+}
 
-    `at_least` names the statistics that are lower bounds for that reason.
+
+def _spread(values: Iterable[tuple[float, bool]]) -> dict[str, Any]:
+    """Return statistics of (value, whether it is only a lower bound).
+
+    `at_least` names those that are lower bounds themselves: greater values would change them.
     """
     known = list(values)
-    numbers = [value for value, _ in known]
-    bounds = [value for value, is_bound in known if is_bound]
-    at_least = ["mean", "max"] if bounds else []
-    if any(bound <= statistics.median_high(numbers) for bound in bounds):
-        at_least.append("median")
-    if any(bound <= min(numbers) for bound in bounds):
-        at_least.append("min")
-    return {
-        "median": _rounded(statistics.median(numbers)),
-        "mean": _rounded(statistics.fmean(numbers)),
-        "min": _rounded(min(numbers)),
-        "max": _rounded(max(numbers)),
-        "at_least": at_least,
-    }
+    numbers, raised = [value for value, _ in known], [math.inf if is_bound else value for value, is_bound in known]
+    at_least = [name for name, statistic in STATISTICS.items() if statistic(raised) != statistic(numbers)]
+    return {name: _rounded(statistic(numbers)) for name, statistic in STATISTICS.items()} | {"at_least": at_least}
 
 
 def _rounded(value: float) -> float:
@@ -135,20 +133,21 @@ def markdown(report: Mapping[str, Any]) -> str:
         for kind in KINDS:
             found = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
             if found:
-                lines += [f"## {TITLES[kind].capitalize()}, {family}", "", _table(kind, found), ""]
+                lines += [f"## {TITLES[kind].capitalize()}, {family}", "", table(kind, found), ""]
     return "\n".join(lines)
 
 
-def _table(kind: str, found: Sequence[Mapping[str, Any]]) -> str:
+def table(kind: str, found: Sequence[Mapping[str, Any]]) -> str:
+    """Return the cells of one family of instances and kind of planning as a Markdown table, a row for each N."""
     by_place = {(cell["tasks"], cell["method"]): cell for cell in found}
-    table = Table(box=box.MARKDOWN)
+    rows = Table(box=box.MARKDOWN)
     for heading in ("N", *(heading for heading, *_ in COLUMNS), "paper, h: s", "paper, no h: s"):
-        table.add_column(heading, justify="right")
+        rows.add_column(heading, justify="right")
     for tasks in sorted({cell["tasks"] for cell in found}):
         cells = [_show(by_place.get((tasks, method)), what, statistic) for _, method, what, statistic in COLUMNS]
-        table.add_row(str(tasks), *cells, *(str(PUBLISHED[kind, method].get(tasks, "")) for method in (MAX_MIN, BARE)))
+        rows.add_row(str(tasks), *cells, *(str(PUBLISHED[kind, method].get(tasks, "")) for method in (MAX_MIN, BARE)))
     text = io.StringIO()
-    Console(width=1000, file=text).print(table)
+    Console(width=1000, file=text).print(rows)
     return "\n".join(line.strip() for line in text.getvalue().strip().splitlines())
 
 

@@ -44,6 +44,7 @@ MANY = {SINGLE: 12, FRONT: 8}
 """Greatest number of tasks with all instances; larger fronts take minutes: only `FEW_SEEDS`, on random cells."""
 
 FEW_SEEDS = 3
+"""Greatest number of instances for the yardstick, and for fronts of more tasks than `MANY`."""
 
 YARDSTICK_SIZE = 8
 """Greatest number of tasks that the yardstick can finish within its limits."""
@@ -81,7 +82,7 @@ NOTES = (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Carry the benchmark out and return its exit status."""
     options = _options(arguments)
-    runs = plan_runs(options.tasks, options.seeds, options.yardstick_seeds)
+    runs = plan_runs(options.tasks, options.seeds)
     journal = options.out / "table1.runs.jsonl"
     try:
         make_folder(options.out)
@@ -97,12 +98,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     if wrong := disagreements(results):
         return _refuse("two methods disagree, so that times would mean nothing", wrong)
-    yardstick, few = (min(options.seeds, most) for most in (options.yardstick_seeds, FEW_SEEDS))
+    few = min(options.seeds, FEW_SEEDS)
     instances = (
-        f"Instances of each size: {options.seeds} for ours, {yardstick} of them for the yardstick; "
-        f"{few} for fronts of over {MANY[FRONT]} tasks."
+        f"Instances of each size: {options.seeds} for ours, {few} of them for the yardstick and for fronts of over "
+        f"{MANY[FRONT]} tasks."
     )
-    report = write(results, options.out, [instances, *([options.note] if options.note else [])])
+    report = write(results, options.out, instances)
     print(markdown(report))
     journal.unlink()
     return DONE
@@ -112,10 +113,8 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tasks", type=_span, help="numbers of tasks, like 2-8 (default: 2-12)")
     parser.add_argument("--seeds", type=int, help="instances of each size (default: 10)")
-    parser.add_argument("--yardstick-seeds", type=int, default=3, help="number of these for the yardstick (default: 3)")
     parser.add_argument("--quick", action="store_true", help="2 to 5 tasks, 3 instances: less than a minute")
     parser.add_argument("--out", type=Path, default=Path("out", "table1"), help="folder (default: out/table1)")
-    parser.add_argument("--note", help="remark to keep with the results")
     options = parser.parse_args(arguments)
     options.tasks = options.tasks or (range(2, 6) if options.quick else range(2, 13))
     if options.seeds is None:
@@ -131,20 +130,20 @@ def _span(text: str) -> range:
     return span
 
 
-def plan_runs(sizes: range, seeds: int, yardstick_seeds: int) -> list[BenchmarkRun]:
+def plan_runs(sizes: range, seeds: int) -> list[BenchmarkRun]:
     """Return all runs, small instances first."""
     runs = []
     for tasks in sizes:
         for kind in KINDS:
             for family in FAMILIES:
-                few = tasks > MANY[kind]
-                if tasks not in SIZES[kind] or (few and family != RANDOM):
+                many = tasks <= MANY[kind]
+                if tasks not in SIZES[kind] or not (many or family == RANDOM):
                     continue
-                ours = min(seeds, FEW_SEEDS) if few else seeds
-                runs += [BenchmarkRun(family, kind, OURS, tasks, seed, OUR_SECONDS) for seed in range(ours)]
+                few = range(min(seeds, FEW_SEEDS))
+                ours = range(seeds) if many else few
+                runs += [BenchmarkRun(family, kind, OURS, tasks, seed, OUR_SECONDS) for seed in ours]
                 for method in YARDSTICKS if tasks <= YARDSTICK_SIZE else ():
-                    numbers = range(min(yardstick_seeds, seeds))
-                    runs += [BenchmarkRun(family, kind, method, tasks, seed, YARDSTICK_SECONDS) for seed in numbers]
+                    runs += [BenchmarkRun(family, kind, method, tasks, seed, YARDSTICK_SECONDS) for seed in few]
     return runs
 
 
@@ -192,11 +191,11 @@ def _machine() -> dict[str, Any]:
     }
 
 
-def write(results: dict[BenchmarkRun, Timing], folder: Path, remarks: Sequence[str]) -> dict[str, Any]:
+def write(results: dict[BenchmarkRun, Timing], folder: Path, remark: str) -> dict[str, Any]:
     """Write the results as JSON, a page and a picture, and return what the JSON holds."""
     report: dict[str, Any] = {
         "about": ABOUT,
-        "notes": [*NOTES, *remarks],
+        "notes": [*NOTES, remark],
         "date": date.today().isoformat(),
         "machine": _machine(),
         "limits": {"seconds": {"ours": OUR_SECONDS, "yardstick": YARDSTICK_SECONDS}, "bytes": MAX_BYTES},

@@ -12,7 +12,8 @@ from prefplan.logic.dfa import Automaton
 
 def show_table(console: Console, automaton: Automaton) -> None:
     """Print a row for each state and guard."""
-    table = Table(title=Text(f"{_one_line(automaton.text)}: {_count(automaton.size)}"), title_justify="left")
+    count = "1 state" if automaton.size == 1 else f"{automaton.size} states"
+    table = Table(title=Text(f"{_one_line(automaton.text)}: {count}"), title_justify="left")
     table.add_column("state")
     table.add_column("guard")
     table.add_column("next state", justify="right")
@@ -87,10 +88,6 @@ def _roles(automaton: Automaton, state: int) -> list[str]:
 def _one_line(text: str) -> str:
     """Return a formula on one line; it has neither quotes nor backslashes."""
     return " ".join(text.split())
-
-
-def _count(states: int) -> str:
-    return "1 state" if states == 1 else f"{states} states"
 
 
 WRITERS = {"hoa": hoa, "dot": dot}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from itertools import cycle
 from typing import Any, cast
 
 import numpy as np
@@ -11,10 +12,15 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from experiments.figures.figures import drawing, inline_svg
-from experiments.figures.palette import GOOD, PATH, START, areas
 from experiments.figures.trail import Cell, Trail, trail
 from prefplan.front import Plan
 from prefplan.models.grid import Box, GridModel
+
+AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")
+"""Colours of regions, in turn: `light` of P. Tol, "Colour Schemes", SRON technical note, 2021."""
+
+PATH, GOOD, START = "#222255", "#228833", "#bb5566"
+"""Colours of the path, of satisfied tasks and of the start; people who see few colours can tell them apart."""
 
 PANEL = 3.1
 """Width of a panel with a map, inches."""
@@ -59,9 +65,8 @@ def draw_map(axes: Axes, model: GridModel, plan: Plan) -> None:
     if width * height <= MOST_CELLS:
         axes.vlines(np.arange(0.5, width - 1), -0.5, height - 0.5, "#dddddd", linewidth=0.4, zorder=1, gid="grid")
         axes.hlines(np.arange(0.5, height - 1), -0.5, width - 0.5, "#dddddd", linewidth=0.4, zorder=1, gid="grid")
-    colours = areas(model.regions)
-    for name, boxes in model.regions.items():
-        _draw_area(axes, boxes, color=colours[name], alpha=0.75, gid="region")
+    for colour, boxes in zip(cycle(AREAS), model.regions.values(), strict=False):
+        _draw_area(axes, boxes, color=colour, alpha=0.75, gid="region")
     for boxes in model.obstacles.values():
         _draw_area(axes, boxes, color="#555555", gid="obstacle")
     path, mark = path_of(plan), min(0.3, 0.012 * max(width, height))

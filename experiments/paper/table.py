@@ -9,7 +9,8 @@ from pathlib import Path
 
 from experiments.benchmark.instances import RANDOM, known
 from experiments.benchmark.published import PUBLISHED
-from experiments.benchmark.runs import BARE, FRONT, MAX_MIN, OURS, SINGLE, wrong_fronts
+from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, SINGLE, wrong_fronts
+from experiments.benchmark.summary import TITLES, table
 from experiments.paper.study import Study
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -38,17 +39,16 @@ def compare_times(study: Study, out: Path, results: Path = RESULTS) -> None:
         agrees=not wrong,
         remark="; ".join(wrong),
     )
-    times = {
-        (cell["kind"], cell["method"], cell["tasks"]): cell["seconds"]["median"]
-        for cell in content["cells"]
-        if cell["family"] == RANDOM
-    }
+    found = [cell for cell in content["cells"] if cell["family"] == RANDOM]
+    times = {(cell["kind"], cell["method"], cell["tasks"]): cell["seconds"]["median"] for cell in found}
     _growth(study, times)
     _speed_up(study, times)
     picture = out / "table_1.png"
     shutil.copyfile(results / "table1.png", picture)
     study.figures.append((picture, "seconds against the number of tasks"))
-    study.texts += _rows(times)
+    for kind in KINDS:
+        cells = [cell for cell in found if cell["kind"] == kind]
+        study.texts += [f"{TITLES[kind]}:", *table(kind, cells).splitlines()]
 
 
 def _growth(study: Study, times: Times) -> None:
@@ -82,18 +82,3 @@ def _speed_up(study: Study, times: Times) -> None:
         confirmed=paper[FRONT] < ORDER_OF_MAGNITUDE,
         remark=f"the paper's own table has x {paper[FRONT]:.1f}",
     )
-
-
-def _rows(times: Times) -> tuple[str, ...]:
-    """Return the table as lines of text: seconds of the paper, of the yardstick and of prefplan."""
-    lines = [
-        f"{'':>10} {'':>3} {'paper':>18} {'yardstick':>18} {'prefplan':>9}",
-        f"{'':>10} {'N':>3} {'w/o h':>9}{'w/ h':>9} {'w/o h':>9}{'w/ h':>9}",
-    ]
-    for kind, name in ((SINGLE, "one plan"), (FRONT, "front")):
-        for n in PUBLISHED[kind, BARE]:
-            paper = [PUBLISHED[kind, method][n] for method in (BARE, MAX_MIN)]
-            ours = [times.get((kind, method, n)) for method in (BARE, MAX_MIN, OURS)]
-            cells = ["" if seconds is None else f"{seconds:.3g}" for seconds in (*paper, *ours)]
-            lines.append(f"{name:>10} {n:>3} {cells[0]:>9}{cells[1]:>9} {cells[2]:>9}{cells[3]:>9} {cells[4]:>9}")
-    return tuple(lines)

@@ -114,7 +114,7 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
     scene = scene_of(given)
     wanted = choose(Planner(given.problem()), plan)
     outcome = carry_out(given, scene, wanted, seed=seed, choice=plan)
-    certificate = certify(evidence(given, scene, outcome, setting={"seed": seed}))
+    certificate = certify(evidence(given, scene, outcome))
     if not (outcome.rollout.completed and certificate.confirmed):
         why = in_a_line(certificate) if outcome.rollout.completed else f"stopped {outcome.rollout.reason}"
         drawn = "" if seed is None else f" --seed {seed}"

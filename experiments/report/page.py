@@ -59,7 +59,10 @@ def write_page(
         if part.name.endswith((".js", ".css")):
             write_bytes(folder / PARTS / part.name, part.read_bytes())
     write_bytes(folder / PARTS / VEGA, _library())
-    text = _render(scenario, front, page_data(scenario, front, recordings), (*_shortfalls(front), *notices))
+    if front.ended is not None:
+        missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
+        notices = (missing, *notices)
+    text = _render(scenario, front, page_data(scenario, front, recordings), notices)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX
 
@@ -108,10 +111,3 @@ def _trade_off(front: Front, data: Mapping[str, Any]) -> str:
     headline = next(one["headline"] for one in data["plans"][-1]["explanations"] if one["against"] == 0)
     between = "" if len(front) == 2 else f" Between them, the best trade-offs are {len(front) - 2} other plans."
     return f"The preferred plan costs {headline}{between}"
-
-
-def _shortfalls(front: Front) -> tuple[str, ...]:
-    """Return what is missing from a front, as sentences."""
-    if front.ended is None:
-        return ()
-    return (f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred.",)

@@ -20,7 +20,6 @@ from prefplan.scenario.decode import Scenario
 from sim.errors import LogError, RenderingError
 from sim.evidence.log import Log, read_log
 from sim.rendering.renderer import check_rendering
-from sim.world.randomization import Perturbation
 from sim.world.scene import Scene
 
 
@@ -143,9 +142,7 @@ def keep(
     Raises:
         PrefplanError: a file cannot be written.
     """
-    drawn = None if outcome.seed is None else str(Perturbation())
-    setting = {"seed": outcome.seed, "perturbation": drawn}
-    outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"), setting=setting)
+    outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"))
     if outcome.video is None:
         path.with_suffix(".mp4").unlink(missing_ok=True)
     rendered = {"size": list(size)} if outcome.video and size else {}

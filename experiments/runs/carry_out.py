@@ -163,7 +163,11 @@ def _outcome(
     problem: Problem, loop: ClosedLoop, scene: Scene, *, interrupted: bool, **conditions: Unpack[Conditions]
 ) -> Outcome:
     run, costs = loop.run, scene.model.costs
-    rollout = run.rollout()
+    rollout, seed, faults = run.rollout(), conditions.get("seed"), conditions.get("faults", ())
+    perturbation = None if seed is None else str(conditions.get("perturbation") or Perturbation())
+    setting: dict[str, object] = {"seed": seed, "perturbation": perturbation}
+    if faults:
+        setting["faults"] = [str(fault) for fault in faults]
     if interrupted:
         rollout = replace(rollout, completed=False, reason="interrupted")
     return Outcome(
@@ -171,8 +175,9 @@ def _outcome(
         rollout,
         ledger_of(problem, loop.plan, rollout.steps),
         loop.pursuit,
-        seed=conditions.get("seed"),
-        faults=tuple((fault, run.injector.happened.get(i)) for i, fault in enumerate(conditions.get("faults", ()))),
+        seed=seed,
+        setting=setting,
+        faults=tuple((fault, run.injector.happened.get(i)) for i, fault in enumerate(faults)),
         interrupted=interrupted,
         quantity=costs.quantity if isinstance(costs, MeasuredCosts) else None,
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 from experiments.cli.files import write_bytes, write_json
 from experiments.cli.output import plan_json
@@ -17,7 +16,7 @@ from sim.evidence.log import Log, encode, log_of, read_log
 from sim.world.scene import Scene
 
 
-def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path, *, setting: dict[str, Any]) -> Outcome:
+def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path) -> Outcome:
     """Write the log of an outcome and the certificate that the written file gets; return the outcome with both.
 
     Args:
@@ -25,30 +24,27 @@ def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path, *, set
         scene: what was simulated.
         outcome: what came of it.
         path: of the log, `NAME.npz`; the certificate, `NAME.certificate.json`, lies beside it.
-        setting: as in `evidence`.
 
     Raises:
         PrefplanError: a file cannot be written.
     """
-    write_bytes(path, encode(evidence(scenario, scene, outcome, setting=setting)))
+    write_bytes(path, encode(evidence(scenario, scene, outcome)))
     log = read_log(path)
     certificate = certify(log)
     write_json(path.with_suffix(".certificate.json"), certificate_json(log, certificate))
     return replace(outcome, log=path, certificate=certificate)
 
 
-def evidence(scenario: Scenario, scene: Scene, outcome: Outcome, *, setting: dict[str, Any] | None = None) -> Log:
+def evidence(scenario: Scenario, scene: Scene, outcome: Outcome) -> Log:
     """Return the log of an outcome, from which `sim.evidence.certificate` can check all that is said of it.
 
     Args:
         scenario: read from a file.
         scene: what was simulated.
         outcome: what came of it.
-        setting: what made this run differ from others, JSON-ready: its seed, faults, perturbation.
     """
-    return log_of(
-        scene, outcome.rollout, claims_of(outcome), scenario=scenario.name, text=scenario.text, setting=setting
-    )
+    claims, setting = claims_of(outcome), outcome.setting
+    return log_of(scene, outcome.rollout, claims, scenario=scenario.name, text=scenario.text, setting=setting)
 
 
 def claims_of(outcome: Outcome) -> Claims:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
@@ -34,6 +34,7 @@ class Outcome:
         ledger: costs and satisfied tasks, from the observations after each action.
         pursuit: how often it was planned again, and what was violated.
         seed: of the random numbers, or None.
+        setting: what made this run differ from others, JSON-ready: its seed, perturbation and faults.
         faults: the faults, and when each happened, s; None where the run ended before.
         video: its file, or None.
         no_video: why there is none although one was asked for, in one sentence.
@@ -48,6 +49,7 @@ class Outcome:
     ledger: Ledger
     pursuit: Pursuit
     seed: int | None = None
+    setting: dict[str, Any] = field(default_factory=dict)
     faults: tuple[tuple[Fault, float | None], ...] = ()
     video: Path | None = None
     no_video: str | None = None

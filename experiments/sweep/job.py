@@ -97,8 +97,7 @@ def roll_out(sweep: Sweep, number: int) -> Record:
             scenario, scene, sweep.plan, seed=seed, perturbation=perturbation, faults=faults, choice=sweep.which
         )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-        setting = {"seed": seed, "perturbation": str(perturbation), "faults": [str(fault) for fault in faults]}
-        certificate = certify(evidence(scenario, scene, outcome, setting=setting))
+        certificate = certify(evidence(scenario, scene, outcome))
     except Exception as error:  # one error must not end a thousand rollouts
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
     return {

@@ -118,7 +118,8 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
     table.add_row("perturbed by", summary["perturb"])
     table.add_row("completed", share(summary["completed"], summary["done"]))
     if summary["success_interval"]:
-        table.add_row("95 % interval (Wilson)", interval(summary["success_interval"]))
+        low, high = summary["success_interval"]
+        table.add_row("95 % interval (Wilson)", f"{low:.1%} to {high:.1%}")
     certificates = summary["certificates"]
     table.add_row("certificates agree", share(certificates["agree"], certificates["checked"]))
     table.add_row("all checks hold", share(certificates["confirmed"], certificates["checked"]))
@@ -146,8 +147,3 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
 def share(count: int, total: int) -> str:
     """Return a share as text."""
     return f"{count} of {total} ({count / total:.1%})" if total else "none yet"
-
-
-def interval(ends: Sequence[float]) -> str:
-    """Return an interval of shares as text."""
-    return f"{ends[0]:.1%} to {ends[1]:.1%}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -117,13 +118,9 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
             camera=camera,
             tell=bars,
         )
-        drawn = None if options.seed is None else str(perturbation)
-        setting: dict[str, object] = {"seed": options.seed, "perturbation": drawn}
-        if faults:
-            setting["faults"] = [str(fault) for fault in faults]
         if options.noise:
-            setting["noise_mm"] = float(options.noise)
-        return prove(scenario, scene, outcome, folder / f"{name}.npz", setting=setting)
+            outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(options.noise)})
+        return prove(scenario, scene, outcome, folder / f"{name}.npz")
 
 
 def _status(options: argparse.Namespace, outcome: Outcome) -> int:
