@@ -128,7 +128,9 @@ class Robot:
 
     def fingers(self, model: mujoco.MjModel) -> np.ndarray:
         """Return (ngeom,) bool: which geoms of a scene are the fingers', pads included."""
-        return np.isin(model.geom_bodyid, [model.joint(name).bodyid[0] for name in self.gripper.joints])
+        moved = [model.joint(name).bodyid[0] for name in self.gripper.joints]
+        padded = [model.geom(name).bodyid[0] for name in self.gripper.pads]
+        return np.isin(model.geom_bodyid, moved + padded)
 
     def qpos(self, model: mujoco.MjModel) -> np.ndarray:
         """Return the (n,) places of the arm's joints in the scene's positions."""
