@@ -3,81 +3,78 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import reduce
 
 from prefplan.errors import FormulaError, choices
 
 
+class _Node:
+    """A part of a formula."""
+
+    def __str__(self) -> str:
+        """Return the formula as text."""
+        match self:
+            case Truth(value):
+                return "true" if value else "false"
+            case Literal(name, positive):
+                return name if positive else f"!{name}"
+            case And(left, right):
+                return f"({left} & {right})"
+            case Or(left, right):
+                return f"({left} | {right})"
+            case Next(operand):
+                return f"X {operand}"
+            case Until(left, right):
+                return f"F {right}" if left == TRUE else f"({left} U {right})"
+        raise AssertionError(repr(self))
+
+
 @dataclass(frozen=True)
-class Truth:
+class Truth(_Node):
     """`true` or `false`."""
 
     value: bool
 
-    def __str__(self) -> str:
-        """Return the formula as text."""
-        return "true" if self.value else "false"
-
 
 @dataclass(frozen=True)
-class Literal:
+class Literal(_Node):
     """An atomic proposition or its negation."""
 
     name: str
     positive: bool = True
 
-    def __str__(self) -> str:
-        """Return the formula as text."""
-        return self.name if self.positive else f"!{self.name}"
-
 
 @dataclass(frozen=True)
-class And:
+class And(_Node):
     """Both hold."""
 
     left: Formula
     right: Formula
 
-    def __str__(self) -> str:
-        """Return the formula as text."""
-        return f"({self.left} & {self.right})"
-
 
 @dataclass(frozen=True)
-class Or:
+class Or(_Node):
     """At least one holds."""
 
     left: Formula
     right: Formula
 
-    def __str__(self) -> str:
-        """Return the formula as text."""
-        return f"({self.left} | {self.right})"
-
 
 @dataclass(frozen=True)
-class Next:
+class Next(_Node):
     """The operand holds at the next position."""
 
     operand: Formula
 
-    def __str__(self) -> str:
-        """Return the formula as text."""
-        return f"X {self.operand}"
-
 
 @dataclass(frozen=True)
-class Until:
+class Until(_Node):
     """`right` holds at some position, and `left` at every earlier one; F a is true U a."""
 
     left: Formula
     right: Formula
-
-    def __str__(self) -> str:
-        """Return the formula as text."""
-        return f"F {self.right}" if self.left == TRUE else f"({self.left} U {self.right})"
 
 
 Formula = Truth | Literal | And | Or | Next | Until
@@ -155,7 +152,8 @@ def holds(formula: Formula, label: frozenset[str]) -> bool:
     raise ValueError(f"{formula} has a temporal operator")
 
 
-_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<symbol>->|[!&|()])|(?P<wrong>\S))")
+_TOKEN = re.compile(r"[A-Za-z_]\w*|->|\S", re.ASCII)
+_SYMBOL = re.compile(r"[A-Za-z_]\w*|->|[!&|()]", re.ASCII)
 _NOT_COSAFE = {"G": "'always'", "R": "'release'", "W": "'weak until'"}
 _NESTING = 120
 """Deeper formulas are refused rather than left to overflow the interpreter's stack."""
@@ -183,7 +181,7 @@ class _Parser:
     """Recursive descent, one method for each level of precedence."""
 
     def __init__(self, text: str, propositions: list[str] | None) -> None:
-        self.text, self.propositions = text, propositions
+        self.text, self.propositions = re.sub(r"\s", " ", text), propositions
         self.tokens = self.scan()
         self.position = 0
         self.depth = 0
@@ -194,17 +192,11 @@ class _Parser:
         return FormulaError(f"{message}, at column {column + 1}\n    {self.text}\n    {' ' * column}^")
 
     def scan(self) -> list[_Token]:
-        if "\n" in self.text or "\t" in self.text:
-            self.text = re.sub(r"\s", " ", self.text)
-        tokens, position = [], 0
-        while match := _TOKEN.match(self.text, position):
-            kind = match.lastgroup or ""
-            if kind == "wrong":
-                raise self.error(f"{match['wrong']!r} means nothing in a formula", match.start(kind))
-            tokens.append(_Token(match[kind], match.start(kind), match.end(kind)))
-            position = match.end()
-        tokens.append(_Token("", len(self.text.rstrip()), len(self.text)))
-        return tokens
+        tokens = [_Token(found[0], found.start(), found.end()) for found in _TOKEN.finditer(self.text)]
+        for token in tokens:
+            if not _SYMBOL.fullmatch(token.text):
+                raise self.error(f"{token.text!r} means nothing in a formula", token.start)
+        return [*tokens, _Token("", len(self.text.rstrip()), len(self.text))]
 
     @property
     def token(self) -> _Token:
@@ -242,18 +234,15 @@ class _Parser:
         return Or(negate(left), right)
 
     def disjunction(self) -> Formula:
-        operands = [self.conjunction()]
-        while self.token.text == "|":
-            self.advance()
-            operands.append(self.conjunction())
-        return _balanced(Or, operands)
+        return self.joined("|", Or, lambda: self.joined("&", And, self.until))
 
-    def conjunction(self) -> Formula:
-        operands = [self.until()]
-        while self.token.text == "&":
+    def joined(self, symbol: str, operator: type[And] | type[Or], operand: Callable[[], Formula]) -> Formula:
+        """Read operands with one symbol between them."""
+        operands = [operand()]
+        while self.token.text == symbol:
             self.advance()
-            operands.append(self.until())
-        return _balanced(And, operands)
+            operands.append(operand())
+        return _balanced(operator, operands)
 
     def until(self) -> Formula:
         start = self.token.start

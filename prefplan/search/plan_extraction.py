@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
-from fractions import Fraction
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from prefplan.exact_costs import to_number
+from prefplan.exact_costs import exact, to_number
 from prefplan.front import Plan, Purchase
+from prefplan.ledger import Ledger
 from prefplan.product.contraction import Graph
 from prefplan.product.product_automaton import Product, Start
 from prefplan.product.successors import Integer, kernel
@@ -137,39 +137,31 @@ def account(
 ) -> tuple[Plan, Any]:
     """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
     problem, system, units = product.problem, product.problem.system, product.units
-    names = problem.names
-    spent = [0]
-    for edge in edges:
-        spent.append(spent[-1] + (int(product.costs[edge]) >> product.shift))
-    task_costs, violations = [], [Fraction(0)] * len(names)
+    visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
+    labels = [system.label(state) for state in visited]
     purchases: list[Purchase] = []
-    for i, (name, dfa) in enumerate(zip(names, product.automata, strict=True)):
-        accepting = dfa.automaton.accepting
-        done = next((k for k, automata in enumerate(states) if automata[i] == accepting), len(states) - 1)
-        task_costs.append(spent[done] * units.cost)
+    for i, (name, dfa) in enumerate(zip(problem.names, product.automata, strict=True)):
         bought = start.bought[i]
         if bought is None:
-            price = (dfa.skip or 0) * units.price
-            purchases.append(Purchase(name, 0, None, to_number(price)))
-            violations[i] += price
+            purchases.append(Purchase(name, 0, None, (dfa.skip or 0) * units.price))
         for k, automata in enumerate(states if dfa.relaxations else states[:1]):
             if k > 0:
-                label = system.label(int(product.targets[edges[k - 1]]))
-                readings = dfa.readings(states[k - 1][i], label)
-                bought = next(r.bought for r in readings if r.state == automata[i])
+                bought = next(r.bought for r in dfa.readings(states[k - 1][i], labels[k]) if r.state == automata[i])
             for relaxation in bought or ():
                 assumed, _, count = dfa.relaxations[relaxation]
-                purchases.append(Purchase(name, k, assumed, to_number(count * units.price)))
-                violations[i] += count * units.price
-    visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
-    mu = problem.measure.value(task_costs, violations)
+                purchases.append(Purchase(name, k, assumed, count * units.price))
+    purchases.sort(key=lambda purchase: purchase.step)
+    actions = [system.action_names[system.actions[edge]] for edge in edges]
+    costs = [int(system.costs[edge]) * system.unit for edge in edges]
+    ledger = Ledger.of(problem, actions, costs, labels, purchases)
+    final = ledger.final
     plan = Plan(
-        cost=to_number(spent[-1] * units.cost),
-        preference=to_number(mu),
-        task_costs={name: to_number(cost) for name, cost in zip(names, task_costs, strict=True)},
-        violation_costs={name: to_number(cost) for name, cost in zip(names, violations, strict=True)},
-        actions=tuple(system.action_names[system.actions[edge]] for edge in edges),
+        cost=final.cost,
+        preference=final.preference,
+        task_costs=final.task_costs,
+        violation_costs=final.violation_costs,
+        actions=ledger.actions,
         states=tuple(system.states[state] for state in visited),
-        relaxations=tuple(sorted(purchases, key=lambda p: p.step)),
+        relaxations=tuple(replace(purchase, cost=to_number(exact(purchase.cost))) for purchase in purchases),
     )
-    return plan, mu
+    return plan, ledger.exact_preference()
