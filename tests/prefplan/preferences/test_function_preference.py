@@ -12,7 +12,7 @@ from prefplan import Function, PreferenceError, pareto_front
 
 
 def spoken(costs: Any, violations: Any) -> float:
-    """Return the largest cost in a way that numba cannot compile."""
+    """Return the largest cost by code that numba cannot compile."""
     return sorted({"cost": float(cost)}["cost"] for cost in costs)[-1]
 
 
