@@ -1,4 +1,4 @@
-"""Small planning problems drawn at random, such that wrong dominance, semantics or bookkeeping shows on some."""
+"""Small planning problems drawn at random, on which wrong dominance, semantics or accounting shows."""
 
 from __future__ import annotations
 

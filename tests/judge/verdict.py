@@ -7,6 +7,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
+from fractions import Fraction
 from itertools import combinations
 
 from judge.enumerate import cheapest_cost, exact_plans
@@ -43,7 +44,8 @@ def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str 
     least = cheapest_cost(problem)
     if least is None:
         return misblamed(problem, Planner(planned).front(max_cost=100))
-    limit = least + max(least, 12 * min((edge.cost for edge in problem.edges if edge.cost), default=0))
+    smallest = min((edge.cost for edge in problem.edges if edge.cost), default=0)
+    limit = least + max(least * Fraction(1, 2), 12 * smallest)
     plans = exact_plans(problem, max_cost=limit, max_labels=MAX_LABELS)
     expected = [(plan.cost, plan.preference) for plan in plans]
     for chosen in options:

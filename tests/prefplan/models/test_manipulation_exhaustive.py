@@ -22,7 +22,7 @@ class Plain(NamedTuple):
 
 
 def plain_start(what: ManipulationModel) -> Plain:
-    return Plain(what.start, None, tuple(thing.start for thing in what.objects), frozenset())
+    return Plain(what.start, None, tuple(obj.start for obj in what.objects), frozenset())
 
 
 def plain_steps(what: ManipulationModel, state: Plain) -> list[tuple[str, int, Plain]]:
@@ -41,12 +41,12 @@ def plain_steps(what: ManipulationModel, state: Plain) -> list[tuple[str, int, P
         for name in spots:
             if name != state.hand:
                 steps.append((f"transit {name}", 3, state._replace(hand=name)))
-        for k, thing in enumerate(what.objects):
-            if state.places[k] == state.hand and not thing.fixed and carries_nothing(state.hand):
+        for k, obj in enumerate(what.objects):
+            if state.places[k] == state.hand and not obj.fixed and carries_nothing(state.hand):
                 lifted = (*state.places[:k], None, *state.places[k + 1 :])
-                steps.append((f"grasp {thing.name}", 1, state._replace(held=thing.name, places=lifted)))
+                steps.append((f"grasp {obj.name}", 1, state._replace(held=obj.name, places=lifted)))
         return steps
-    k = [thing.name for thing in what.objects].index(state.held)
+    k = [obj.name for obj in what.objects].index(state.held)
     for name, place in spots.items():
         if name != state.hand and has_room(place):
             steps.append((f"transport {state.held} {name}", 5, state._replace(hand=name)))
@@ -59,16 +59,12 @@ def plain_steps(what: ManipulationModel, state: Plain) -> list[tuple[str, int, P
 
 
 def plain_label(what: ManipulationModel, state: Plain) -> set[str]:
-    names = {f"{thing.name}_{place}" for thing, place in zip(what.objects, state.places, strict=True) if place}
-    return (
-        names
-        | {f"{thing}_{mark}" for thing, mark in state.marks}
-        | ({f"holding_{state.held}"} if state.held else set())
-    )
+    names = {f"{obj.name}_{place}" for obj, place in zip(what.objects, state.places, strict=True) if place}
+    return names | {f"{obj}_{mark}" for obj, mark in state.marks} | ({f"holding_{state.held}"} if state.held else set())
 
 
 def as_plain(what: ManipulationModel, state: ManipulationState) -> Plain:
-    return Plain(state.hand, state.held, tuple(state.place.get(thing.name) for thing in what.objects), state.marks)
+    return Plain(state.hand, state.held, tuple(state.place.get(obj.name) for obj in what.objects), state.marks)
 
 
 def random_model(seed: int) -> ManipulationModel:
@@ -80,10 +76,10 @@ def random_model(seed: int) -> ManipulationModel:
         common = {"capacity": rng.choice((1, 1, 2)), "marks": rng.choice((None, None, "wet", "hot"))}
         on = tuple(rng.sample(names[:k], rng.randint(1, min(2, k)))) if k and rng.random() < 0.4 else ()
         places.append(Location(name, at=None if on else (0.0, 0.0), on=on, **common))
-    room = {place.name: place.capacity for place in places}
+    capacities = {place.name: place.capacity for place in places}
     starts: list[str] = []
     for _ in range(rng.randint(1, 3)):
-        fits = [p.name for p in places if room[p.name] > starts.count(p.name) and all(s in starts for s in p.on)]
+        fits = [p.name for p in places if capacities[p.name] > starts.count(p.name) and all(s in starts for s in p.on)]
         if fits:
             starts.append(rng.choice(fits))
     objects = [Object(f"o{k}", start, fixed=rng.random() < 0.15) for k, start in enumerate(starts)]

@@ -158,8 +158,8 @@ def test_a_scenario_plans_with_what_was_measured(scenario: Path) -> None:
     entries = table(*PLACES)
     write(scenario, entries)
     (plan,) = pareto_front(load(scenario).problem())
-    way = [("transit", "home", "desk"), ("grasp", "desk", "desk"), ("transport", "desk", "tray"), ("release", "tray")]
-    direct = sum(entries[cast(Pair, step if len(step) == 3 else (*step, step[-1]))] for step in way)
+    path = [("transit", "home", "desk"), ("grasp", "desk", "desk"), ("transport", "desk", "tray"), ("release", "tray")]
+    direct = sum(entries[cast(Pair, step if len(step) == 3 else (*step, step[-1]))] for step in path)
     assert judge.exact(plan.cost) <= Fraction(direct)
     timed = scenario.with_name("cup.toml")
     timed.write_text(SCENARIO.replace('"energy"', '"travel"'))

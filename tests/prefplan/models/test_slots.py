@@ -1,4 +1,4 @@
-"""Slots of locations with room for several."""
+"""Slots of locations that hold several objects."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def test_an_object_is_put_where_the_others_are_far(taken: str, slot: int) -> Non
 
 def test_objects_fill_slots_in_order_around_those_whose_slots_are_known() -> None:
     places = [("a", "tray"), ("b", "tray"), ("c", "desk"), ("d", "tray")]
-    room = {"tray": 3, "desk": 1}
-    assert slots_at_start(places, {}, room) == {"a": 0, "b": 1, "c": 0, "d": 2}
-    assert slots_at_start(places, {"d": 0}, room) == {"a": 1, "b": 2, "c": 0, "d": 0}
+    capacities = {"tray": 3, "desk": 1}
+    assert slots_at_start(places, {}, capacities) == {"a": 0, "b": 1, "c": 0, "d": 2}
+    assert slots_at_start(places, {"d": 0}, capacities) == {"a": 1, "b": 2, "c": 0, "d": 0}
     with pytest.raises(ModelError, match="start: no room for 'd' at 'tray', which has room for 2"):
         slots_at_start(places, {}, {"tray": 2, "desk": 1})
 
@@ -104,23 +104,23 @@ class Walk(NamedTuple):
     labels: dict[str, frozenset[str]]
 
 
-def spelled_out(entries: dict[Pair, Decimal], lying: set[tuple[str, str, int]], room: dict[str, int]) -> Walk:
+def spelled_out(entries: dict[Pair, Decimal], lying: set[tuple[str, str, int]], capacities: dict[str, int]) -> Walk:
     """Return every state and edge of a model whose slots are followed one action at a time."""
 
     def over(place: str, slot: int) -> str:
-        return f"{place}[{slot}]" if room[place] > 1 else place
+        return f"{place}[{slot}]" if capacities[place] > 1 else place
 
     def steps(at: Spot) -> Iterator[tuple[str, Spot]]:
         here = at.hand.split("[")[0]
-        for place in room if at.held is None else ():
+        for place in capacities if at.held is None else ():
             if place != here:
                 yield f"transit {place}", Spot(place, None, at.lying)
-        for thing, place, slot in at.lying if at.held is None else ():
+        for obj, place, slot in at.lying if at.held is None else ():
             if place == here:
-                yield f"grasp {thing}", Spot(over(place, slot), thing, at.lying - {(thing, place, slot)})
-        for place in room if at.held is not None else ():
+                yield f"grasp {obj}", Spot(over(place, slot), obj, at.lying - {(obj, place, slot)})
+        for place in capacities if at.held is not None else ():
             taken = {slot for _, other, slot in at.lying if other == place}
-            free = [slot for slot in range(room[place]) if slot not in taken]
+            free = [slot for slot in range(capacities[place]) if slot not in taken]
             if free:
                 # Two slots off is as good as any; the first of those that are as good.
                 slot = min(free, key=lambda i: (-min([2, *(abs(i - j) for j in taken)]), i))
@@ -142,21 +142,21 @@ def spelled_out(entries: dict[Pair, Decimal], lying: set[tuple[str, str, int]], 
                 queue.append(after)
             cost = Fraction(entries[action.split()[0], at.hand, after.hand])
             edges.append(judge.Edge(names[at], action, cost, names[after]))
-    labels = {name: frozenset(f"{thing}_{place}" for thing, place, _ in at.lying) for at, name in names.items()}
+    labels = {name: frozenset(f"{obj}_{place}" for obj, place, _ in at.lying) for at, name in names.items()}
     return Walk(tuple(edges), labels)
 
 
 @pytest.mark.parametrize("capacity", [2, 3])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int) -> None:
-    room = {"desk": 1, "shelf": capacity, "box": 1}
-    rng, hands = random.Random(seed), hand_poses(room, room.values(), "home")
+    capacities = {"desk": 1, "shelf": capacity, "box": 1}
+    rng, hands = random.Random(seed), hand_poses(capacities, capacities.values(), "home")
     entries = {(k, a, b): Decimal(rng.randint(500, 9999)).scaleb(-3) for k in COSTS for a in hands for b in hands}
-    places = tuple(Location(name, at=(0.4, 0.0), capacity=number) for name, number in room.items())
+    places = tuple(Location(name, at=(0.4, 0.0), capacity=number) for name, number in capacities.items())
     objects = (Object("cup", "shelf"), Object("pot", "shelf"))
     system = ManipulationModel("home", MeasuredCosts("time", entries), places, objects).transition_system()
     lying = {("cup", "shelf", 0), ("pot", "shelf", 1)}
-    walk = spelled_out(entries, lying, room)
+    walk = spelled_out(entries, lying, capacities)
     assert (system.size, len(system.targets)) == (len(walk.labels), len(walk.edges))
     tasks = [Task("cup", "F (cup_desk & F cup_shelf)"), Task("pot", "F (pot_box & F pot_shelf)")]
     rng.shuffle(tasks)

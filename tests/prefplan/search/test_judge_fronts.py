@@ -49,7 +49,7 @@ def test_zero_cost_loops_end_and_cost_nothing() -> None:
 
 
 def listed_front(problem: GraphProblem, max_cost: int) -> list[tuple[Any, Any]]:
-    """Find the front by listing every plan and every way of relaxing it, judged by `replay`."""
+    """Find the front by listing every plan with all its relaxations, judged by `replay`."""
     points = set()
     for actions in _all_actions(problem, problem.start, max_cost):
         states = replay(problem, actions).states
