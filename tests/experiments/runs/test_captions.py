@@ -53,29 +53,24 @@ def front(arch: Scenario) -> list[Plan]:
     return list(pareto_front(arch.problem()))
 
 
-@pytest.fixture(scope="module")
-def relaxed() -> Scenario:
-    return loads(RELAXED_CUP)
-
-
 def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
     system = arch.problem().system
     for state in range(0, system.size, 7):
         assert cast(ManipulationState, system.states[state]).label == system.label(state)
 
 
-def test_a_plan_that_goes_well_costs_what_was_planned(arch: Scenario, relaxed: Scenario) -> None:
-    for scenario in (arch, relaxed):
-        for plan in pareto_front(scenario.problem()):
-            end = outcome_of(scenario, plan).ledger.final
-            assert (end.cost, end.preference) == (plan.cost, plan.preference)
-            assert (end.task_costs, end.violation_costs) == (plan.task_costs, plan.violation_costs)
+@pytest.mark.parametrize("scenario", [scenarios.find("case_study_3"), loads(RELAXED_CUP)], ids=["arch", "relaxed"])
+def test_a_plan_that_goes_well_costs_what_was_planned(scenario: Scenario) -> None:
+    for plan in pareto_front(scenario.problem()):
+        end = outcome_of(scenario, plan).ledger.final
+        assert (end.cost, end.preference) == (plan.cost, plan.preference)
+        assert (end.task_costs, end.violation_costs) == (plan.task_costs, plan.violation_costs)
 
 
-def test_relaxations_apply_to_what_is_observed(relaxed: Scenario) -> None:
-    front = pareto_front(relaxed.problem())
-    assert [plan.preference for plan in front] == [9, 0]
-    ledger = outcome_of(relaxed, front[0]).ledger
+def test_relaxations_apply_to_what_is_observed() -> None:
+    relaxed = loads(RELAXED_CUP)
+    plan = pareto_front(relaxed.problem())[0]
+    ledger = outcome_of(relaxed, plan).ledger
     assert ledger.final.satisfied == {"serve"}
     assert [entry.cost for entry in ledger.entries] == [0, 0.5, 0.6, 1.3, 1.5]
 

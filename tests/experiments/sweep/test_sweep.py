@@ -31,7 +31,7 @@ PROGRAM = [sys.executable, "-c", "import sys; from experiments.program import ma
 
 CUP = cup_scenario(places=PLACES_NEARBY)
 
-ROLLOUTS = 16
+ROLLOUTS = 8
 SWEEP = ["sweep", "cup.toml", "--rollouts", str(ROLLOUTS), "--jobs", "2", "--seed", "7"]
 
 Records = dict[int, dict[str, Any]]
@@ -47,95 +47,20 @@ def cup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Records:
-    """What a sweep finds that nobody disturbs."""
-    folder = tmp_path_factory.mktemp("undisturbed")
-    (folder / "cup.toml").write_text(CUP)
-    done = subprocess.run([*PROGRAM, *SWEEP], cwd=folder, env=environment(), capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
-    return results(folder / "out" / "cup" / "sweep_cost")
+    """What a sweep finds that nobody disturbs, rolled out in this process."""
+    file = tmp_path_factory.mktemp("undisturbed") / "cup.toml"
+    file.write_text(CUP)
+    return {number: timeless(roll_out(sweep_of(file), number)) for number in range(ROLLOUTS)}
 
 
-def environment() -> dict[str, str]:
-    return os.environ | {"PYTHONPATH": str(ROOT)}
-
-
-def results(folder: Path) -> Records:
-    """Return the records in a folder by number, asserting that each is there once, without what a clock measured."""
-    lines = (folder / "rollouts.jsonl").read_text().splitlines()
-    records = [json.loads(line) for line in lines[1:]]
-    assert len({record["rollout"] for record in records}) == len(records)
-    timeless = [{k: v for k, v in record.items() if k not in ("cpu_seconds", "wall_seconds")} for record in records]
-    return {record["rollout"]: record for record in timeless}
-
-
-def begin(*more: str) -> subprocess.Popen[str]:
-    """Start a sweep into the folder `out`."""
-    command = [*PROGRAM, *SWEEP, "--out", "out", *more]
-    return subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def await_records(count: int, process: subprocess.Popen[str], folder: Path = Path("out")) -> None:
-    """Wait until so many rollouts are recorded."""
-    file = folder / "rollouts.jsonl"
-    while not file.exists() or file.read_bytes().count(b"\n") < 1 + count:
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.01)
-
-
-def without_folder(records: Records) -> Records:
-    """Return records without the command that replays them: it names the folder of the sweep."""
-    return {i: {k: v for k, v in record.items() if k != "replay"} for i, record in records.items()}
-
-
-@pytest.mark.slow
-def test_a_killed_sweep_goes_on_with_nothing_lost_and_nothing_twice(cup: Path, undisturbed: Records) -> None:
-    sweep = begin()
-    await_records(3, sweep)
-    sweep.kill()
-    sweep.wait()
-    file = cup / "out" / "rollouts.jsonl"
-    kept = file.read_bytes()
-    kept = kept[: kept.rfind(b"\n") + 1]
-    assert 3 <= kept.count(b"\n") - 1 < ROLLOUTS
-    file.write_bytes(kept + b'{"rollout": 15, "seed"')  # as if it had been killed while writing
-    again = begin("--json")
-    printed, errors = again.communicate()
-    assert (again.returncode, errors) == (0, "")
-    assert file.read_bytes().startswith(kept)
-    assert without_folder(results(cup / "out")) == without_folder(undisturbed)
-    summary = json.loads(printed)
-    assert summary["complete"] is True and summary["done"] == summary["completed"] == ROLLOUTS
-
-
-@pytest.mark.slow
-def test_ctrl_c_keeps_what_is_finished_and_says_what_there_is(cup: Path, undisturbed: Records) -> None:
-    sweep = subprocess.Popen(
-        [*PROGRAM, *SWEEP, "--out", "out", "--json"],
-        env=environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    await_records(3, sweep)
-    os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does: to the workers as well
-    printed, errors = sweep.communicate()
-    assert (sweep.returncode, errors) == (130, "prefplan: interrupted; the same command goes on\n")
-    summary, there = json.loads(printed), results(cup / "out")
-    assert summary["complete"] is False and 3 <= summary["done"] == len(there) < ROLLOUTS
-    assert json.loads((cup / "out" / "summary.json").read_text()) == summary
-    assert without_folder(there).items() <= without_folder(undisturbed).items()
-
-
-@pytest.fixture
-def job(cup: Path) -> Sweep:
-    scenario = load("cup.toml")
-    plan = pareto_front(scenario.problem())[0]
+def sweep_of(file: Path) -> Sweep:
+    """Return the sweep of the only plan of a scenario, into the folder `out`."""
+    scenario = load(file)
     return Sweep(
         packed=pack(scenario),
         given="cup.toml",
         which="cost",
-        plan=plan,
+        plan=pareto_front(scenario.problem())[0],
         seed=7,
         perturbation=read_perturbation("position=5,angle=5"),
         faults=False,
@@ -143,11 +68,76 @@ def job(cup: Path) -> Sweep:
     )
 
 
+def environment() -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(ROOT)}
+
+
+def results(folder: Path) -> Records:
+    """Return the records in a folder by number, asserting that each is there once."""
+    lines = (folder / "rollouts.jsonl").read_text().splitlines()
+    records = [json.loads(line) for line in lines[1:]]
+    assert len({record["rollout"] for record in records}) == len(records)
+    return {record["rollout"]: timeless(record) for record in records}
+
+
+def timeless(record: dict[str, Any]) -> dict[str, Any]:
+    """Return a record as it is in its file, without what a clock measured."""
+    written: dict[str, Any] = json.loads(json.dumps(record))
+    return {key: value for key, value in written.items() if key not in ("cpu_seconds", "wall_seconds")}
+
+
+def begin(*more: str) -> subprocess.Popen[str]:
+    """Start a sweep into the folder `out`, in a session of its own."""
+    pipe = subprocess.PIPE
+    command = [*PROGRAM, *SWEEP, "--out", "out", "--json", *more]
+    return subprocess.Popen(command, env=environment(), stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+
+
+def await_records(count: int, process: subprocess.Popen[str]) -> None:
+    """Wait until so many rollouts are recorded."""
+    file = Path("out", "rollouts.jsonl")
+    while not file.exists() or file.read_bytes().count(b"\n") < 1 + count:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
-    job: Sweep, cup: Path, jobs: int, monkeypatch: pytest.MonkeyPatch
+def test_an_interrupted_sweep_says_what_there_is_and_goes_on_with_nothing_lost_and_nothing_twice(
+    cup: Path, undisturbed: Records
 ) -> None:
+    sweep = begin()
+    await_records(2, sweep)
+    os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does: to the workers as well
+    printed, errors = sweep.communicate()
+    assert (sweep.returncode, errors) == (130, "prefplan: interrupted; the same command goes on\n")
+    summary, there = json.loads(printed), results(cup / "out")
+    assert summary["complete"] is False and 2 <= summary["done"] == len(there) < ROLLOUTS
+    assert json.loads((cup / "out" / "summary.json").read_text()) == summary
+    assert there.items() <= undisturbed.items()
+
+    file = cup / "out" / "rollouts.jsonl"
+    kept = file.read_bytes()
+    file.write_bytes(kept + b'{"rollout": 15, "seed"')  # as if it had been killed while writing
+    sweep = begin()
+    printed, errors = sweep.communicate()
+    assert (sweep.returncode, errors) == (0, "")
+    assert file.read_bytes().startswith(kept)
+    assert results(cup / "out") == undisturbed
+    summary = json.loads(printed)
+    assert summary["complete"] is True and summary["done"] == summary["completed"] == ROLLOUTS
+
+
+@pytest.fixture
+def job(cup: Path) -> Sweep:
+    return sweep_of(cup / "cup.toml")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("jobs", "numbers"), [(1, [3]), (2, [2, 3, 5, 6])])
+def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
+    job: Sweep, cup: Path, jobs: int, numbers: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rollout 3 kills its process each time, rollout 6 the first time only."""
     once = cup / "killed_once"
 
     def deadly(sweep: Sweep, number: int) -> dict[str, Any]:
@@ -158,23 +148,21 @@ def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
         return {"rollout": number, "completed": True}
 
     monkeypatch.setattr(workers, "roll_out", deadly)
-    records = list(on_this_machine(job, range(10), jobs=jobs))
-    assert sorted(record["rollout"] for record in records) == list(range(10))
-    assert once.exists()
+    records = list(on_this_machine(job, numbers, jobs=jobs))
+    assert sorted(record["rollout"] for record in records) == numbers
+    assert once.exists() == (6 in numbers)
     (crashed,) = (record for record in records if not record["completed"])
     assert (crashed["rollout"], crashed["class"]) == (3, "crashed")
     assert crashed["reason"] == "the process that carried it out ended without an answer, twice"
 
 
-def test_a_rollout_is_a_function_of_the_sweep_and_its_number(job: Sweep) -> None:
-    one, again, other = roll_out(job, 0), roll_out(job, 0), roll_out(job, 1)
-    assert {k: v for k, v in one.items() if "_seconds" not in k} == {
-        k: v for k, v in again.items() if "_seconds" not in k
-    }
+def test_rollouts_differ_and_are_certified_and_timed(job: Sweep, undisturbed: Records) -> None:
+    one, other = undisturbed[0], roll_out(job, 1)
     measured = ("sim_seconds", "placement_error_mm", "speed_share", "torque_share")
     assert one["seed"] != other["seed"] and [one[key] for key in measured] != [other[key] for key in measured]
+    assert timeless(other) == undisturbed[1]
     assert one["certified"] is one["agrees"] is True and one["refuted"] == []
-    assert one["cpu_seconds"] > 0 and one["wall_seconds"] > 0
+    assert other["cpu_seconds"] > 0 and other["wall_seconds"] > 0
 
 
 def test_faults_are_drawn_by_seed_and_spelled_as_run_takes_them(job: Sweep) -> None:
@@ -192,17 +180,18 @@ def test_faults_are_drawn_by_seed_and_spelled_as_run_takes_them(job: Sweep) -> N
 
 
 @pytest.mark.slow
-def test_a_rollout_with_faults_can_be_replayed(job: Sweep, capsys: pytest.CaptureFixture[str]) -> None:
-    faulty = replace(job, faults=True)
-    for number in range(3):
-        record = roll_out(faulty, number)
-        assert record["agrees"] is True, record["refuted"]
-        assert record["completed"] or record["reason"]
-    _, *arguments = shlex.split(record["replay"])
+@pytest.mark.parametrize(("faults", "number"), [(False, 4), (True, 2)])
+def test_a_rollout_can_be_replayed(job: Sweep, faults: bool, number: int, capsys: pytest.CaptureFixture[str]) -> None:
+    record = roll_out(replace(job, faults=faults), number)
+    assert record["agrees"] is True, record["refuted"]
+    program, *arguments = shlex.split(record["replay"])
+    assert program == "prefplan"
     assert main([*arguments, "--no-video", "--json"]) == (0 if record["completed"] else 4)
     printed = json.loads(capsys.readouterr().out)
-    assert [entry["fault"] for entry in printed["faults"]] == record["faults"]
+    assert [entry["fault"] for entry in printed.get("faults", [])] == record.get("faults", [])
+    assert bool(record.get("faults")) == faults
     assert (printed["sim_seconds"], printed["replans"]) == (record["sim_seconds"], record["replans"])
+    assert printed["max_placement_error_mm"] == record["placement_error_mm"]
 
 
 def test_an_error_of_the_program_is_the_record_of_one_rollout(job: Sweep, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,17 +202,6 @@ def test_an_error_of_the_program_is_the_record_of_one_rollout(job: Sweep, monkey
     record = roll_out(job, 5)
     assert (record["completed"], record["class"]) == (False, "error: ZeroDivisionError")
     assert record["reason"] == "ZeroDivisionError: division by zero"
-
-
-@pytest.mark.slow
-def test_a_rollout_can_be_replayed(cup: Path, undisturbed: Records, capsys: pytest.CaptureFixture[str]) -> None:
-    record = undisturbed[4]
-    program, *arguments = shlex.split(record["replay"])
-    assert program == "prefplan"
-    assert main([*arguments, "--no-video", "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
-    assert printed["sim_seconds"] == record["sim_seconds"]
-    assert printed["max_placement_error_mm"] == record["placement_error_mm"]
 
 
 @pytest.fixture
@@ -241,16 +219,18 @@ def call(cup: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[i
     return sweep
 
 
-@pytest.mark.slow
-def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path) -> None:
-    assert call("--rollouts", "1", "--jobs", "1")[0] == 0
+def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        workers, "on_this_machine", lambda sweep, numbers, *, jobs: (roll_out(sweep, k) for k in numbers)
+    )
+    assert call("--rollouts", "1")[0] == 0
     file = cup / "out" / "cup" / "sweep_cost" / "rollouts.jsonl"
     first = file.read_bytes()
-    status, out, err = call("--rollouts", "3", "--jobs", "1")
+    status, out, err = call("--rollouts", "2")
     assert (status, err) == (0, "")
-    assert "cup, plan cost: 3 of 3 rollouts" in out and "3 of 3 (100.0%)" in out
-    assert file.read_bytes().startswith(first) and file.read_bytes().count(b"\n") == 4
-    assert json.loads(call("--rollouts", "2", "--json")[1])["done"] == 2
+    assert "cup, plan cost: 2 of 2 rollouts" in out and "2 of 2 (100.0%)" in out
+    assert file.read_bytes().startswith(first) and file.read_bytes().count(b"\n") == 3
+    assert json.loads(call("--rollouts", "1", "--json")[1])["done"] == 1
 
     status, out, err = call("--seed", "1", "--perturb", "position=8")
     assert (status, out) == (2, "")
@@ -313,12 +293,12 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 
 @pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_finds_the_same(cup: Path, cluster: Cluster, undisturbed: Records) -> None:
-    sweep = begin("--json", "--cluster", cluster.address)
-    await_records(4, sweep)
+    sweep = begin("--cluster", cluster.address)
+    await_records(2, sweep)
     cluster.workers[0].send_signal(signal.SIGKILL)
     assert (cup / "out" / "rollouts.jsonl").read_bytes().count(b"\n") - 1 < ROLLOUTS, "the loss was in the middle"
     printed, errors = sweep.communicate()
     assert sweep.returncode == 0, errors
     assert cluster.workers[0].wait() == -signal.SIGKILL and cluster.workers[1].poll() is None
     assert json.loads(printed)["done"] == ROLLOUTS
-    assert without_folder(results(cup / "out")) == without_folder(undisturbed)
+    assert results(cup / "out") == undisturbed

@@ -50,14 +50,11 @@ def test_nothing_finer_than_a_tenth_of_a_micrometre_is_kept(arch_log: Log) -> No
         assert np.array_equal(rows, rows.round(7)) and not np.array_equal(rows, rows.round(6))
 
 
-def test_meshes_are_not_needed(arch_log: Log) -> None:
-    certificate = certify(telling(arch_log, meshes=False))
+@pytest.mark.parametrize("about", [{"meshes": False}, {"robot": "one nobody knows"}])
+def test_neither_the_meshes_nor_the_robot_are_needed(arch_log: Log, about: dict[str, Any]) -> None:
+    certificate = certify(telling(arch_log, **about))
     assert certificate.confirmed
     assert certificate.check("contacts").words.endswith("with plain shapes of the arm")
-
-
-def test_a_robot_that_cannot_be_had_is_stood_in_for(arch_log: Log) -> None:
-    assert certify(telling(arch_log, robot="one nobody knows")).confirmed
 
 
 def test_relaxations_are_granted_where_they_are_offered(relaxed_log: Log) -> None:
@@ -80,11 +77,9 @@ def test_an_unfinished_run_is_confirmed_to_be_one(arch_log: Log) -> None:
 @pytest.mark.slow
 def test_a_run_in_which_a_stranger_was_cleared_away_is_certified() -> None:
     scenario = shipped("case_study_3")
-    faults = [read_fault("foreign:bin1@1", scenario.model), read_fault("foreign:bin1@2", scenario.model)]
-    log = log_of_run(scenario, seed=1, faults=faults)
+    log = log_of_run(scenario, seed=1, faults=[read_fault("foreign:bin1@1", scenario.model)])
     certificate = certify(log)
     assert certificate.confirmed and certificate.completed
-    assert any("foreign" in action.action for action in log.about.actions)
     without = telling(log, joints={name: at for name, at in log.about.joints.items() if "foreign" not in name})
     assert certify(without).agrees
 
@@ -105,11 +100,13 @@ def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
         ({"text": "[model]\nkind = 'grid'"}, "the scenario in the log cannot be used"),
         ({"joints": {}}, "a frame has no position of 'joint1'"),
         ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "a frame has no position of 'joint1'"),
+        ({"speeds": np.zeros((3, 6))}, "speeds are not those of the 7 joints"),
     ],
 )
 def test_a_log_that_cannot_be_checked_is_refused(arch_log: Log, change: dict[str, Any], words: str) -> None:
+    log = replace(arch_log, **change) if "speeds" in change else telling(arch_log, **change)
     with pytest.raises(LogError, match=words):
-        certify(telling(arch_log, **change))
+        certify(log)
 
 
 @pytest.mark.parametrize("module", [certificate, replay, motion_checks, cost_checks, claims])
@@ -135,8 +132,3 @@ def test_an_empty_plan_needs_no_action() -> None:
     text = RELAXED_CUP.replace("F (cup_clean & cup_tray)", "F cup_desk").replace("F cup_clean", "F cup_desk")
     certificate = certify(log_of_run(loads(text)))
     assert certificate.confirmed and certificate.task_costs == {"serve": 0, "wash": 0}
-
-
-def test_a_log_of_an_arm_with_other_joints_is_broken(arch_log: Log) -> None:
-    with pytest.raises(LogError, match="speeds are not those of the 7 joints"):
-        certify(replace(arch_log, speeds=arch_log.speeds[:, :6]))

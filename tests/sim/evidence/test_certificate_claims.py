@@ -22,21 +22,10 @@ from sim.simulation.rollout import Event
     [
         ({"cost": 33}, "total cost", "33 is claimed, but it is 34"),
         ({"task_costs": {"phi1": 34, "phi2": 16}}, "task cost phi2", "16 is claimed, but it is 17"),
-        ({"task_costs": {"phi1": 17, "phi2": 34}}, "task cost phi1", "17 is claimed, but it is 34"),
         ({"task_costs": {"phi1": 34}}, "task cost phi2", "nothing is claimed; it is 17"),
         ({"preference": 0}, "preference", "0 is claimed, but it is 17"),
         ({"preference": None}, "preference", "nothing is claimed; it is 17"),
         ({"violation_costs": {"phi1": 2}}, "violation cost phi1", "2 is claimed, but it is 0"),
-        (
-            {"relaxations": (Purchase("phi1", 0, None, 3),)},
-            "relaxations",
-            "phi1 cannot be skipped for 3 at step 0",
-        ),
-        (
-            {"relaxations": (Purchase("phi1", 3, "blue_bin1", 1),)},
-            "relaxations",
-            "blue_bin1 at step 3 of phi1, for 1, is not offered",
-        ),
     ],
 )
 def test_a_forged_claim_is_refuted(arch_log: Log, claims: dict[str, Any], name: str, words: str) -> None:
@@ -70,16 +59,12 @@ def test_without_its_relaxations_a_task_is_not_satisfied(relaxed_log: Log) -> No
 
 
 @pytest.mark.parametrize("k", range(1, 15))
-def test_no_action_can_be_dropped_unnoticed(arch_log: Log, k: int) -> None:
+def test_no_action_can_be_dropped_or_made_cheaper_unnoticed(arch_log: Log, k: int) -> None:
     found = refutations(without_action(arch_log, k))
     assert "total cost" in found
-    if arch_log.about.actions[k - 1].action == "release pink san":
-        assert found["completed"] == "not satisfied: phi2"
-
-
-@pytest.mark.parametrize("k", range(1, 15))
-def test_no_action_can_be_made_cheaper(arch_log: Log, k: int) -> None:
     actions = list(arch_log.about.actions)
+    if actions[k - 1].action == "release pink san":
+        assert found["completed"] == "not satisfied: phi2"
     actions[k - 1] = replace(actions[k - 1], cost=0)
     words = refutations(telling(arch_log, actions=tuple(actions)))["action costs"]
     assert words.startswith(f"action {k} `{actions[k - 1].action}` costs") and words.endswith("not 0")
@@ -89,33 +74,31 @@ def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     log = log_of_run(shipped("case_study_3_energy"))
     assert certify(log).confirmed
     # Into the other slot of the bin it would have cost something else.
-    (k,) = [k for k, action in enumerate(log.about.actions) if action.action == "transport blue bin1"]
-    slots = [cost for *pair, cost in log.about.measured if pair[:2] == ["transport", "san"] and "bin1[" in pair[2]]
-    (other,) = set(slots) - {log.about.actions[k].cost}
-    forged = tuple(replace(action, cost=other) if i == k else action for i, action in enumerate(log.about.actions))
-    words = refutations(telling(log, actions=forged))["action costs"]
-    assert words == f"action {k + 1} `transport blue bin1` costs {log.about.actions[k].cost}, not {other}"
-    # After a surprise the arm has seen for itself what lies where.
-    surprise = Event(log.about.actions[k].start, "replan", {})
-    assert "action costs" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))
     actions = log.about.actions
-    for k, action in enumerate(actions):
-        kind = action.action.split()[0]
-        other = next(a.cost for a in actions if a.action.startswith(f"{kind} ") and a.cost != action.cost)
-        forged = (*actions[:k], replace(action, cost=other), *actions[k + 1 :])
-        words = refutations(telling(log, actions=forged))["action costs"]
-        assert words == f"action {k + 1} `{action.action}` costs {action.cost}, not {other}"
+    (k,) = [k for k, action in enumerate(actions) if action.action == "transport blue bin1"]
+    slots = [cost for *pair, cost in log.about.measured if pair[:2] == ["transport", "san"] and "bin1[" in pair[2]]
+    (other,) = set(slots) - {actions[k].cost}
+    forged = (*actions[:k], replace(actions[k], cost=other), *actions[k + 1 :])
+    words = refutations(telling(log, actions=forged))["action costs"]
+    assert words == f"action {k + 1} `transport blue bin1` costs {actions[k].cost}, not {other}"
+    # After a surprise the arm has seen for itself what lies where.
+    surprise = Event(actions[k].start, "replan", {})
+    assert "action costs" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))
 
 
-def test_an_object_that_starts_elsewhere_is_told(arch_log: Log) -> None:
-    swapped = arch_log.about.text.replace('start = "top"', 'start = "table"')
-    assert refutations(telling(arch_log, text=swapped))["start"] == "pink does not start at table"
-
-
-def test_another_formula_is_judged_again(arch_log: Log) -> None:
-    text = arch_log.about.text.replace("(blue_sanitized & blue_bin1)", "(blue_sanitized & blue_bin2)")
+@pytest.mark.parametrize(
+    ("before", "after", "name", "words"),
+    [
+        ('start = "top"', 'start = "table"', "start", "pink does not start at table"),
+        ("& blue_bin1)", "& blue_bin2)", "completed", "not satisfied: phi1"),
+    ],
+)
+def test_another_scenario_is_judged_by_what_it_says(
+    arch_log: Log, before: str, after: str, name: str, words: str
+) -> None:
+    text = arch_log.about.text.replace(before, after)
     assert text != arch_log.about.text
-    assert refutations(telling(arch_log, text=text))["completed"].endswith(": phi1")
+    assert refutations(telling(arch_log, text=text))[name] == words
 
 
 def test_every_certificate_of_a_forger_who_guesses_is_refuted(arch_log: Log) -> None:
@@ -136,6 +119,6 @@ def test_every_certificate_of_a_forger_who_guesses_is_refuted(arch_log: Log) -> 
         ),
         lambda: replace(arch_log, pad_forces=arch_log.pad_forces * (arch_log.times < rng.uniform(0, 25))[:, None]),
     ]
-    for _ in range(70):
+    for _ in range(35):
         certificate = certify(kinds[int(rng.integers(len(kinds)))]())
         assert not certificate.confirmed and not certificate.agrees

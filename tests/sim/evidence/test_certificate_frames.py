@@ -14,7 +14,7 @@ from sim.simulation.rollout import Event
 from sim.world.scene import Scene
 
 
-@pytest.mark.parametrize("k", range(14))
+@pytest.mark.parametrize("k", [0, 1, 6, 13])
 def test_a_recording_cut_short_is_refuted(arch_log: Log, k: int) -> None:
     end = 0.0 if k == 0 else arch_log.about.actions[k - 1].end
     found = refutations(cut(arch_log, end))
@@ -32,13 +32,13 @@ def test_frames_cut_out_are_missed(arch_log: Log) -> None:
 
 
 @pytest.mark.parametrize("obj", ["blue", "pink", "green"])
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+@pytest.mark.parametrize("share", [0.1, 0.95])
 def test_a_block_that_is_teleported_is_missed_where_it_was(arch_log: Log, obj: str, share: float) -> None:
     since = share * arch_log.times[-1]
     found = refutations(moved(arch_log, obj, (0.30, 0.45, 0.0225), since=since))
     assert found["objects"].startswith(f"{obj} jumps")
     assert any(name.startswith("action ") for name in found)
-    if (obj, share) in {("blue", 0.1), ("blue", 0.5), ("pink", 0.1)}:
+    if (obj, share) in {("blue", 0.1), ("pink", 0.1)}:
         assert "completed" in found
 
 
@@ -67,40 +67,39 @@ def test_a_jump_that_a_fault_explains_is_none(arch_log: Log) -> None:
     assert "objects" in refutations(telling(jumped, events=(replace(fault, time=8.0),)))
 
 
-def test_what_no_pad_presses_is_not_held(arch_log: Log) -> None:
-    found = refutations(replace(arch_log, pad_forces=np.zeros_like(arch_log.pad_forces)))
-    assert "frames show nothing, the log says holding_pink" in found["action 2"]
-    # Nothing was ever held, so nothing was put down and marked.
+@pytest.mark.parametrize(
+    ("name", "value", "action", "words"),
+    [
+        pytest.param(
+            "pad_forces", 0, "action 2", "frames show nothing, the log says holding_pink", id="no pad presses"
+        ),
+        pytest.param("glow", -1, "action 4", "log says pink_sanitized", id="no location works"),
+    ],
+)
+def test_what_no_frame_shows_was_neither_held_nor_marked(
+    arch_log: Log, name: str, value: int, action: str, words: str
+) -> None:
+    found = refutations(replace(arch_log, **{name: np.full_like(getattr(arch_log, name), value)}))
+    assert words in found[action]
+    # What was never held was not put down either, and so not marked.
     assert found["completed"] == "not satisfied: phi1, phi2"
 
 
-def test_what_no_location_worked_on_is_not_marked(arch_log: Log) -> None:
-    found = refutations(replace(arch_log, glow=np.full_like(arch_log.glow, -1)))
-    assert "log says pink_sanitized" in found["action 4"]
-    assert found["completed"] == "not satisfied: phi1, phi2"
+@pytest.mark.parametrize("joint", [0, 3, 6])
+@pytest.mark.parametrize(("name", "limits"), [("speeds", PANDA.velocity_limits), ("torques", PANDA.torque_limits)])
+def test_a_limit_that_was_passed_is_told(arch_log: Log, name: str, limits: np.ndarray, joint: int) -> None:
+    beyond = getattr(arch_log, name).copy()
+    beyond[100, joint] = 1.01 * limits[joint]
+    words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name}"]
+    assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
 
 
-@pytest.mark.parametrize("joint", range(7))
-def test_a_limit_that_was_passed_is_told(arch_log: Log, joint: int) -> None:
-    for name, array, limits in (
-        ("speeds", arch_log.speeds, PANDA.velocity_limits),
-        ("torques", arch_log.torques, PANDA.torque_limits),
-    ):
-        beyond = array.copy()
-        beyond[100, joint] = 1.01 * limits[joint]
-        words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name}"]
-        assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
-
-
-def test_a_joint_past_its_stop_is_told(arch_log: Log) -> None:
+def test_a_joint_past_its_stop_is_told_and_speeds_are_not_hidden(arch_log: Log) -> None:
     qpos = arch_log.qpos.copy()
     qpos[:, arch_log.about.joints["joint4"]] = -3.1
-    assert "exceeded" in refutations(replace(arch_log, qpos=qpos))["joint positions"]
-
-
-def test_speeds_are_not_hidden(arch_log: Log) -> None:
-    words = refutations(replace(arch_log, speeds=np.zeros_like(arch_log.speeds)))["joint speeds"]
-    assert "but at most 0.00 rad/s are recorded" in words
+    found = refutations(replace(arch_log, qpos=qpos, speeds=np.zeros_like(arch_log.speeds)))
+    assert "exceeded" in found["joint positions"]
+    assert "but at most 0.00 rad/s are recorded" in found["joint speeds"]
 
 
 def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:
@@ -112,19 +111,18 @@ def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> 
     assert "touches" in words and f"at {arch_log.times[low]:.2f} s" in words
 
 
-def test_a_touch_that_the_log_itself_tells_counts(arch_log: Log) -> None:
-    touch = Event(1.0, "contact", {"moving": "hand", "other": "green"})
-    words = refutations(telling(arch_log, events=(*arch_log.about.events, touch)))["contacts"]
-    assert words == "hand touched green at 1.00 s, according to the log"
-
-
-def test_what_a_fault_throws_at_the_arm_is_not_the_arms_doing(arch_log: Log) -> None:
+@pytest.mark.parametrize(
+    ("time", "other", "refuted"),
+    [(1.0, "green", True), (4.5, "green", False), (4.5, "blue", True), (3.9, "green", True), (9.0, "green", True)],
+)
+def test_a_touch_that_the_log_tells_counts_unless_a_fault_threw_the_object_at_the_arm(
+    arch_log: Log, time: float, other: str, refuted: bool
+) -> None:
     fault = Event(4.0, "fault", {"fault": "knock:green@2"})
-    cases = ((4.5, "green", False), (4.5, "blue", True), (3.9, "green", True), (9.0, "green", True))
-    for time, other, refuted in cases:
-        touch = Event(time, "contact", {"moving": "hand", "other": other})
-        events = (*arch_log.about.events, fault, touch)
-        assert ("contacts" in refutations(telling(arch_log, events=events))) == refuted
+    touch = Event(time, "contact", {"moving": "hand", "other": other})
+    found = refutations(telling(arch_log, events=(*arch_log.about.events, fault, touch)))
+    told = {"contacts": f"hand touched {other} at {time:.2f} s, according to the log"} if refuted else {}
+    assert {name: words for name, words in found.items() if name == "contacts"} == told
 
 
 def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:

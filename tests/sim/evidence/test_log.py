@@ -51,7 +51,22 @@ def path(log: Log, tmp_path: Path) -> Path:
     return path
 
 
+def npz(**arrays: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def npy(array: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    np.save(file, array)
+    return file.getvalue()
+
+
 Rewrite = Callable[..., None]
+
+NO_FRAMES = {"times": np.zeros(0), "glow": np.zeros(0, int), "pad_forces": np.zeros((0, 2))}
+NO_FRAMES |= {name: np.zeros((0, 7)) for name in ("qpos", "speeds", "torques")}
 
 
 @pytest.fixture
@@ -65,9 +80,7 @@ def rewrite(path: Path) -> Rewrite:
         words = {key: value for key, value in words.items() if value is not None}
         parts["about"] = np.frombuffer(json.dumps(words).encode(), dtype=np.uint8)
         parts |= arrays
-        file = io.BytesIO()
-        np.savez(file, **{name: array for name, array in parts.items() if array is not None})
-        path.write_bytes(file.getvalue())
+        path.write_bytes(npz(**{name: array for name, array in parts.items() if array is not None}))
 
     return change
 
@@ -113,7 +126,8 @@ def test_flipped_bytes_never_pass_for_another_log(log: Log, path: Path) -> None:
         (b"", "broken, or not a log"),
         (b"PK\x05\x06" + bytes(18), "not a log of `prefplan run`"),
         (b"hello, world", "broken, or not a log"),
-        (b'{"completed": true}', "broken, or not a log"),
+        (npy(np.zeros(3)), "not a log of `prefplan run`"),
+        (npz(weights=np.zeros(3)), "not a log of `prefplan run`"),
     ],
 )
 def test_other_files_are_refused(path: Path, contents: bytes, words: str) -> None:
@@ -121,15 +135,6 @@ def test_other_files_are_refused(path: Path, contents: bytes, words: str) -> Non
     with pytest.raises(LogError, match=words) as told:
         read_log(path)
     assert "pickle" not in str(told.value)
-
-
-def test_arrays_of_somebody_else_are_refused(path: Path) -> None:
-    np.savez(path, weights=np.zeros(3))
-    with pytest.raises(LogError, match="not a log of `prefplan run`"):
-        read_log(path)
-    np.save(path.with_suffix(".npy"), np.zeros(3))
-    with pytest.raises(LogError, match="not a log of `prefplan run`"):
-        read_log(path.with_suffix(".npy"))
 
 
 def test_missing_files_and_folders_are_told(tmp_path: Path) -> None:
@@ -140,49 +145,34 @@ def test_missing_files_and_folders_are_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("about", "words"),
+    ("parts", "words"),
     [
-        ({"format": FORMAT + 1}, f"a log of format {FORMAT + 1}; this version of prefplan reads {FORMAT}"),
-        ({"format": None}, "about.format is missing"),
-        ({"claims": None}, "about.claims is missing"),
-        ({"text": 3}, "about.text: input should be a valid string"),
-        ({"claims": {"completed": "perhaps"}}, "about.claims.completed"),
-        ({"actions": [{"action": "grasp cup"}]}, "about.actions.0.start: field required"),
-    ],
-)
-def test_a_damaged_account_is_told(path: Path, rewrite: Rewrite, about: dict[str, Any], words: str) -> None:
-    rewrite(about=about)
-    with pytest.raises(LogError, match=words):
-        read_log(path)
-
-
-@pytest.mark.parametrize(
-    ("arrays", "words"),
-    [
+        ({"about": {"format": FORMAT + 1}}, f"a log of format {FORMAT + 1}; this version of prefplan reads {FORMAT}"),
+        ({"about": {"format": None}}, "about.format is missing"),
+        ({"about": {"claims": None}}, "about.claims is missing"),
+        ({"about": {"text": 3}}, "about.text: input should be a valid string"),
+        ({"about": {"claims": {"completed": "perhaps"}}}, "about.claims.completed"),
+        ({"about": {"actions": [{"action": "grasp cup"}]}}, "about.actions.0.start: field required"),
         ({"speeds": None}, "speeds is missing"),
         ({"qpos": np.zeros(2)}, "qpos has the shape"),
         ({"pad_forces": np.zeros((2, 3))}, "pad_forces has the shape"),
         ({"times": np.zeros(3)}, "qpos has the shape"),
         ({"pad_forces": np.full((2, 2), np.nan)}, "pad_forces holds what is not a number"),
         ({"times": np.array(["a", "b"])}, "times holds what is not a number"),
+        (NO_FRAMES, "not a single frame"),
     ],
 )
-def test_damaged_arrays_are_told(path: Path, rewrite: Rewrite, arrays: dict[str, Any], words: str) -> None:
-    rewrite(**arrays)
+def test_damaged_parts_are_told(path: Path, rewrite: Rewrite, parts: dict[str, Any], words: str) -> None:
+    rewrite(**parts)
     with pytest.raises(LogError, match=words):
         read_log(path)
 
 
 @pytest.mark.parametrize("words", [b"{", b"[1]", b"3", b"\xff", b""])
 def test_an_account_that_is_none_is_told(path: Path, log: Log, words: bytes) -> None:
-    np.savez(path, about=np.frombuffer(words, dtype=np.uint8), **{name: getattr(log, name) for name in ARRAYS})
+    arrays = {name: getattr(log, name) for name in ARRAYS}
+    path.write_bytes(npz(about=np.frombuffer(words, dtype=np.uint8), **arrays))
     with pytest.raises(LogError, match="about is not the JSON"):
-        read_log(path)
-
-
-def test_an_empty_recording_is_refused(path: Path, rewrite: Rewrite, log: Log) -> None:
-    rewrite(**{name: getattr(log, name)[:0] for name in ARRAYS})
-    with pytest.raises(LogError, match="not a single frame"):
         read_log(path)
 
 

@@ -23,7 +23,7 @@ from sim.perception.sensors import true_poses
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M
 
-ARRANGEMENTS = 150
+ARRANGEMENTS = 100
 
 
 def arrangements(scene: Scene) -> Iterator[dict[str, np.ndarray]]:
@@ -44,8 +44,8 @@ def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch
     seen: list[Mapping[str, str]] = []
     rows = []
     for points in arrangements(scene):
-        for thing, point in points.items():
-            data.joint(thing).qpos[:] = [*point, 1, 0, 0, 0]
+        for obj, point in points.items():
+            data.joint(obj).qpos[:] = [*point, 1, 0, 0, 0]
         mujoco.mj_forward(scene.mujoco, data)
         seen.append(observe(scene, data, true_poses(scene, data), hand="home", held=None).place)
         rows.append(data.qpos.copy())
@@ -61,7 +61,7 @@ def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch
     assert all(list(places.values()).count(name) <= 1 for places in seen for name in ("table", "right", "left"))
 
 
-@pytest.mark.parametrize("before", [-0.02, 0.01, 0.03, 0.05, 0.08, 0.12])
+@pytest.mark.parametrize("before", [-0.02, 0.01, 0.05, 0.12])
 def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) -> None:
     """The hand opens for a moment, so many seconds before the grasp would have ended."""
     model = loads(CUP).model

@@ -5,14 +5,13 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from skill_runs import assert_clean, perform_all
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError, SimulationError
-from sim.robots.panda import PANDA
-from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.transfer import PATH_CLEARANCE_M, travel
-from sim.world.scene import Scene, build_scene, initial_state
+from sim.world.scene import Scene, build_scene
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
@@ -23,7 +22,7 @@ THERE_AND_BACK = (
 
 
 def table(*locations: Location, objects: tuple[Object, ...] = (Object("cup", "a"),)) -> Scene:
-    return build_scene(ManipulationModel("home", COSTS, locations, objects))
+    return build_scene(ManipulationModel("home", COSTS, locations, objects), meshes=False)
 
 
 def tower(height: int, at: tuple[float, float]) -> tuple[tuple[Location, ...], tuple[Object, ...]]:
@@ -37,40 +36,24 @@ def polar(radius: float, bearing: float) -> tuple[float, float]:
     return float(radius * np.cos(bearing)), float(radius * np.sin(bearing))
 
 
-def run(scene: Scene, *actions: str) -> Workcell:
-    cell = Workcell(scene, initial_state(scene, seed=1))
-    for action in actions:
-        perform(cell, action)
-    return cell
-
-
-def assert_clean(cell: Workcell) -> None:
-    """Fail if anything was touched that should not be, or a limit of position, speed or torque was passed."""
-    assert [event for event in cell.events if event.kind == "contact"] == []
-    model, recorded = cell.scene.mujoco, cell.recorder.arrays
-    assert (recorded["speeds"] < PANDA.velocity_limits).all()
-    assert (recorded["torques"] < [model.actuator(name).forcerange[1] for name in PANDA.joints]).all()
-    low, high = PANDA.ranges(model).T
-    angles = recorded["qpos"][:, PANDA.qpos(model)]
-    assert np.minimum(angles - low, high - angles).min() > 0.05
-
-
 @pytest.mark.slow
 def test_a_lamp_in_the_way_is_not_brushed() -> None:
     places = (Location("a", at=polar(0.65, 0.4)), Location("b", at=polar(0.65, -0.4)))
     scene = table(Location("wash", at=(0.42, 0.0), marks="clean"), *places)
-    assert_clean(run(scene, *THERE_AND_BACK, "grasp cup", "transport cup wash", "release cup wash"))
+    assert_clean(perform_all(scene, *THERE_AND_BACK, "grasp cup", "transport cup wash", "release cup wash"))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("radius", [0.34, 0.79])
-def test_the_arm_turns_all_the_way_round_near_and_far(radius: float) -> None:
-    scene = table(Location("a", at=polar(radius, 2.5)), Location("b", at=polar(radius, -2.5)))
-    assert_clean(run(scene, *THERE_AND_BACK))
-
-
-def test_the_arm_reaches_from_its_nearest_place_to_its_farthest() -> None:
-    assert_clean(run(table(Location("a", at=(0.33, 0.0)), Location("b", at=(0.79, 0.0))), *THERE_AND_BACK))
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        pytest.param(polar(0.34, 2.5), polar(0.34, -2.5), id="round the base, near"),
+        pytest.param(polar(0.79, 2.5), polar(0.79, -2.5), id="round the base, far"),
+        pytest.param((0.33, 0.0), (0.79, 0.0), id="from the nearest place to the farthest"),
+    ],
+)
+def test_the_arm_reaches_all_round_near_and_far(a: tuple[float, float], b: tuple[float, float]) -> None:
+    assert_clean(perform_all(table(Location("a", at=a), Location("b", at=b)), *THERE_AND_BACK))
 
 
 @pytest.mark.slow
@@ -85,7 +68,7 @@ def test_the_arm_reaches_from_its_nearest_place_to_its_farthest() -> None:
 def test_a_tower_is_passed_over(height: int, at: tuple[float, float], b: tuple[float, float]) -> None:
     places, blocks = tower(height, at)
     scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=b), *places, objects=(Object("cup", "a"), *blocks))
-    cell = run(scene, *THERE_AND_BACK)
+    cell = perform_all(scene, *THERE_AND_BACK)
     assert_clean(cell)
     for block in blocks:
         slot = scene.slots[block.start][0]
@@ -103,7 +86,7 @@ def test_a_place_right_behind_a_tower_is_refused() -> None:
 def test_a_hand_that_starts_below_an_obstacle_goes_up_first() -> None:
     places, blocks = tower(4, (0.50, 0.0))
     scene = table(Location("a", at=(0.48, 0.17)), *places, objects=(Object("cup", "t3"), *blocks[:3]))
-    cell = run(scene, "transit a")
+    cell = perform_all(scene, "transit a")
     low = scene.slots["a"][0].position + [0.0, 0.0, 0.03]
     goal, yaw = cell.arm.reach(low, [np.pi / 2, -np.pi / 2])
     cell.follow(cell.arm.move(cell.reference, goal, low, yaw))
@@ -116,7 +99,7 @@ def test_a_tall_load_is_carried_over_towers() -> None:
     places, blocks = tower(4, (0.50, 0.0))
     others = (Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)), Location("b1", on=("b",)))
     objects = (*blocks, Object("cup", "a"), Object("under", "b"))
-    cell = run(table(*places, *others, objects=objects), "transit t3", "grasp block3", "transport block3 b1")
+    cell = perform_all(table(*places, *others, objects=objects), "transit t3", "grasp block3", "transport block3 b1")
     assert_clean(cell)
     perform(cell, "release block3 b1")
     assert_clean(cell)
@@ -124,7 +107,7 @@ def test_a_tall_load_is_carried_over_towers() -> None:
 
 def test_what_stands_everywhere_blocks_the_way() -> None:
     scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)))
-    cell = run(scene, "transit a")
+    cell = perform_all(scene, "transit a")
     cell.data.joint("cup").qpos[:3] = cell.data.site("tcp").xpos + [0.0, -0.40, 0.10]
     mujoco.mj_forward(scene.mujoco, cell.data)
     with pytest.raises(BlockedError, match="the way is blocked by cup") as raised:
@@ -134,7 +117,7 @@ def test_what_stands_everywhere_blocks_the_way() -> None:
 
 def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
     scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)))
-    cell = run(scene, "transit a")
+    cell = perform_all(scene, "transit a")
     low = np.array([0.48, 0.0, 0.0225])
     goal, yaw = cell.arm.reach(low, [np.pi / 2, -np.pi / 2])
     cell.follow(cell.arm.move(cell.reference, goal, low, yaw))
@@ -149,7 +132,7 @@ def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
 
 def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
     scene = table(Location("a", at=(0.50, 0.0)))
-    cell = run(scene)
+    cell = perform_all(scene)
     before = cell.data.qpos.copy()
     top = float(cell.data.body("cup").xpos[2] + scene.shapes["cup"].half[2])
     tips = 0.0102

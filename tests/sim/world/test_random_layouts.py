@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from skill_runs import assert_good
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
@@ -83,15 +84,8 @@ def _fits(model: ManipulationModel) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_random_walks_come_out_as_predicted_without_a_touch_or_a_limit_passed(seed: int) -> None:
     rng = np.random.default_rng(seed)
     model = random_model(rng)
-    scene = build_scene(model)
-    rollout = execute(scene, random_walk(model, 12, rng), seed=seed)
-    assert rollout.completed, rollout.reason
-    assert [event for event in rollout.events if event.kind == "contact"] == []
-    assert rollout.speed_share.max() < 1 and rollout.torque_share.max() < 1
-    low, high = rollout.robot.ranges(scene.mujoco).T
-    angles = rollout.qpos[:, rollout.robot.qpos(scene.mujoco)]
-    assert np.minimum(angles - low, high - angles).min() > 0.05
+    assert_good(execute(build_scene(model, meshes=False), random_walk(model, 12, rng), seed=seed))

@@ -1,0 +1,55 @@
+"""What tests of the moving arm share: skills one after another, rollouts, and what a good one keeps to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from sim.perception.grounding import slot_of
+from sim.perception.sensors import object_pose, true_poses
+from sim.robots.panda import PANDA
+from sim.simulation.rollout import Event, Rollout
+from sim.simulation.workcell import Workcell
+from sim.skills.catalogue import perform
+from sim.world.scene import Scene, initial_state
+
+
+def perform_all(scene: Scene, *actions: str, seed: int | None = 0) -> Workcell:
+    cell = Workcell(scene, initial_state(scene, seed=seed))
+    for action in actions:
+        perform(cell, action)
+    return cell
+
+
+def contacts(events: Iterable[Event]) -> list[Event]:
+    """Return the events that tell of a touch that should not be."""
+    return [event for event in events if event.kind == "contact"]
+
+
+def assert_clean(cell: Workcell) -> None:
+    """Fail if anything was touched that should not be, or a limit of position, speed or torque was passed."""
+    assert contacts(cell.events) == []
+    recorded = cell.recorder.arrays
+    assert (recorded["speeds"] < PANDA.velocity_limits).all()
+    assert (recorded["torques"] < PANDA.torque_limits).all()
+    assert recorded["margins"].min() > 0.05
+
+
+def assert_placed(cell: Workcell, obj: str, location: str) -> None:
+    slot = slot_of(cell.scene, true_poses(cell.scene, cell.data), obj)
+    assert slot is not None and slot.location == location
+    pose = object_pose(cell.scene, cell.data, obj)
+    assert np.hypot(*(pose.position - slot.position)[:2]) < 0.002
+    assert abs(np.sin(2 * (pose.yaw - slot.yaw))) < 0.05
+    assert cell.held() is None
+
+
+def assert_good(rollout: Rollout) -> None:
+    """Fail unless a rollout was completed as predicted, without a touch or a limit passed."""
+    assert rollout.completed, rollout.reason
+    assert all(step.observed == step.predicted for step in rollout.steps)
+    assert contacts(rollout.events) == []
+    assert rollout.speed_share.max() < 1 and rollout.torque_share.max() < 1
+    assert rollout.joint_margin.min() > 0.05
+    assert rollout.placement_error < 0.005
