@@ -40,8 +40,8 @@ class Conditions(TypedDict, total=False):
         perturbation: bounds of the random changes that a seed makes to the world; None for 5 mm and 5 degrees.
         faults: faults to inject; the scene must hold a spare object for each `foreign` among them.
         sensor: observes the objects; None for one with the noise of the perturbation.
-        choice: which plan to follow after a surprise, as `--plan` says (default: `cost`). For a number, the cheapest
-            plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
+        choice: which plan to follow after a surprise: `cost` (default), `preference`, or for `bounded` and a number the
+            cheapest plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
     """
 
     seed: int | None

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.cli.choice import continuation
 from experiments.runs.carry_out import carry_out
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
@@ -44,6 +45,7 @@ class Sweep:
         faults: whether each rollout has random faults.
         folder: where a replay of a rollout goes.
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
+        max_preference: bound on their preference, or None.
     """
 
     packed: bytes
@@ -55,6 +57,7 @@ class Sweep:
     faults: bool
     folder: Path
     max_cost: Number | None = None
+    max_preference: Number | None = None
 
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
@@ -72,6 +75,7 @@ class Sweep:
             [
                 *("prefplan", "run", self.given, "--plan", str(self.which)),
                 *(() if self.max_cost is None else ("--max-cost", str(self.max_cost))),
+                *(() if self.max_preference is None else ("--max-preference", str(self.max_preference))),
                 *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
                 *(word for fault in faults for word in ("--fault", str(fault))),
                 *("--out", str(self.folder / f"rollout_{number}")),
@@ -94,7 +98,13 @@ def roll_out(sweep: Sweep, number: int) -> Record:
         scene = _scene(sweep.packed, sum(fault.kind == "foreign" for fault in faults))
         began, cpu = time.perf_counter(), time.thread_time()
         outcome = carry_out(
-            scenario, scene, sweep.plan, seed=seed, perturbation=perturbation, faults=faults, choice=sweep.which
+            scenario,
+            scene,
+            sweep.plan,
+            seed=seed,
+            perturbation=perturbation,
+            faults=faults,
+            choice=continuation(sweep.which, sweep.max_preference),
         )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
         setting = {"seed": seed, "perturbation": str(perturbation), "faults": [str(fault) for fault in faults]}

@@ -15,7 +15,6 @@ from experiments.cli.arguments import (
     add_out,
     add_scenario,
     add_seed,
-    in_bytes,
     picture_size,
     plan_numbers,
 )
@@ -71,13 +70,13 @@ def report(options: argparse.Namespace) -> int:
         with loading():
             from experiments.report.recordings import record_all
     folder = options.out or Path("out", scenario.name)
-    tell_if_compiling()
-    with Bars() as bars:
+    tell_if_compiling(quiet=options.quiet)
+    with Bars(quiet=options.quiet) as bars:
         bars("planning", 0, 0, "")
         front = Planner(scenario.problem()).front(
             max_cost=options.max_cost,
             max_seconds=options.max_seconds,
-            max_memory=in_bytes(options.max_memory),
+            max_memory=options.max_memory,
             keep_on_interrupt=True,
         )
         bars("planning", 1, 1, "")

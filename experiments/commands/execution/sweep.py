@@ -18,7 +18,6 @@ from experiments.cli.arguments import (
     add_command,
     add_jobs,
     add_json,
-    add_max_cost,
     add_out,
     add_perturb,
     add_plan,
@@ -26,7 +25,7 @@ from experiments.cli.arguments import (
     positive,
     whole,
 )
-from experiments.cli.choice import choose, show_no_plan
+from experiments.cli.choice import chosen_plan, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.journal import Journal
@@ -54,7 +53,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="number of runs (default: 100)")
     add_jobs(parser)
     add_plan(parser)
-    add_max_cost(parser)
     parser.add_argument("--seed", type=whole, default=0, metavar="N", help="seed of all random numbers (default: 0)")
     add_perturb(parser)
     parser.add_argument("--faults", choices=["random"], help="one to three random faults in each run")
@@ -75,15 +73,15 @@ def sweep(options: argparse.Namespace) -> int:
     scenario = scenarios.find(options.scenario)
     perturbation = perturbation_of(options.perturb, seed=options.seed)
     folder = options.out or Path("out", scenario.name, f"sweep_{options.plan}")
-    tell_if_compiling()
+    tell_if_compiling(quiet=options.quiet)
     interrupted = False
-    with Bars() as bars:
+    with Bars(quiet=options.quiet) as bars:
         scene_of(scenario)
         make_folder(folder)
         bars("planning", 0, 0, "")
         planner = Planner(scenario.problem())
         try:
-            plan = choose(planner, options.plan, max_cost=options.max_cost)
+            plan = chosen_plan(planner, options)
         except NoPlanError as error:
             return show_no_plan(options, scenario, planner, error)
         bars("planning", 1, 1, "")
@@ -97,6 +95,7 @@ def sweep(options: argparse.Namespace) -> int:
             faults=options.faults == "random",
             folder=folder,
             max_cost=options.max_cost,
+            max_preference=options.max_preference,
         )
         header = define(scenario, job)
         with Journal(folder / "rollouts.jsonl", header, key="rollout") as records:

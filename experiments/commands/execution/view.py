@@ -9,8 +9,8 @@ import sys
 import webbrowser
 
 from experiments import scenarios
-from experiments.cli.arguments import Commands, add_command, add_fault, add_max_cost, add_plan, add_scenario, add_seed
-from experiments.cli.choice import choose
+from experiments.cli.arguments import Commands, add_command, add_fault, add_plan, add_scenario, add_seed
+from experiments.cli.choice import chosen_plan, continuation
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
@@ -32,7 +32,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = add_command(commands, view, summary, *examples)
     add_scenario(parser)
     add_plan(parser)
-    add_max_cost(parser)
     add_seed(parser)
     add_fault(parser)
     parser.add_argument(
@@ -55,13 +54,13 @@ def view(options: argparse.Namespace) -> int:
 
     scenario = scenarios.find(options.scenario)
     faults = faults_of(options.fault, scenario)
-    tell_if_compiling()
-    with Bars() as bars:
+    tell_if_compiling(quiet=options.quiet)
+    with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario, faults=faults)
         bars("planning", 0, 0, "")
         problem = scenario.problem()
         try:
-            plan = choose(Planner(problem), options.plan, max_cost=options.max_cost)
+            plan = chosen_plan(Planner(problem), options)
         except NoPlanError as error:
             return no_plan(error.reason)
 
@@ -73,7 +72,15 @@ def view(options: argparse.Namespace) -> int:
     watch(
         problem,
         scene,
-        lambda tell: begin(problem, scene, plan, seed=options.seed, faults=faults, choice=options.plan, tell=tell),
+        lambda tell: begin(
+            problem,
+            scene,
+            plan,
+            seed=options.seed,
+            faults=faults,
+            choice=continuation(options.plan, options.max_preference),
+            tell=tell,
+        ),
         title=f"{scenario.name}: {NAMES.get(options.plan, f'plan {options.plan}')}",
         port=options.port,
         ready=ready,

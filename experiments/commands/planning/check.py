@@ -35,7 +35,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def check(options: argparse.Namespace) -> int:
     """Carry out `prefplan check`."""
     scenario = scenarios.find(options.scenario)
-    tell_if_compiling()
+    tell_if_compiling(quiet=options.quiet)
     found = checkup.check(scenario)
     if options.json:
         heading = {"scenario": scenario.name, "path": str(scenario.path)}
