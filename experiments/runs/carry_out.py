@@ -73,7 +73,7 @@ def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fau
         spares = sum(fault.kind == "foreign" for fault in faults)
         return build_scene(scenario.model, robot=robot, spares=spares)
     except SimulationError as error:
-        raise ScenarioError(f"{scenario.path}: model.{error}") from None
+        raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
 
 
 def carry_out(
