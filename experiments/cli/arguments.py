@@ -186,6 +186,13 @@ def add_out(parser: argparse.ArgumentParser, default: str = "out/SCENARIO") -> N
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the results (default: {default})")
 
 
+def add_no_open(parser: argparse.ArgumentParser) -> None:
+    """Add the switch for machines without a browser."""
+    parser.add_argument(
+        "--no-open", "--no-browser", action="store_true", help="print the address of the page, but open no browser"
+    )
+
+
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     """Add the number of processes."""
     parser.add_argument("--jobs", type=positive, metavar="N", help="number of processes (default: one per core)")

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import os
-import sys
-import webbrowser
 
 from experiments import scenarios
-from experiments.cli.arguments import Commands, add_command, add_fault, add_plan, add_scenario, add_seed
+from experiments.cli.arguments import Commands, add_command, add_fault, add_no_open, add_plan, add_scenario, add_seed
+from experiments.cli.browser import open_page
 from experiments.cli.choice import chosen_plan, continuation
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
@@ -40,7 +38,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="P",
         help="port of the page, 0 for any free one (default: 8080 or the next free one)",
     )
-    parser.add_argument("--no-browser", action="store_true", help="print the address, but open no browser")
+    add_no_open(parser)
 
 
 def view(options: argparse.Namespace) -> int:
@@ -66,8 +64,8 @@ def view(options: argparse.Namespace) -> int:
 
     def ready(address: str) -> None:
         print(f"{scenario.name}: {address} (Ctrl-C ends it)", flush=True)
-        if _has_screen() and not options.no_browser:
-            webbrowser.open(address)
+        if not options.no_open:
+            open_page(address)
 
     watch(
         problem,
@@ -93,8 +91,3 @@ def port(text: str) -> int:
     if text.isascii() and text.isdigit() and int(text) < 1 << 16:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0 to 65535")
-
-
-def _has_screen() -> bool:
-    """Return whether there is a display; without one Python would start a browser for text in the terminal."""
-    return sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

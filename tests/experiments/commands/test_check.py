@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -71,12 +72,16 @@ def test_the_list_has_one_line_each_where_nothing_wraps(run: Run) -> None:
     assert [line.split()[0] for line in lines[1:]] == scenarios.names()
 
 
-def test_the_list_has_one_line_each_on_a_narrow_terminal(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_narrow_terminal_cuts_no_word_of_the_list(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = run("list").out.split()
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("TERM", "dumb")
-    monkeypatch.setenv("COLUMNS", "80")
-    lines = run("list").out.splitlines()
-    assert [line.split()[1] for line in lines if line.startswith("│")] == scenarios.names()
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "60")
+    lines = re.sub(r"\x1b\[[0-9;]*m", "", run("list").out).splitlines()
+    assert max(map(len, lines)) <= 60 and len(lines) < 5 * len(scenarios.names())
+    names, about = zip(*(line.split("│")[1:3] for line in lines if line.startswith("│")), strict=True)
+    assert "".join(names).split() == scenarios.names()
+    assert sorted([*scenarios.names(), *" ".join(about).split()]) == sorted(whole[5:])
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import webbrowser
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -16,7 +17,7 @@ from typing import Any
 import imageio_ffmpeg
 import mujoco
 import pytest
-from command_line import Run, call
+from command_line import Run, call, main
 from scenario_texts import PLACES, cup_scenario
 
 from experiments import case_study_3
@@ -310,9 +311,12 @@ def compose_nothing(films: list[Path], path: Path, **options: Any) -> Path:
 def test_the_demo_carries_both_plans_out(
     cup: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    opened: list[str] = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(webbrowser, "open", opened.append)
     monkeypatch.setattr(carry_out, "render_video", draw_nothing)
     monkeypatch.setattr(case_study_3, "compose", compose_nothing)
-    assert case_study_3.main() == 0
+    assert main(["demo"]) == 0
     printed = capsys.readouterr().out
     assert "carried out, 14 of 14 actions, cost 34" in printed
     assert "carried out, 17 of 17 actions, cost 41" in printed
@@ -320,6 +324,7 @@ def test_the_demo_carries_both_plans_out(
         "Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n  out/case_study_3/both.mp4\n"
         in printed
     )
-    assert printed.endswith("Report, to be opened in a browser\n  out/case_study_3/index.html\n")
+    assert printed.endswith("Report (open it in a browser)\n  out/case_study_3/index.html\n")
+    assert opened == [(cup / "out" / "case_study_3" / "index.html").as_uri()]
     page = (cup / "out" / "case_study_3" / "index.html").read_text(encoding="utf-8")
     assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page
