@@ -155,7 +155,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def add_video(parser: argparse.ArgumentParser) -> None:
-    """Add how a video is rendered; read by `experiments.cli.simulation_options`."""
+    """Add whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
     parser.add_argument("--no-video", action="store_true", help="render no video")
     parser.add_argument(
         "--quality",
@@ -168,6 +168,9 @@ def add_video(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         default="fixed",
         help="fixed: in front of the table; orbit: around its front; wrist: on the hand (default: fixed)",
+    )
+    parser.add_argument(
+        "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"
     )
 
 

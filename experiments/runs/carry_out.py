@@ -82,7 +82,6 @@ def carry_out(
     plan: Plan,
     *,
     video: Path | None = None,
-    size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
     camera: str = "fixed",
     tell: Tell = lambda stage, done, total, what: None,
@@ -95,7 +94,6 @@ def carry_out(
         scene: from `scene_of`.
         plan: one of its plans.
         video: file to render a video to; None for no video. It appears only when it is complete.
-        size: (width, height) of the video in pixels; None for the quality's.
         quality: of the video's pictures.
         camera: that the video is seen from.
         tell: told of progress.
@@ -118,7 +116,7 @@ def carry_out(
             outcome.rollout,
             captions(outcome),
             video,
-            size=size,
+            size=quality.size,
             quality=quality,
             camera=camera,
             progress=lambda done, total: tell("rendering", done, total, ""),

@@ -93,7 +93,7 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
     perturbation = simulation.perturbation_of(options.perturb, seed=options.seed)
     faults = simulation.faults_of(options.fault, scenario)
     robot = simulation.robot_of(options.robot)
-    quality, camera = simulation.quality_of(options.quality), simulation.camera_of(options.camera)
+    look = simulation.look_of(options)
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario, robot=robot, faults=faults)
@@ -111,9 +111,8 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
             sensor=simulation.sensor_of(options.noise, seed=options.seed),
             choice=continuation(options.plan, options.max_preference),
             video=None if options.no_video else folder / f"{name}.mp4",
-            quality=quality,
-            camera=camera,
             tell=bars,
+            **look,
         )
         drawn = None if options.seed is None else str(perturbation)
         setting: dict[str, object] = {"seed": options.seed, "perturbation": drawn}

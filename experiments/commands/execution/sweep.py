@@ -21,6 +21,7 @@ from experiments.cli.arguments import (
     add_out,
     add_perturb,
     add_plan,
+    add_robot,
     add_scenario,
     positive,
     whole,
@@ -55,6 +56,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_plan(parser)
     parser.add_argument("--seed", type=whole, default=0, metavar="N", help="seed of all random numbers (default: 0)")
     add_perturb(parser)
+    add_robot(parser)
     parser.add_argument("--faults", choices=["random"], help="one to three random faults in each run")
     add_out(parser, "out/SCENARIO/sweep_PLAN; an interrupted sweep goes on there")
     parser.add_argument(
@@ -65,18 +67,18 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def sweep(options: argparse.Namespace) -> int:
     """Carry out `prefplan sweep`."""
     with loading():
-        from experiments.cli.simulation_options import perturbation_of
+        from experiments.cli.simulation_options import perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of
         from experiments.sweep.job import Sweep, pack
         from experiments.sweep.summary import show_summary, summarise
 
     scenario = scenarios.find(options.scenario)
-    perturbation = perturbation_of(options.perturb, seed=options.seed)
+    perturbation, robot = perturbation_of(options.perturb, seed=options.seed), robot_of(options.robot)
     folder = options.out or Path("out", scenario.name, f"sweep_{options.plan}")
     tell_if_compiling(quiet=options.quiet)
     interrupted = False
     with Bars(quiet=options.quiet) as bars:
-        scene_of(scenario)
+        scene_of(scenario, robot=robot)
         make_folder(folder)
         bars("planning", 0, 0, "")
         planner = Planner(scenario.problem())
@@ -96,6 +98,7 @@ def sweep(options: argparse.Namespace) -> int:
             folder=folder,
             max_cost=options.max_cost,
             max_preference=options.max_preference,
+            robot=robot,
         )
         header = define(scenario, job)
         with Journal(folder / "rollouts.jsonl", header, key="rollout") as records:
@@ -133,6 +136,7 @@ def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
         "actions": list(job.plan.actions),
         "seed": job.seed,
         "perturb": str(job.perturbation),
+        "robot": job.robot,
         "faults": "random" if job.faults else None,
     }
 

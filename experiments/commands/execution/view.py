@@ -6,7 +6,16 @@ import argparse
 import importlib.util
 
 from experiments import scenarios
-from experiments.cli.arguments import Commands, add_command, add_fault, add_no_open, add_plan, add_scenario, add_seed
+from experiments.cli.arguments import (
+    Commands,
+    add_command,
+    add_fault,
+    add_no_open,
+    add_plan,
+    add_robot,
+    add_scenario,
+    add_seed,
+)
 from experiments.cli.browser import open_page
 from experiments.cli.choice import chosen_plan, continuation
 from experiments.cli.progress import Bars
@@ -32,6 +41,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_plan(parser)
     add_seed(parser)
     add_fault(parser)
+    add_robot(parser)
     parser.add_argument(
         "--port",
         type=port,
@@ -46,15 +56,15 @@ def view(options: argparse.Namespace) -> int:
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():
-        from experiments.cli.simulation_options import faults_of
+        from experiments.cli.simulation_options import faults_of, robot_of
         from experiments.runs.carry_out import begin, scene_of
         from experiments.viewer.session import watch
 
     scenario = scenarios.find(options.scenario)
-    faults = faults_of(options.fault, scenario)
+    faults, robot = faults_of(options.fault, scenario), robot_of(options.robot)
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:
-        scene = scene_of(scenario, faults=faults)
+        scene = scene_of(scenario, robot=robot, faults=faults)
         bars("planning", 0, 0, "")
         problem = scenario.problem()
         try:

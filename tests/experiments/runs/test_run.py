@@ -25,6 +25,7 @@ from experiments.runs import carry_out
 from experiments.runs.outcome import outcome_json
 from prefplan import load, pareto_front
 from sim.execution import executor
+from sim.rendering.quality import DRAFT
 from sim.world.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
@@ -55,7 +56,8 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["case_study_3", "--plan", "2"], "--plan 2: the front has plans 0 to 1"),
         (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
         (["cup.toml", "--plan", "-1"], "--plan"),
-        (["cup.toml", "--robot", "panda"], "--robot"),
+        (["cup.toml", "--robot", "defualt"], "--robot: unknown name 'defualt' (did you mean 'default'?)"),
+        (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
         (["cup.toml", "--seed", "-1"], "--seed"),
         (["cup.toml", "--fault", "slip"], "--fault 'slip': must end with @ and the number of an action from 1, as in"),
         (["cup.toml", "--fault", "move:cap@2"], "unknown object 'cap' (did you mean 'cup'?)"),
@@ -283,7 +285,7 @@ def test_a_video_of_a_run(cup: Path, gl: None) -> None:
         scene,
         replace(plan, actions=plan.actions[:1]),
         video=video,
-        size=(160, 90),
+        quality=replace(DRAFT, size=(160, 90)),
         tell=lambda *what: told.append(what),
     )
     assert outcome.video == video
