@@ -38,7 +38,6 @@ def main(*, quiet: bool = False) -> int:
     """Plan, carry both plans out, and return the exit status; `quiet` shows results without progress."""
     console = Console(highlight=False)
     scenario = scenarios.find(SCENARIO)
-    console.print("Planning", style="dim")
     front = pareto_front(scenario.problem())
     output.show_front(console, scenario, front)
     console.print()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
+from typing import Any
 
 from rich.table import Table
 from rich.text import Text
@@ -12,8 +12,10 @@ from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command, add_json
 from experiments.cli.console import Console
-from experiments.cli.overview import overview
+from experiments.cli.overview import first_sentence, kind_of
 from experiments.cli.status import DONE
+from prefplan.preferences.objective import Measure
+from prefplan.scenario.decode import Scenario
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -26,14 +28,26 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def list_(options: argparse.Namespace) -> int:
     """Carry out `prefplan list`."""
-    found = [overview(scenarios.find(name, measured=False)) for name in scenarios.names()]
+    found = [_entry(scenarios.find(name, measured=False)) for name in scenarios.names()]
     if options.json:
-        output.print_json({"scenarios": [asdict(one) for one in found]})
+        output.print_json({"scenarios": found})
         return DONE
     table = Table()
     table.add_column("scenario", no_wrap=True, style="bold")
     table.add_column("what it is about")
     for one in found:
-        table.add_row(one.name, Text.assemble(one.summary, (f" ({one.kind}, {one.tasks} tasks)", "dim")))
+        table.add_row(one["name"], Text.assemble(one["summary"], (f" ({one['kind']}, {one['tasks']} tasks)", "dim")))
     Console(highlight=False).print(table)
     return DONE
+
+
+def _entry(scenario: Scenario) -> dict[str, Any]:
+    """Return what the list says of a scenario, without building its transition system."""
+    names = [task.name for task in scenario.tasks]
+    return {
+        "name": scenario.name,
+        "kind": kind_of(scenario.model),
+        "tasks": len(names),
+        "contract": Measure.of(scenario.preference.terms(names), len(names)).contract,
+        "summary": first_sentence(scenario.text),
+    }
