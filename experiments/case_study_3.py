@@ -30,12 +30,14 @@ SCENARIO = "case_study_3"
 OUT = Path("out", SCENARIO)
 """Where the videos and the report go."""
 
+PAGE = OUT / "index.html"
+"""The report."""
 
-def main() -> int:
-    """Plan, carry both plans out, and return the exit status."""
+
+def main(*, quiet: bool = False) -> int:
+    """Plan, carry both plans out, and return the exit status; `quiet` shows results without progress."""
     console = Console(highlight=False)
     scenario = scenarios.find(SCENARIO)
-    console.print("Planning", style="dim")
     front = pareto_front(scenario.problem())
     output.show_front(console, scenario, front)
     console.print()
@@ -48,7 +50,7 @@ def main() -> int:
     for name, number in {"cost": 0, "preference": len(front) - 1}.items():
         plan = front[number]
         console.print(f"\nCarrying out the {name}-optimal plan (cost {output.number(plan.cost)})")
-        with Bars() as bars:
+        with Bars(quiet=quiet) as bars:
             outcome, recording = perform(scenario, scene, plan, name, tell=bars)
         show_outcome(console, scenario, outcome)
         if recording is None:
@@ -65,8 +67,8 @@ def main() -> int:
             for what, outcome in zip(("cheapest", "preferred"), outcomes, strict=True)
         ]
         console.print(f"  {compose(videos, OUT / 'both.mp4', headings=headings)}")
-    page = write_page(scenario, front, recordings, OUT)
-    console.print(f"\nReport (open it in a browser)\n  {page}")
+    write_page(scenario, front, recordings, OUT)
+    console.print(f"\nReport (open it in a browser)\n  {PAGE}")
     return DONE if all(outcome.rollout.completed for outcome in outcomes) else FAILED
 
 

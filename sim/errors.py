@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 
 from prefplan.errors import PrefplanError
 
 
 class SimulationError(PrefplanError):
-    """A scene that cannot be built or carried out, e.g. a location out of the arm's reach."""
+    """A scene that cannot be built or carried out, e.g. a location out of the arm's reach.
+
+    Attributes:
+        faults: what is wrong, a sentence for each fault.
+    """
+
+    def __init__(self, *faults: str) -> None:
+        """Take a sentence for each fault; the message has all of them."""
+        super().__init__("; ".join(faults))
+        self.faults = faults
+
+
+@contextmanager
+def collecting(faults: list[str]) -> Iterator[None]:
+    """Add the faults of a `SimulationError` to a list, each once, and go on after the block."""
+    try:
+        yield
+    except SimulationError as error:
+        faults += [fault for fault in error.faults if fault not in faults]
 
 
 class BlockedError(SimulationError):

@@ -33,7 +33,9 @@ def assert_clean(cell: Workcell) -> None:
     recorded = cell.recorder.arrays
     assert (recorded["speeds"] < PANDA.velocity_limits).all()
     assert (recorded["torques"] < PANDA.torque_limits).all()
-    assert recorded["margins"].min() > 0.05
+    low, high = PANDA.ranges(cell.scene.mujoco).T
+    angles = recorded["qpos"][:, PANDA.qpos(cell.scene.mujoco)]
+    assert np.minimum(angles - low, high - angles).min() > 0.05
 
 
 def assert_placed(cell: Workcell, obj: str, location: str) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from experiments.cli.completion import complete, scenario_files
 from experiments.cli.status import BAD_INPUT
+from prefplan.errors import choices
 
 Command = Callable[[argparse.Namespace], int]
 """Carries a command out and returns its exit status."""
@@ -19,11 +20,27 @@ Commands = argparse._SubParsersAction
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that answers a wrong call with one sentence, like every other error."""
+    """A parser that answers a wrong call with one sentence, like every other error, and the usage of the command."""
+
+    def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        """Parse arguments; end with status 2 at an unknown one, in the command that it was given to."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            wrong = unknown[0].partition("=")[0]
+            if wrong.startswith("-"):
+                self.error(f"unknown option {wrong} {choices(wrong, self._option_string_actions)}")
+            self.error(f"unexpected argument {wrong!r}")
+        return found, unknown
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Suggest the nearest valid value, where argparse lists them all."""
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(action, f"unknown value {value!r} {choices(value, map(str, action.choices))}")
 
     def error(self, message: str) -> NoReturn:
-        """End with status 2."""
-        self.exit(BAD_INPUT, f"{self.prog}: {message.removeprefix('argument ')}; see `{self.prog} --help`\n")
+        """End with status 2, and show how the command is used."""
+        told = message.removeprefix("argument ")
+        self.exit(BAD_INPUT, f"{self.prog}: {told}\n{self.format_usage()}More: `{self.prog} --help`\n")
 
 
 def add_command(
@@ -46,8 +63,16 @@ def add_command(
         epilog=f"examples:{lines}" + (f"\n\n{more}" if more else ""),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    add_quiet(parser, default=argparse.SUPPRESS)
     parser.set_defaults(command=command)
     return parser
+
+
+def add_quiet(parser: argparse.ArgumentParser, *, default: Any = False) -> None:
+    """Add the switch that hides progress; it may stand before a command or after it."""
+    parser.add_argument(
+        "-q", "--quiet", action="store_true", default=default, help="show no progress, only results and errors"
+    )
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:
@@ -79,17 +104,12 @@ def add_limits(parser: argparse.ArgumentParser, found: str) -> None:
     """Add the limits of a search, which ends with what it has `found` by then."""
     parser.add_argument("--max-seconds", type=seconds, metavar="S", help=f"stop after this time with {found}")
     parser.add_argument(
-        "--max-memory", type=number, metavar="MB", help=f"stop before the search takes more memory, with {found}"
+        "--max-memory", type=megabytes, metavar="MB", help=f"stop before the search takes more memory, with {found}"
     )
 
 
-def in_bytes(megabytes: Decimal | None) -> float | None:
-    """Return the value of --max-memory in bytes."""
-    return None if megabytes is None else float(megabytes) * 2**20
-
-
 def add_plan(parser: argparse.ArgumentParser) -> None:
-    """Add the choice of a plan of the front."""
+    """Add the choice of a plan of the front; read by `experiments.cli.choice`."""
     parser.add_argument(
         "--plan",
         type=which_plan,
@@ -97,6 +117,8 @@ def add_plan(parser: argparse.ArgumentParser) -> None:
         metavar="cost|preference|INDEX",
         help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
     )
+    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
+    add_max_cost(parser)
 
 
 def add_fault(parser: argparse.ArgumentParser) -> None:
@@ -133,7 +155,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def add_video(parser: argparse.ArgumentParser) -> None:
-    """Add how a video is rendered; read by `experiments.cli.simulation_options`."""
+    """Add whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
     parser.add_argument("--no-video", action="store_true", help="render no video")
     parser.add_argument(
         "--quality",
@@ -146,6 +168,9 @@ def add_video(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         default="fixed",
         help="fixed: in front of the table; orbit: around its front; wrist: on the hand (default: fixed)",
+    )
+    parser.add_argument(
+        "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"
     )
 
 
@@ -162,6 +187,13 @@ def add_seed(parser: argparse.ArgumentParser, differences: str = "at random by u
 def add_out(parser: argparse.ArgumentParser, default: str = "out/SCENARIO") -> None:
     """Add the folder for results."""
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the results (default: {default})")
+
+
+def add_no_open(parser: argparse.ArgumentParser) -> None:
+    """Add the switch for machines without a browser."""
+    parser.add_argument(
+        "--no-open", "--no-browser", action="store_true", help="print the address of the page, but open no browser"
+    )
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
@@ -188,6 +220,11 @@ def number(text: str) -> Decimal:
 def seconds(text: str) -> float:
     """Return a time >= 0."""
     return float(number(text))
+
+
+def megabytes(text: str) -> float:
+    """Return an amount of memory in bytes."""
+    return float(number(text)) * 2**20
 
 
 def which_plan(text: str) -> str | int:

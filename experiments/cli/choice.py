@@ -1,34 +1,63 @@
-"""Plans of a front as options name them: `cost`, `preference` or an index."""
+"""Plans of a front as options name them: `--plan cost|preference|INDEX` within `--max-preference` and `--max-cost`."""
 
 from __future__ import annotations
 
 import argparse
+from typing import Unpack, cast
 
 from experiments.cli import output
 from experiments.cli.status import no_plan
 from prefplan.errors import PrefplanError
-from prefplan.exact_costs import Number
-from prefplan.front import Front, NoPlanError, Plan
-from prefplan.planner import Planner
+from prefplan.exact_costs import Number, exact, inclusive
+from prefplan.front import Front, NoPlanError, Plan, UnfinishedError
+from prefplan.planner import PlanLimits, Planner
 from prefplan.scenario.decode import Scenario
 
 
-def choose(planner: Planner, wanted: str | int, *, max_cost: Number | None = None) -> Plan:
-    """Return the plan that `--plan` names, among those of at most this cost.
+def chosen_plan(planner: Planner, options: argparse.Namespace) -> Plan:
+    """Return the plan that the options of `add_plan` name, and of `add_limits` if there are any; see `choose`."""
+    limits = {name: getattr(options, name, None) for name in PlanLimits.__annotations__}
+    return choose(planner, options.plan, **cast(PlanLimits, limits))
+
+
+def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
+    """Return which plan a run follows after a surprise, see `experiments.runs.carry_out.Conditions.choice`."""
+    return "bounded" if wanted == "cost" and max_preference is not None else wanted
+
+
+def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) -> Plan:
+    """Return the plan that `--plan` names, within limits.
+
+    Args:
+        planner: of the problem.
+        wanted: `cost`, `preference` or an index of the front.
+        **limits: those of `cheapest_plan`.
 
     Raises:
         NoPlanError: there is none at all.
+        UnfinishedError: a limit ended the search first.
         PreferenceError: a bound on the cost is needed.
-        PrefplanError: the front has no plan of that index.
+        PrefplanError: the front has no plan of that index, or that plan is not preferred enough.
     """
     if wanted == "cost":
-        return planner.cheapest(max_cost=max_cost)
+        return planner.cheapest(**limits)
     if wanted == "preference":
-        return planner.preferred(max_cost=max_cost)
-    front = planner.front(max_cost=max_cost)
+        return planner.preferred(**limits)
+    bound = limits.get("max_preference")
+    front = planner.front(
+        max_cost=limits.get("max_cost"),
+        max_seconds=limits.get("max_seconds"),
+        max_memory=limits.get("max_memory"),
+    )
     if front.reason:
         raise NoPlanError(front.reason)
-    return plan_at(front, int(wanted), "--plan")
+    if front.ended:
+        raise UnfinishedError(front.ended, complete_below=front.complete_below)
+    plan = plan_at(front, int(wanted), "--plan")
+    if bound is not None and exact(plan.preference) > inclusive(bound):
+        found = f"its preference is {output.number(plan.preference)}"
+        raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
+    return plan
 
 
 def plan_at(front: Front, index: int, option: str) -> Plan:

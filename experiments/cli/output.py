@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from decimal import Decimal
 from itertools import groupby
 from typing import Any
@@ -71,12 +72,7 @@ def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
     """Return a front as the documented JSON object."""
     result = _heading(scenario) | {"complete": front.complete, "front": [plan_json(plan) for plan in front]}
     if front.reason:
-        reason = {
-            "kind": front.reason.kind,
-            "tasks": list(front.reason.tasks),
-            "smallest": front.reason.smallest,
-        }
-        result["reason"] = reason
+        result["reason"] = asdict(front.reason)
     if front.ended:
         result |= {"ended": front.ended, "complete_below": front.complete_below}
     return result | {"stats": stats_json(front.stats)}

@@ -1,41 +1,13 @@
-"""A scenario in one line: what it is about, without planning."""
+"""What a scenario is about, without planning."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from itertools import dropwhile, takewhile
 
 from prefplan.models.graph import GraphModel
 from prefplan.models.grid import GridModel
-from prefplan.preferences.objective import Measure
-from prefplan.scenario.decode import Model, Scenario
-
-
-@dataclass(frozen=True)
-class Overview:
-    """Entry of a scenario in the list.
-
-    Attributes:
-        name: its name for other commands.
-        kind: of its model: `graph`, `grid` or `manipulation`.
-        tasks: number of tasks.
-        contract: of its preference.
-        summary: the first sentence of the comment that its file begins with; empty if it has none.
-    """
-
-    name: str
-    kind: str
-    tasks: int
-    contract: str
-    summary: str
-
-
-def overview(scenario: Scenario) -> Overview:
-    """Return the entry of a scenario, without building its transition system."""
-    names = [task.name for task in scenario.tasks]
-    contract = Measure.of(scenario.preference.terms(names), len(names)).contract
-    return Overview(scenario.name, kind_of(scenario.model), len(names), contract, first_sentence(scenario.text))
+from prefplan.scenario.decode import Model
 
 
 def kind_of(model: Model) -> str:

@@ -11,8 +11,8 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 class Bars:
     """One bar for each stage of a long command, on stderr if that is a terminal, until the command ends."""
 
-    def __init__(self) -> None:
-        """Make the bars without drawing them."""
+    def __init__(self, *, quiet: bool = False) -> None:
+        """Make the bars without drawing them; `quiet` ones are never drawn."""
         console = Console(stderr=True)
         self._progress = Progress(
             TextColumn("{task.description:>10}"),
@@ -22,7 +22,7 @@ class Bars:
             TextColumn("{task.fields[what]}"),
             console=console,
             transient=True,
-            disable=not console.is_terminal,
+            disable=quiet or not console.is_terminal,
         )
         self._stages: dict[str, TaskID] = {}
 

@@ -1,9 +1,12 @@
-"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise`, `--robot`, `--quality`, `--camera`."""
+"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise`, `--robot` and of a video."""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from decimal import Decimal
+from typing import TypedDict
 
 from prefplan.errors import PrefplanError, choices
 from prefplan.models.manipulation.model import ManipulationModel
@@ -57,14 +60,20 @@ def robot_of(name: str) -> str:
     return _checked("--robot", name, ROBOTS)
 
 
-def camera_of(name: str) -> str:
-    """Return the value of `--camera`."""
-    return _checked("--camera", name, CAMERAS)
+class Look(TypedDict):
+    """How a video looks, as `experiments.runs.carry_out.carry_out` takes it."""
+
+    quality: Quality
+    camera: str
 
 
-def quality_of(name: str) -> Quality:
-    """Return the value of `--quality`."""
-    return QUALITIES[_checked("--quality", name, QUALITIES)]
+def look_of(options: argparse.Namespace) -> Look:
+    """Return the values of `--quality`, `--size` and `--camera`."""
+    quality = QUALITIES[_checked("--quality", options.quality, QUALITIES)]
+    return {
+        "quality": replace(quality, size=options.size or quality.size),
+        "camera": _checked("--camera", options.camera, CAMERAS),
+    }
 
 
 def _checked(option: str, name: str, valid: Collection[str]) -> str:

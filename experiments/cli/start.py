@@ -13,11 +13,11 @@ INTERRUPTED = 130
 """As in `experiments.cli.status`, which takes longer to load."""
 
 
-def tell_if_compiling() -> None:
-    """Say on stderr that the first search takes a minute, if it is not compiled."""
+def tell_if_compiling(*, quiet: bool = False) -> None:
+    """Say on stderr that the first search takes a minute, if it is not compiled and the user wants to hear of it."""
     from prefplan.warm_up import is_compiled
 
-    if not is_compiled():
+    if not quiet and not is_compiled():
         print("prefplan: compiling the search, once; this takes about a minute", file=sys.stderr, flush=True)
 
 

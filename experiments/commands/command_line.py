@@ -8,9 +8,9 @@ import sys
 from collections.abc import Sequence
 
 import prefplan
-from experiments.cli.arguments import Command, Parser
+from experiments.cli.arguments import Command, Parser, add_quiet
 from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from experiments.commands.execution import film, measure, report, run, sweep, verify, view
+from experiments.commands.execution import demo, film, measure, report, run, sweep, verify, view
 from experiments.commands.machine import completion, doctor
 from experiments.commands.planning import automaton, check, draw, front, init, plan
 from experiments.commands.planning import list as list_command
@@ -20,6 +20,7 @@ from prefplan.front import UnfinishedError
 COMMANDS = (
     init,
     list_command,
+    demo,
     check,
     front,
     plan,
@@ -42,13 +43,14 @@ SIMULATION = "pip install '.[sim]', in a clone of prefplan"
 
 EPILOG = """\
 examples:
+  prefplan demo                                the paper's manipulation case study, with videos and a page
   prefplan front example                       the Pareto front and its plans
   prefplan plan example --max-preference 3     the cheapest plan within a bound
   prefplan run case_study_3 --plan preference  carry the preferred plan out, with a video
 
 exit status:
   0    done
-  2    wrong call or input: one sentence on stderr says what is valid
+  2    wrong call or input: stderr says what is valid
   3    no plan exists, or none within the bounds given
   4    the execution failed, a run was refuted, or a limit ended the search before any plan was found
   130  interrupted by Ctrl-C
@@ -102,8 +104,15 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"prefplan {prefplan.__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND", title="commands")
+    add_quiet(parser)
+    parser.set_defaults(program=parser, command=help_)
+    commands = parser.add_subparsers(metavar="COMMAND", title="commands")
     for command in COMMANDS:
         command.add(commands)
-    parser.set_defaults(program=parser)
     return parser
+
+
+def help_(options: argparse.Namespace) -> int:
+    """Print the help of the program."""
+    options.program.print_help()
+    return DONE

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.scenario.decode import Scenario
 from sim.errors import LogError, RenderingError
 from sim.evidence.log import Log, read_log
+from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.renderer import check_rendering
 from sim.world.scene import Scene
 
@@ -50,7 +51,9 @@ def record_all(
     folder: Path,
     *,
     seed: int | None = None,
-    size: tuple[int, int] = (1280, 720),
+    robot: str = "default",
+    quality: Quality = DRAFT,
+    camera: str = "fixed",
     video: bool = True,
     tell: Tell = lambda stage, done, total, what: None,
 ) -> tuple[dict[int, Recording], tuple[str, ...], bool]:
@@ -61,7 +64,9 @@ def record_all(
         plans: of its front, by number.
         folder: of the results, `plan_I` with several endings; it exists.
         seed: None for the nominal world.
-        size: (width, height) of the videos in pixels.
+        robot: one of `sim.robots.catalogue.ROBOTS`.
+        quality: of the videos.
+        camera: that they are seen from.
         video: whether to render videos.
         tell: told of progress.
 
@@ -78,7 +83,7 @@ def record_all(
             check_rendering()
         except RenderingError as error:
             video, notices = False, (f"no videos: {error}",)
-    scene = scene_of(scenario)
+    scene = scene_of(scenario, robot=robot)
     found: dict[int, Recording] = {}
     try:
         for i, plan in plans.items():
@@ -87,7 +92,8 @@ def record_all(
                 tell(f"{name} {stage}", done, total, what)
 
             path = folder / f"plan_{i}"
-            recording = _record(scenario, scene, plan, path, seed=seed, size=size if video else None, tell=told)
+            shown = quality if video else None
+            recording = _record(scenario, scene, plan, path, seed=seed, quality=shown, camera=camera, tell=told)
             if recording is None:
                 return found, notices, True
             found[i] = recording
@@ -105,19 +111,21 @@ def _record(
     path: Path,
     *,
     seed: int | None,
-    size: tuple[int, int] | None,
+    quality: Quality | None,
+    camera: str,
     tell: Tell,
 ) -> Recording | None:
-    """Carry a plan out, with a video if there is a size, unless that was done before; None if the user ended it."""
+    """Carry a plan out, with a video if there is a quality, unless that was done before; None if the user ended it."""
     found = read(path)
-    if found is not None and found.outcome.get("made_from") == _fingerprint(scenario, plan, seed):
-        if size is None or found.outcome.get("size") == list(size):
+    if found is not None and found.outcome.get("made_from") == _fingerprint(scenario, scene, plan, seed):
+        if quality is None or found.outcome.get("rendered") == _rendered(quality, camera):
             return found
     # An incomplete result must not look complete: the record is removed first and written last.
     path.with_suffix(".json").unlink(missing_ok=True)
-    video = None if size is None else path.with_suffix(".mp4")
-    outcome = carry_out(scenario, scene, plan, seed=seed, video=video, size=size, tell=tell)
-    return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, size=size)
+    video = None if quality is None else path.with_suffix(".mp4")
+    shown = quality or DRAFT
+    outcome = carry_out(scenario, scene, plan, seed=seed, video=video, quality=shown, camera=camera, tell=tell)
+    return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, quality=shown, camera=camera)
 
 
 def keep(
@@ -127,7 +135,8 @@ def keep(
     outcome: Outcome,
     path: Path,
     *,
-    size: tuple[int, int] | None = (1280, 720),
+    quality: Quality = DRAFT,
+    camera: str = "fixed",
 ) -> Recording:
     """Write the log of an outcome, its certificate and, when these are complete, its record.
 
@@ -137,7 +146,8 @@ def keep(
         plan: the first plan.
         outcome: of carrying it out; its video, if there is one, lies at `path` with the ending `.mp4`.
         path: of the results, without an ending: `.npz`, `.certificate.json` and `.json` are added.
-        size: of the video.
+        quality: of the video.
+        camera: that it is seen from.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -145,8 +155,8 @@ def keep(
     outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"))
     if outcome.video is None:
         path.with_suffix(".mp4").unlink(missing_ok=True)
-    rendered = {"size": list(size)} if outcome.video and size else {}
-    made_from = {"made_from": _fingerprint(scenario, plan, outcome.seed)}
+    rendered = {"rendered": _rendered(quality, camera)} if outcome.video else {}
+    made_from = {"made_from": _fingerprint(scenario, scene, plan, outcome.seed)}
     write_json(path.with_suffix(".json"), outcome_json(outcome) | made_from | rendered)
     recording = read(path)
     assert recording is not None
@@ -167,9 +177,14 @@ def read(path: Path) -> Recording | None:
     return Recording(log, path.with_suffix(".npz"), outcome, certificate, video)
 
 
-def _fingerprint(scenario: Scenario, plan: Plan, seed: int | None) -> str:
+def _rendered(quality: Quality, camera: str) -> dict[str, Any]:
+    """Return how a video looks, JSON-ready."""
+    return asdict(quality) | {"size": list(quality.size), "camera": camera}
+
+
+def _fingerprint(scenario: Scenario, scene: Scene, plan: Plan, seed: int | None) -> str:
     """Return a digest of everything that a run depends on."""
     costs = getattr(scenario.model, "costs", None)
     measured = sorted(map(str, costs.entries.items())) if isinstance(costs, MeasuredCosts) else []
-    everything = [version("prefplan"), scenario.text, measured, list(plan.actions), seed]
+    everything = [version("prefplan"), scenario.text, measured, list(plan.actions), seed, scene.robot.name]
     return hashlib.sha256(json.dumps(everything).encode()).hexdigest()

@@ -40,8 +40,8 @@ class Conditions(TypedDict, total=False):
         perturbation: bounds of the random changes that a seed makes to the world; None for 5 mm and 5 degrees.
         faults: faults to inject; the scene must hold a spare object for each `foreign` among them.
         sensor: observes the objects; None for one with the noise of the perturbation.
-        choice: which plan to follow after a surprise, as `--plan` says (default: `cost`). For a number, the cheapest
-            plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
+        choice: which plan to follow after a surprise: `cost` (default), `preference`, or for `bounded` and a number the
+            cheapest plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
     """
 
     seed: int | None
@@ -73,7 +73,7 @@ def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fau
         spares = sum(fault.kind == "foreign" for fault in faults)
         return build_scene(scenario.model, robot=robot, spares=spares)
     except SimulationError as error:
-        raise ScenarioError(f"{scenario.path}: model.{error}") from None
+        raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
 
 
 def carry_out(
@@ -82,7 +82,6 @@ def carry_out(
     plan: Plan,
     *,
     video: Path | None = None,
-    size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
     camera: str = "fixed",
     tell: Tell = lambda stage, done, total, what: None,
@@ -95,7 +94,6 @@ def carry_out(
         scene: from `scene_of`.
         plan: one of its plans.
         video: file to render a video to; None for no video. It appears only when it is complete.
-        size: (width, height) of the video in pixels; None for the quality's.
         quality: of the video's pictures.
         camera: that the video is seen from.
         tell: told of progress.
@@ -118,7 +116,7 @@ def carry_out(
             outcome.rollout,
             captions(outcome),
             video,
-            size=size,
+            size=quality.size,
             quality=quality,
             camera=camera,
             progress=lambda done, total: tell("rendering", done, total, ""),

@@ -17,10 +17,10 @@ def names() -> list[str]:
 
 
 def find(scenario: str, *, measured: bool = True) -> Scenario:
-    """Read a scenario by the name of one that ships, or by a path.
+    """Read a scenario by the name of one that ships, or by a path; the path's `.toml` may be left out.
 
     Args:
-        scenario: its name or path.
+        scenario: its name or path; a name that ships comes first.
         measured: as in `prefplan.load`.
 
     Raises:
@@ -28,6 +28,13 @@ def find(scenario: str, *, measured: bool = True) -> Scenario:
     """
     if scenario in names():
         return load(FOLDER / f"{scenario}.toml", measured=measured)
-    if Path(scenario).suffix or Path(scenario).exists() or len(Path(scenario).parts) > 1:
-        return load(scenario, measured=measured)
-    raise ScenarioError(f"no scenario named {scenario!r} {choices(scenario, names())}; a path ends in .toml")
+    path, named = Path(scenario), Path(f"{scenario}.toml")
+    if named.is_file() and not path.is_file():
+        return load(named, measured=measured)
+    if path.suffix or path.exists() or len(path.parts) > 1:
+        return load(path, measured=measured)
+    here = sorted(file.stem for file in Path().glob("*.toml"))
+    raise ScenarioError(
+        f"no scenario named {scenario!r} ships {choices(scenario, names())} "
+        f"or is in this folder {choices(scenario, here)}"
+    )

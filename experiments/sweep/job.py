@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.cli.choice import continuation
 from experiments.runs.carry_out import carry_out
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
@@ -44,6 +45,8 @@ class Sweep:
         faults: whether each rollout has random faults.
         folder: where a replay of a rollout goes.
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
+        max_preference: bound on their preference, or None.
+        robot: one of `sim.robots.catalogue.ROBOTS`.
     """
 
     packed: bytes
@@ -55,6 +58,8 @@ class Sweep:
     faults: bool
     folder: Path
     max_cost: Number | None = None
+    max_preference: Number | None = None
+    robot: str = "default"
 
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
@@ -72,6 +77,8 @@ class Sweep:
             [
                 *("prefplan", "run", self.given, "--plan", str(self.which)),
                 *(() if self.max_cost is None else ("--max-cost", str(self.max_cost))),
+                *(() if self.max_preference is None else ("--max-preference", str(self.max_preference))),
+                *(() if self.robot == "default" else ("--robot", self.robot)),
                 *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
                 *(word for fault in faults for word in ("--fault", str(fault))),
                 *("--out", str(self.folder / f"rollout_{number}")),
@@ -91,10 +98,16 @@ def roll_out(sweep: Sweep, number: int) -> Record:
     try:
         scenario, model = _unpacked(sweep.packed)
         faults = sweep.rollout_faults(number, model)
-        scene = _scene(sweep.packed, sum(fault.kind == "foreign" for fault in faults))
+        scene = _scene(sweep.packed, sweep.robot, sum(fault.kind == "foreign" for fault in faults))
         began, cpu = time.perf_counter(), time.thread_time()
         outcome = carry_out(
-            scenario, scene, sweep.plan, seed=seed, perturbation=perturbation, faults=faults, choice=sweep.which
+            scenario,
+            scene,
+            sweep.plan,
+            seed=seed,
+            perturbation=perturbation,
+            faults=faults,
+            choice=continuation(sweep.which, sweep.max_preference),
         )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
         certificate = certify(evidence(scenario, scene, outcome))
@@ -163,6 +176,6 @@ def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
 
 
 @lru_cache(maxsize=MAX_FAULTS + 1)
-def _scene(packed: bytes, spares: int) -> Scene:
+def _scene(packed: bytes, robot: str, spares: int) -> Scene:
     """Return the scene with this many foreign objects, compiled once a process."""
-    return build_scene(_unpacked(packed)[1], spares=spares)
+    return build_scene(_unpacked(packed)[1], robot=robot, spares=spares)

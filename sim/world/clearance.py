@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
-from sim.errors import SimulationError
+from sim.errors import SimulationError, collecting
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper
@@ -33,45 +34,74 @@ LAMP = "lamp head"
 Slots = Mapping[str, tuple[Slot, ...]]
 
 
-def check_apart(stations: Sequence[Station], size: Extent) -> None:
-    """Raise `SimulationError` for two locations whose objects, walls or plates would collide."""
-    for i, station in enumerate(stations):
-        for other in stations[:i]:
-            if overlap(_covered(station, size), _covered(other, size)):
-                apart = np.hypot(*(station.outline.centre - other.outline.centre))
-                raise SimulationError(
-                    f"locations.{station.name}: {apart:.3f} m from {other.name!r}, so close that they would touch"
-                )
+def collisions(stations: Sequence[Station], size: Extent) -> dict[frozenset[str], str]:
+    """Return for each two locations whose objects, walls or plates would collide what is to be said of them."""
+    return {
+        frozenset((station.name, other.name)): (
+            f"locations.{station.name}: {np.hypot(*(station.outline.centre - other.outline.centre)):.3f} m from "
+            f"{other.name!r}, so close that they would touch: at least {_least_distance(station, other, size):.3f} m"
+        )
+        for other, station in itertools.combinations(stations, 2)
+        if overlap(_covered(station, size), _covered(other, size))
+    }
 
 
-def configurations(arm: Arm, model: ManipulationModel, slots: Slots, size: Extent) -> list[tuple[str, np.ndarray]]:
-    """Return the location of every slot, and a configuration in which the hand takes the lowest object there.
+def _least_distance(station: Station, other: Station, size: Extent) -> float:
+    """Return how far apart two stations must be in the direction in which they lie, m, to the millimetre."""
+    moved, fixed = _covered(station, size), _covered(other, size)
+    apart = station.outline.centre - other.outline.centre
+    distance = float(np.hypot(*apart))
+    direction = apart / distance if distance else np.array([1.0, 0.0])
+    while overlap(replace(moved, centre=other.outline.centre + distance * direction), fixed):
+        distance = (np.floor(distance * 1000) + 1) / 1000
+    return distance
+
+
+def _configuration(arm: Arm, slot: Slot, *, grasping: float, carrying: float) -> np.ndarray:
+    """Return a configuration in which the hand takes the lowest object in a slot.
+
+    Args:
+        arm: of the robot.
+        slot: on the table or on objects.
+        grasping: height of the tool then, m.
+        carrying: height of the tool as it passes over the tallest stack, m.
 
     Raises:
         SimulationError: a slot is out of the hand's reach from above.
     """
     robot = arm.robot
-    flat = [slot for row in slots.values() for slot in row]
-    tallest = max((float(slot.position[2]) + size.high for slot in flat), default=0.0)
-    found = []
-    for slot in flat:
-        distance = float(np.hypot(*slot.position[:2]))
-        where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
-        if distance < robot.nearest_m:
-            raise SimulationError(f"{where}, too near: at least {robot.nearest_m:.2f} m")
-        if abs(np.arctan2(slot.position[1], slot.position[0])) > robot.max_bearing_rad:
-            raise SimulationError(
-                f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way"
-            )
-        # What lies on several storeys is lowest when the lowest objects carry it.
-        spread = _storeys(model, slot.location) * (size.high - size.low)
-        q = reach(arm, slot, float(slot.position[2]) - spread + size.low / 2)
-        if q is None:
-            raise SimulationError(f"{where}, beyond its reach")
-        if reach(arm, slot, tallest + CARRYING_HEIGHT_M) is None:
-            raise SimulationError(f"{where}, beyond its reach when it passes over a stack {tallest:.2f} m high")
-        found.append((slot.location, q))
-    return found
+    distance = float(np.hypot(*slot.position[:2]))
+    where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
+    if distance < robot.nearest_m:
+        raise SimulationError(f"{where}, too near: at least {robot.nearest_m:.2f} m")
+    if abs(np.arctan2(slot.position[1], slot.position[0])) > robot.max_bearing_rad:
+        raise SimulationError(f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way")
+    q = reach(arm, slot, grasping)
+    if q is None or reach(arm, slot, carrying) is None:
+        stack = "" if q is None else f" when it passes over a stack {carrying - CARRYING_HEIGHT_M:.2f} m high"
+        farthest = _farthest(arm, slot, (grasping, carrying))
+        enough = f": at most {farthest:.2f} m in this direction" if farthest else ""
+        raise SimulationError(f"{where}, beyond its reach{stack}{enough}")
+    return q
+
+
+def _farthest(arm: Arm, slot: Slot, heights: tuple[float, ...]) -> float:
+    """Return how far from its base the robot reaches in the direction of a slot, m, to the centimetre; 0 if nowhere."""
+    distance = float(np.hypot(*slot.position[:2]))
+    direction = slot.position * [1, 1, 0] / distance
+
+    def within(centimetres: int) -> bool:
+        """Return whether it reaches so far."""
+        nearer = replace(slot, position=direction * centimetres / 100)
+        return all(reach(arm, nearer, height) is not None for height in heights)
+
+    low, high = int(np.ceil(arm.robot.nearest_m * 100)), int(np.ceil(distance * 100))
+    if not within(low):
+        return 0.0
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if within(middle) else (low, middle)
+    return low / 100
 
 
 def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
@@ -86,13 +116,9 @@ class RobotAtSlots:
     """The robot at each slot of a layout, among its fixtures and an object in every other slot."""
 
     def __init__(self, arm: Arm, model: ManipulationModel, stations: Sequence[Station], slots: Slots, size: Extent):
-        """Compile the fixtures, the objects and the robot.
-
-        Raises:
-            SimulationError: a slot is out of the hand's reach from above.
-        """
+        """Compile the fixtures, the objects and the robot."""
         self._manipulation, self._robot, self._opening = model, arm.robot, size.opening
-        self._configurations = configurations(arm, model, slots, size)
+        self._find_configurations(arm, slots, size)
         spec = arm.robot.spec()
         add_studio(spec, target=np.zeros(3), span=1.0)  # for the materials of the fixtures
         for station in stations:
@@ -111,14 +137,35 @@ class RobotAtSlots:
         self._model.geom_margin[:] = self._model.body_margin[:] = CLEARANCE_M
         self._data = mujoco.MjData(self._model)
 
-    def check(self) -> None:
-        """Raise `SimulationError` for a slot at which the robot would collide with something elsewhere."""
+    def _find_configurations(self, arm: Arm, slots: Slots, size: Extent) -> None:
+        """Find a configuration for every slot within reach, and the faults of the others."""
+        flat = [slot for row in slots.values() for slot in row]
+        tallest = max((float(slot.position[2]) + size.high for slot in flat), default=0.0)
+        self._configurations: list[tuple[str, np.ndarray]] = []
+        self._out_of_reach: list[str] = []
+        for slot in flat:
+            # What lies on several storeys is lowest when the lowest objects carry it.
+            spread = _storeys(self._manipulation, slot.location) * (size.high - size.low)
+            grasping = float(slot.position[2]) - spread + size.low / 2
+            with collecting(self._out_of_reach):
+                q = _configuration(arm, slot, grasping=grasping, carrying=tallest + CARRYING_HEIGHT_M)
+                self._configurations.append((slot.location, q))
+
+    def faults(self, *, known: Collection[frozenset[str]]) -> list[str]:
+        """Return the faults of slots out of reach, or at which the robot would collide with something elsewhere.
+
+        Args:
+            known: pairs of locations whose collision is told already.
+        """
+        found: dict[tuple[str, str], str] = {}
         for location, q in self._configurations:
             for link, other in self._touches(q):
                 there, words = self._locations[other]
-                if there == location or self._stacked(location, there):
+                if there == location or self._stacked(location, there) or frozenset((location, there)) in known:
                     continue
-                raise SimulationError(f"locations.{location}: the robot's {link} would touch {words}; move them apart")
+                told = f"locations.{location}: the robot's {link} would touch {words}; move them apart"
+                found.setdefault((location, words), told)
+        return [*self._out_of_reach, *found.values()]
 
     def clear_of_lamp(self, head: Rectangle) -> bool:
         """Return whether the robot keeps clear of a lamp's head at every slot."""

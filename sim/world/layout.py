@@ -8,11 +8,11 @@ import numpy as np
 
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import Location, ManipulationModel
-from sim.errors import SimulationError
+from sim.errors import SimulationError, collecting
 from sim.geometry.rectangle import Rectangle
 from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper, Robot
-from sim.world.clearance import RobotAtSlots, blocked, check_apart, lamp_foot, reach
+from sim.world.clearance import RobotAtSlots, blocked, collisions, lamp_foot, reach
 from sim.world.places import (
     BIN_MARGIN_M,
     FLOOR,
@@ -25,7 +25,7 @@ from sim.world.places import (
     Station,
     TableLayout,
 )
-from sim.world.shapes import Extent, ObjectShape, extent, shapes_of
+from sim.world.shapes import Extent, ObjectShape, extent, shape_of
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""
@@ -38,29 +38,41 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     """Return where everything goes, such that a robot can work there.
 
     Raises:
-        SimulationError: a location out of reach, of an unknown kind, without a definite place, or in the way of
-            another, or an object that the hand cannot take. The message starts with the location's or the object's key.
+        SimulationError: locations out of reach, of an unknown kind, without a definite place, or in the way of others,
+            and objects that the hand cannot take. Each fault starts with the location's or the object's key.
     """
-    shapes = shapes_of(model, robot.gripper)
+    faults: list[str] = []
+    shapes: dict[str, ObjectShape] = {}
+    for obj in model.objects:
+        with collecting(faults):
+            shapes[obj.name] = shape_of(obj, robot.gripper)
     size = extent(shapes.values())
     grounded = [place for place in model.locations if place.at is not None]
     arm = Arm(robot)
-    stations = {place.name: _station(place, _yaws(place, grounded)[0], robot.gripper, size) for place in grounded}
+    stations: dict[str, Station] = {}
     for place in grounded:
+        with collecting(faults):
+            stations[place.name] = _station(place, _yaws(place, grounded)[0], robot.gripper, size)
+    for place in (place for place in grounded if place.name in stations):
         others = [station for name, station in stations.items() if name != place.name]
         options = [_station(place, yaw, robot.gripper, size) for yaw in _yaws(place, grounded)]
         free = (option for option in options if not blocked(option, others, robot.gripper, size))
         stations[place.name] = next((option for option in free if _within_reach(arm, option, size)), options[0])
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
-        _stack(place, model, slots, shapes)
+        with collecting(faults):
+            _stack(place, model, slots, shapes)
     fixed = list(stations.values())
-    check_apart(fixed, size)
+    touching = collisions(fixed, size)
+    faults += touching.values()
     at_slots = RobotAtSlots(arm, model, fixed, slots, size)
-    at_slots.check()
+    faults += at_slots.faults(known=touching)
     for name, station in stations.items():
         if model.location(name).marks and station.kind != "stove":
-            stations[name] = replace(station, lamp=lamp_foot(station, fixed, slots, at_slots, size))
+            with collecting(faults):
+                stations[name] = replace(station, lamp=lamp_foot(station, fixed, slots, at_slots, size))
+    if faults:
+        raise SimulationError(*faults)
     return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
 
 
@@ -115,7 +127,7 @@ def _stack(
     place: Location, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
 ) -> None:
     """Add the slot of a location on others, theirs first: midway between them and one object higher."""
-    if place.name in slots:
+    if place.name in slots or place.at is not None:
         return
     where = f"locations.{place.name}"
     if place.capacity > 1:
@@ -125,6 +137,8 @@ def _stack(
         raise SimulationError(f"{where}.{key}: only a location on the table can have one")
     for support in place.on:
         _stack(model.location(support), model, slots, shapes)
+        if support not in slots:
+            return  # its own fault is told
         if len(slots[support]) > 1:
             raise SimulationError(
                 f"{where}.on: {support!r} has room for {len(slots[support])}, so nothing has a fixed place on it"
@@ -138,8 +152,8 @@ def _stack(
         axes = Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes
         if np.abs(axes @ apart).max() > 2 * size.slim - SUPPORT_OVERLAP_M:
             raise SimulationError(
-                f"{where}.on: its middle is {np.hypot(*apart):.3f} m from {slot.location!r}, "
-                f"so an object of {2 * size.slim:.3f} m would not rest on it"
+                f"{where}.on: its middle is {np.hypot(*apart):.3f} m from {slot.location!r}, so an object of "
+                f"{2 * size.slim:.3f} m would not rest on it: at most {2 * size.slim - SUPPORT_OVERLAP_M:.3f} m"
             )
     if len(below) > 1:
         _check_level(place, model, shapes)
@@ -150,7 +164,7 @@ def _stack(
 def _check_level(place: Location, model: ManipulationModel, shapes: dict[str, ObjectShape]) -> None:
     """Raise `SimulationError` if objects of different heights may lie under a location that rests on several."""
     heights = {name: shape.height for name, shape in shapes.items()}
-    under = [obj.name for obj in model.objects if not obj.fixed or obj.start in place.on]
+    under = [obj.name for obj in model.objects if obj.name in shapes and (not obj.fixed or obj.start in place.on)]
     low, high = (choose(under, key=heights.__getitem__, default=None) for choose in (min, max))
     if low and high and heights[high] - heights[low] > MAX_HEIGHT_DIFFERENCE_M:
         raise SimulationError(

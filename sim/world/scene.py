@@ -99,12 +99,13 @@ def build_scene(
 
     Raises:
         RobotError: the robot is unknown or cannot be had.
-        SimulationError: a location out of reach or in the way of another, or an object that the hand cannot take;
-            the message starts with its key.
+        SimulationError: locations out of reach or in the way of others, or objects that the hand cannot take; each
+            fault starts with its key.
     """
     if isinstance(robot, str):
         robot = robot_named(robot)
-    shapes, layout = shapes_of(model, robot.gripper), arrange(model, robot)
+    layout = arrange(model, robot)
+    shapes = shapes_of(model, robot.gripper)
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)

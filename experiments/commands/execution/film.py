@@ -35,16 +35,21 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="the video to write; it ends in .mp4, .gif or .webp")
     parser.add_argument("--speed", type=number, metavar="N", help="N times as fast (default: 1; GIF and WebP: 4)")
     parser.add_argument("--height", type=positive, metavar="PIXELS", help="default: 540; GIF and WebP: 270")
+    parser.add_argument("--force", action="store_true", help="replace FILE if it exists; never one of the videos")
 
 
 def film(options: argparse.Namespace) -> int:
     """Carry out `prefplan film`."""
     with loading():
         from sim.rendering.clips import compose
-    path: Path = options.file
-    ending = path.suffix.lower()
+    ending = options.file.suffix.lower()
+    path: Path = options.file.with_suffix(ending)
     if ending not in FPS:
-        raise PrefplanError(f"{path}: videos are written to files that end in {', '.join(FPS)}, not {path.suffix!r}")
+        raise PrefplanError(f"{path}: videos are written to files that end in {', '.join(FPS)}, not {ending!r}")
+    if path.resolve() in [video.resolve() for video in options.videos]:
+        raise PrefplanError(f"{path}: is one of the videos to read; write to another file")
+    if path.exists() and not options.force:
+        raise PrefplanError(f"{path}: already exists; --force replaces it")
     speed = SPEED[ending] if options.speed is None else float(options.speed)
     if speed == 0:
         raise PrefplanError("--speed 0: the video would not move; 1 is real time")
@@ -53,11 +58,11 @@ def film(options: argparse.Namespace) -> int:
     headings = [video.stem for video in options.videos] if len(options.videos) > 1 else []
     compose(
         options.videos,
-        path.with_suffix(ending),
+        path,
         headings=headings,
         height=height + height % 2,
         fps=FPS[ending],
         speed=speed,
     )
-    print(path.with_suffix(ending))
+    print(path)
     return DONE

@@ -64,7 +64,7 @@ def measure(options: argparse.Namespace) -> int:
     done: list[Measurement] = []
     failures: list[Failure] = []
     interrupted = False
-    with Bars() as bars:
+    with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario)
         file = options.out or measurements_file(scenario.path)
         make_folder(file.parent)

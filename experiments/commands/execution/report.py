@@ -13,10 +13,10 @@ from experiments.cli.arguments import (
     add_limits,
     add_max_cost,
     add_out,
+    add_robot,
     add_scenario,
     add_seed,
-    in_bytes,
-    picture_size,
+    add_video,
     plan_numbers,
 )
 from experiments.cli.choice import plan_at
@@ -32,8 +32,8 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Make a page of the front, its plans and their videos."
     more = (
-        "Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier\n"
-        "call for the same scenario, seed and size in the folder are used again: an interrupted report goes on."
+        "Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with\n"
+        "the same options in the same folder are used again: an interrupted report goes on."
     )
     parser = add_command(
         commands,
@@ -54,10 +54,8 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="carry out only these plans of a manipulation scenario, by index from 0 (default: all)",
     )
     add_seed(parser)
-    parser.add_argument(
-        "--size", type=picture_size, default=(1280, 720), metavar="WxH", help="of the videos (default: 1280x720)"
-    )
-    parser.add_argument("--no-video", action="store_true", help="carry plans out, but render no video")
+    add_robot(parser)
+    add_video(parser)
 
 
 def report(options: argparse.Namespace) -> int:
@@ -69,15 +67,18 @@ def report(options: argparse.Namespace) -> int:
     if isinstance(scenario.model, ManipulationModel):
         # Other models need no MuJoCo, which takes a second to load or is not installed.
         with loading():
+            from experiments.cli.simulation_options import look_of, robot_of
             from experiments.report.recordings import record_all
+
+        look, robot = look_of(options), robot_of(options.robot)
     folder = options.out or Path("out", scenario.name)
-    tell_if_compiling()
-    with Bars() as bars:
+    tell_if_compiling(quiet=options.quiet)
+    with Bars(quiet=options.quiet) as bars:
         bars("planning", 0, 0, "")
         front = Planner(scenario.problem()).front(
             max_cost=options.max_cost,
             max_seconds=options.max_seconds,
-            max_memory=in_bytes(options.max_memory),
+            max_memory=options.max_memory,
             keep_on_interrupt=True,
         )
         bars("planning", 1, 1, "")
@@ -90,9 +91,10 @@ def report(options: argparse.Namespace) -> int:
                 plans,
                 folder,
                 seed=options.seed,
-                size=options.size,
+                robot=robot,
                 video=not options.no_video,
                 tell=bars,
+                **look,
             )
         else:
             recordings, notices, interrupted = {}, (), front.ended == "interrupt"

@@ -15,7 +15,6 @@ from experiments.cli.arguments import (
     add_command,
     add_fault,
     add_json,
-    add_max_cost,
     add_out,
     add_perturb,
     add_plan,
@@ -25,7 +24,7 @@ from experiments.cli.arguments import (
     add_video,
     number,
 )
-from experiments.cli.choice import choose, show_no_plan
+from experiments.cli.choice import chosen_plan, continuation, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
@@ -50,7 +49,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_scenario(parser)
     add_json(parser)
     add_plan(parser)
-    add_max_cost(parser)
     add_out(parser)
     add_seed(parser, "as --perturb says")
     add_perturb(parser)
@@ -96,13 +94,13 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
     perturbation = simulation.perturbation_of(options.perturb, seed=options.seed)
     faults = simulation.faults_of(options.fault, scenario)
     robot = simulation.robot_of(options.robot)
-    quality, camera = simulation.quality_of(options.quality), simulation.camera_of(options.camera)
-    tell_if_compiling()
-    with Bars() as bars:
+    look = simulation.look_of(options)
+    tell_if_compiling(quiet=options.quiet)
+    with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario, robot=robot, faults=faults)
         make_folder(folder)
         bars("planning", 0, 0, "")
-        plan = choose(planner, options.plan, max_cost=options.max_cost)
+        plan = chosen_plan(planner, options)
         bars("planning", 1, 1, "")
         outcome = carry_out(
             scenario,
@@ -112,11 +110,10 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
             perturbation=perturbation,
             faults=faults,
             sensor=simulation.sensor_of(options.noise, seed=options.seed),
-            choice=options.plan,
+            choice=continuation(options.plan, options.max_preference),
             video=None if options.no_video else folder / f"{name}.mp4",
-            quality=quality,
-            camera=camera,
             tell=bars,
+            **look,
         )
         if options.noise:
             outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(options.noise)})

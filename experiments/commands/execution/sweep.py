@@ -18,15 +18,15 @@ from experiments.cli.arguments import (
     add_command,
     add_jobs,
     add_json,
-    add_max_cost,
     add_out,
     add_perturb,
     add_plan,
+    add_robot,
     add_scenario,
     positive,
     whole,
 )
-from experiments.cli.choice import choose, show_no_plan
+from experiments.cli.choice import chosen_plan, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.journal import Journal
@@ -54,9 +54,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="number of runs (default: 100)")
     add_jobs(parser)
     add_plan(parser)
-    add_max_cost(parser)
     parser.add_argument("--seed", type=whole, default=0, metavar="N", help="seed of all random numbers (default: 0)")
     add_perturb(parser)
+    add_robot(parser)
     parser.add_argument("--faults", choices=["random"], help="one to three random faults in each run")
     add_out(parser, "out/SCENARIO/sweep_PLAN; an interrupted sweep goes on there")
     parser.add_argument(
@@ -67,23 +67,23 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def sweep(options: argparse.Namespace) -> int:
     """Carry out `prefplan sweep`."""
     with loading():
-        from experiments.cli.simulation_options import perturbation_of
+        from experiments.cli.simulation_options import perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of
         from experiments.sweep.job import Sweep, pack
         from experiments.sweep.summary import show_summary, summarise
 
     scenario = scenarios.find(options.scenario)
-    perturbation = perturbation_of(options.perturb, seed=options.seed)
+    perturbation, robot = perturbation_of(options.perturb, seed=options.seed), robot_of(options.robot)
     folder = options.out or Path("out", scenario.name, f"sweep_{options.plan}")
-    tell_if_compiling()
+    tell_if_compiling(quiet=options.quiet)
     interrupted = False
-    with Bars() as bars:
-        scene_of(scenario)
+    with Bars(quiet=options.quiet) as bars:
+        scene_of(scenario, robot=robot)
         make_folder(folder)
         bars("planning", 0, 0, "")
         planner = Planner(scenario.problem())
         try:
-            plan = choose(planner, options.plan, max_cost=options.max_cost)
+            plan = chosen_plan(planner, options)
         except NoPlanError as error:
             return show_no_plan(options, scenario, planner, error)
         bars("planning", 1, 1, "")
@@ -97,6 +97,8 @@ def sweep(options: argparse.Namespace) -> int:
             faults=options.faults == "random",
             folder=folder,
             max_cost=options.max_cost,
+            max_preference=options.max_preference,
+            robot=robot,
         )
         header = define(scenario, job)
         with Journal(folder / "rollouts.jsonl", header, key="rollout") as records:
@@ -134,6 +136,7 @@ def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
         "actions": list(job.plan.actions),
         "seed": job.seed,
         "perturb": str(job.perturbation),
+        "robot": job.robot,
         "faults": "random" if job.faults else None,
     }
 

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import os
-import sys
-import webbrowser
 
 from experiments import scenarios
-from experiments.cli.arguments import Commands, add_command, add_fault, add_max_cost, add_plan, add_scenario, add_seed
-from experiments.cli.choice import choose
+from experiments.cli.arguments import (
+    Commands,
+    add_command,
+    add_fault,
+    add_no_open,
+    add_plan,
+    add_robot,
+    add_scenario,
+    add_seed,
+)
+from experiments.cli.browser import open_page
+from experiments.cli.choice import chosen_plan, continuation
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
@@ -32,16 +39,16 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = add_command(commands, view, summary, *examples)
     add_scenario(parser)
     add_plan(parser)
-    add_max_cost(parser)
     add_seed(parser)
     add_fault(parser)
+    add_robot(parser)
     parser.add_argument(
         "--port",
         type=port,
         metavar="P",
         help="port of the page, 0 for any free one (default: 8080 or the next free one)",
     )
-    parser.add_argument("--no-browser", action="store_true", help="print the address, but open no browser")
+    add_no_open(parser)
 
 
 def view(options: argparse.Namespace) -> int:
@@ -49,31 +56,39 @@ def view(options: argparse.Namespace) -> int:
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():
-        from experiments.cli.simulation_options import faults_of
+        from experiments.cli.simulation_options import faults_of, robot_of
         from experiments.runs.carry_out import begin, scene_of
         from experiments.viewer.session import watch
 
     scenario = scenarios.find(options.scenario)
-    faults = faults_of(options.fault, scenario)
-    tell_if_compiling()
-    with Bars() as bars:
-        scene = scene_of(scenario, faults=faults)
+    faults, robot = faults_of(options.fault, scenario), robot_of(options.robot)
+    tell_if_compiling(quiet=options.quiet)
+    with Bars(quiet=options.quiet) as bars:
+        scene = scene_of(scenario, robot=robot, faults=faults)
         bars("planning", 0, 0, "")
         problem = scenario.problem()
         try:
-            plan = choose(Planner(problem), options.plan, max_cost=options.max_cost)
+            plan = chosen_plan(Planner(problem), options)
         except NoPlanError as error:
             return no_plan(error.reason)
 
     def ready(address: str) -> None:
         print(f"{scenario.name}: {address} (Ctrl-C ends it)", flush=True)
-        if _has_screen() and not options.no_browser:
-            webbrowser.open(address)
+        if not options.no_open:
+            open_page(address)
 
     watch(
         problem,
         scene,
-        lambda tell: begin(problem, scene, plan, seed=options.seed, faults=faults, choice=options.plan, tell=tell),
+        lambda tell: begin(
+            problem,
+            scene,
+            plan,
+            seed=options.seed,
+            faults=faults,
+            choice=continuation(options.plan, options.max_preference),
+            tell=tell,
+        ),
         title=f"{scenario.name}: {NAMES.get(options.plan, f'plan {options.plan}')}",
         port=options.port,
         ready=ready,
@@ -86,8 +101,3 @@ def port(text: str) -> int:
     if text.isascii() and text.isdigit() and int(text) < 1 << 16:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0 to 65535")
-
-
-def _has_screen() -> bool:
-    """Return whether there is a display; without one Python would start a browser for text in the terminal."""
-    return sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

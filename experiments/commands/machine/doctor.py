@@ -32,7 +32,7 @@ def doctor(options: argparse.Namespace) -> int:
     """Carry out `prefplan doctor`."""
     found: list[Diagnosis] = []
     checks = list(diagnosis.CHECKS)
-    with Bars() as bars:
+    with Bars(quiet=options.quiet) as bars:
         for check in checks:
             bars("checking", len(found), len(checks), check.__name__)
             found.append(check())

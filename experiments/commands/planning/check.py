@@ -15,7 +15,7 @@ from experiments.cli.arguments import Commands, add_command, add_json, add_scena
 from experiments.cli.console import Console
 from experiments.cli.output import number
 from experiments.cli.start import tell_if_compiling
-from experiments.cli.status import DONE, no_plan
+from experiments.cli.status import BAD_INPUT, DONE, no_plan
 from experiments.commands.planning import checkup
 from prefplan.front import Reason
 from prefplan.scenario.decode import Scenario
@@ -24,7 +24,10 @@ from prefplan.scenario.decode import Scenario
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Check a scenario without planning: its size, and whether each task alone can be satisfied."
-    more = "Likely mistakes are warnings on stderr. The exit status is 3 if a task cannot be satisfied even alone."
+    more = (
+        "Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults\n"
+        "are told), and 3 if a task cannot be satisfied even alone."
+    )
     parser = add_command(
         commands, check, summary, "prefplan check example", "prefplan check case_study_2 --json", more=more
     )
@@ -35,7 +38,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def check(options: argparse.Namespace) -> int:
     """Carry out `prefplan check`."""
     scenario = scenarios.find(options.scenario)
-    tell_if_compiling()
+    tell_if_compiling(quiet=options.quiet)
     found = checkup.check(scenario)
     if options.json:
         heading = {"scenario": scenario.name, "path": str(scenario.path)}
@@ -44,6 +47,10 @@ def check(options: argparse.Namespace) -> int:
         _show(Console(highlight=False), scenario, found)
     for warning in found.warnings:
         print(f"prefplan: warning: {warning}", file=sys.stderr)
+    for fault in found.faults:
+        print(f"prefplan: {scenario.path}: {fault}", file=sys.stderr)
+    if found.faults:
+        return BAD_INPUT
     return no_plan(Reason("task", found.impossible)) if found.impossible else DONE
 
 

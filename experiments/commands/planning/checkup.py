@@ -13,7 +13,6 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from experiments.cli.overview import kind_of
 from experiments.cli.start import loading
-from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
 from prefplan.logic.formula import parse, propositions_of
@@ -69,7 +68,8 @@ class Checkup:
         propositions: for each, how many reachable states carry it.
         tasks: in the order of the file.
         contract: of the preference.
-        scene: whether the arm could work in the scene; None for other models than manipulation and without a simulator.
+        scene: whether the arm can work in the scene; None for other models than manipulation and without a simulator.
+        faults: why it cannot, each a sentence that begins with the key.
         warnings: likely mistakes, each a sentence that begins with the key.
     """
 
@@ -81,6 +81,7 @@ class Checkup:
     tasks: tuple[TaskCheck, ...]
     contract: str
     scene: bool | None
+    faults: tuple[str, ...]
     warnings: tuple[str, ...]
 
     @property
@@ -100,10 +101,7 @@ def check(scenario: Scenario) -> Checkup:
     reached = reachable(system)
     carried = carriers(system, reached)
     tasks = tuple(_check_task(problem, i) for i in range(len(problem.tasks)))
-    obstacle = scene_obstacle(scenario)
-    warnings = [*_warnings(problem, carried, tasks)]
-    if obstacle:
-        warnings.append(f"{obstacle}; plans can be made, but `prefplan run` cannot carry them out")
+    faults = scene_faults(scenario)
     return Checkup(
         kind=kind_of(scenario.model),
         states=system.size,
@@ -112,8 +110,9 @@ def check(scenario: Scenario) -> Checkup:
         propositions=carried,
         tasks=tasks,
         contract=problem.measure.contract,
-        scene=None if obstacle is None else not obstacle,
-        warnings=tuple(warnings),
+        scene=None if faults is None else not faults,
+        faults=faults or (),
+        warnings=tuple(_warnings(problem, carried, tasks)),
     )
 
 
@@ -133,18 +132,19 @@ def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
     }
 
 
-def scene_obstacle(scenario: Scenario) -> str | None:
-    """Return why no scene can be built for a manipulation model, "" if it can, None where that cannot be told."""
+def scene_faults(scenario: Scenario) -> tuple[str, ...] | None:
+    """Return why the arm cannot work in the scene of a manipulation model; None where that cannot be told."""
     if not isinstance(scenario.model, ManipulationModel) or find_spec("mujoco") is None:
         return None
     with loading():
-        from experiments.runs.carry_out import scene_of
+        from sim.errors import SimulationError
+        from sim.world.scene import build_scene
 
     try:
-        scene_of(scenario)
-    except PrefplanError as error:
-        return str(error).removeprefix(f"{scenario.path}: ")
-    return ""
+        build_scene(scenario.model)
+    except SimulationError as error:
+        return tuple(f"model.{fault}" for fault in error.faults)
+    return ()
 
 
 def _check_task(problem: Problem, i: int) -> TaskCheck:

@@ -51,7 +51,7 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
             f"{scenario.path}: model.kind: only the plans of a grid model can be drawn on a map; "
             "`prefplan report` shows those of any model"
         )
-    tell_if_compiling()
+    tell_if_compiling(quiet=options.quiet)
     front = Planner(scenario.problem()).front(max_cost=options.max_cost)
     if front.reason:
         return no_plan(front.reason)

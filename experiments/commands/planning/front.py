@@ -15,7 +15,6 @@ from experiments.cli.arguments import (
     add_max_cost,
     add_plot,
     add_scenario,
-    in_bytes,
 )
 from experiments.cli.console import Console
 from experiments.cli.start import loading, tell_if_compiling
@@ -49,11 +48,11 @@ def front(options: argparse.Namespace) -> int:
             from experiments.figures import front as picture
             from experiments.figures.figures import picture_file
         plot = picture_file(options.plot)
-    tell_if_compiling()
+    tell_if_compiling(quiet=options.quiet)
     result = Planner(scenario.problem()).front(
         max_cost=options.max_cost,
         max_seconds=options.max_seconds,
-        max_memory=in_bytes(options.max_memory),
+        max_memory=options.max_memory,
         keep_on_interrupt=True,
     )
     if options.json:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
+from typing import Any
 
 from rich.table import Table
 from rich.text import Text
@@ -12,44 +12,42 @@ from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command, add_json
 from experiments.cli.console import Console
-from experiments.cli.overview import overview
+from experiments.cli.overview import first_sentence, kind_of
 from experiments.cli.status import DONE
-
-HEADINGS = ("scenario", "model", "tasks", "contract")
-
-FRAME = 3
-"""Width that a table adds to a column: a line and two blanks."""
-
-SHORTEST = 20
-"""Least length of a sentence on a narrow terminal."""
+from prefplan.preferences.objective import Measure
+from prefplan.scenario.decode import Scenario
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "List the scenarios that ship, one line each."
-    more = "A narrow terminal cuts the sentences; --json has all of them.\n"
-    more += "Every other command takes these names. `prefplan init` starts a scenario of your own."
+    summary = "List the scenarios that ship, and what each is about."
+    more = "Every other command takes these names. `prefplan init` starts a scenario of your own."
     parser = add_command(commands, list_, summary, "prefplan list", "prefplan list --json", more=more)
     add_json(parser)
 
 
 def list_(options: argparse.Namespace) -> int:
     """Carry out `prefplan list`."""
-    found = [overview(scenarios.find(name, measured=False)) for name in scenarios.names()]
+    found = [_entry(scenarios.find(name, measured=False)) for name in scenarios.names()]
     if options.json:
-        output.print_json({"scenarios": [asdict(one) for one in found]})
+        output.print_json({"scenarios": found})
         return DONE
-    console = Console(highlight=False)
-    rows = [(one.name, one.kind, str(one.tasks), one.contract) for one in found]
-    taken = sum(max(map(len, column)) + FRAME for column in zip(HEADINGS, *rows, strict=True))
-    width = max(SHORTEST, console.width - taken - FRAME - 1)
     table = Table()
-    for heading in HEADINGS:
-        table.add_column(heading, no_wrap=True, justify="right" if heading == "tasks" else "left")
-    table.add_column("what it is about", no_wrap=True)
-    for row, one in zip(rows, found, strict=True):
-        summary = Text(one.summary)
-        summary.truncate(width, overflow="ellipsis")
-        table.add_row(*row, summary)
-    console.print(table)
+    table.add_column("scenario", no_wrap=True, style="bold")
+    table.add_column("what it is about")
+    for one in found:
+        table.add_row(one["name"], Text.assemble(one["summary"], (f" ({one['kind']}, {one['tasks']} tasks)", "dim")))
+    Console(highlight=False).print(table)
     return DONE
+
+
+def _entry(scenario: Scenario) -> dict[str, Any]:
+    """Return what the list says of a scenario, without building its transition system."""
+    names = [task.name for task in scenario.tasks]
+    return {
+        "name": scenario.name,
+        "kind": kind_of(scenario.model),
+        "tasks": len(names),
+        "contract": Measure.of(scenario.preference.terms(names), len(names)).contract,
+        "summary": first_sentence(scenario.text),
+    }

@@ -12,12 +12,10 @@ from experiments.cli.arguments import (
     add_command,
     add_json,
     add_limits,
-    add_max_cost,
+    add_plan,
     add_scenario,
-    in_bytes,
-    number,
 )
-from experiments.cli.choice import show_no_plan
+from experiments.cli.choice import chosen_plan, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.start import tell_if_compiling
 from experiments.cli.status import DONE, FAILED
@@ -26,30 +24,29 @@ from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 
 LIMITS = """\
-A limit may end the search before its plan is found. The cheapest plan is found at the end only: the exit status is then
-4, which does not mean that there is no plan (that is 3). A search for the preferred plan prints the best plan so far,
-if any, and says that a better one may exist. With --json, "complete" is false in both cases."""
+A limit may end the search before its plan is found. The cheapest plan and a plan of a number are found at the end only:
+the exit status is then 4, which does not mean that there is no plan (that is 3). A search for the preferred plan prints
+the best plan so far, if any, and says that a better one may exist. With --json, "complete" is false in both cases."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Print one plan: the cheapest, the preferred, or the cheapest that is good enough."
     examples = (
-        "prefplan plan example --objective preference",
+        "prefplan plan example --plan preference",
         "prefplan plan case_study_1 --max-preference 24",
         "prefplan plan case_study_1 --max-seconds 10 --json",
     )
     parser = add_command(commands, plan, summary, *examples, more=LIMITS)
     add_scenario(parser)
     add_json(parser)
+    add_plan(parser)
     parser.add_argument(
         "--objective",
+        dest="plan",
         choices=["cost", "preference"],
-        default="cost",
-        help="minimize the total cost or the preference value (default: cost)",
+        help="the same as --plan",
     )
-    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
-    add_max_cost(parser)
     add_limits(parser, "the best plan so far")
 
 
@@ -57,15 +54,9 @@ def plan(options: argparse.Namespace) -> int:
     """Carry out `prefplan plan`."""
     scenario = scenarios.find(options.scenario)
     planner = Planner(scenario.problem())
-    choose = planner.cheapest if options.objective == "cost" else planner.preferred
-    tell_if_compiling()
+    tell_if_compiling(quiet=options.quiet)
     try:
-        chosen = choose(
-            max_preference=options.max_preference,
-            max_cost=options.max_cost,
-            max_seconds=options.max_seconds,
-            max_memory=in_bytes(options.max_memory),
-        )
+        chosen = chosen_plan(planner, options)
     except UnfinishedError as error:
         return _unfinished(options, scenario, planner, error)
     except NoPlanError as error:

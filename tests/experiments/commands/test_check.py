@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import Run
+from scenario_texts import cup_scenario
 
 from experiments import scenarios
 from experiments.cli.overview import first_sentence, introduction
@@ -70,12 +72,16 @@ def test_the_list_has_one_line_each_where_nothing_wraps(run: Run) -> None:
     assert [line.split()[0] for line in lines[1:]] == scenarios.names()
 
 
-def test_the_list_has_one_line_each_on_a_narrow_terminal(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_narrow_terminal_cuts_no_word_of_the_list(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = run("list").out.split()
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("TERM", "dumb")
-    monkeypatch.setenv("COLUMNS", "80")
-    lines = run("list").out.splitlines()
-    assert [line.split()[1] for line in lines if line.startswith("│")] == scenarios.names()
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "60")
+    lines = re.sub(r"\x1b\[[0-9;]*m", "", run("list").out).splitlines()
+    assert max(map(len, lines)) <= 60 and len(lines) < 5 * len(scenarios.names())
+    names, about = zip(*(line.split("│")[1:3] for line in lines if line.startswith("│")), strict=True)
+    assert "".join(names).split() == scenarios.names()
+    assert sorted([*scenarios.names(), *" ".join(about).split()]) == sorted(whole[5:])
 
 
 @pytest.mark.parametrize(
@@ -195,9 +201,17 @@ def test_the_states_that_can_be_reached_are_those_of_a_plain_walk() -> None:
     assert set(np.asarray(checkup.reachable(system)).tolist()) == seen
 
 
-def test_a_scene_that_the_arm_cannot_work_in_is_a_warning(run: Run, tmp_path: Path) -> None:
-    text = (scenarios.FOLDER / "case_study_3.toml").read_text(encoding="utf-8")
-    (tmp_path / "far.toml").write_text(text.replace("[0.45, 0.30]", "[4.5, 0.30]"))
-    result = run("check", "far.toml", "--json")
-    assert (result.status, result.json["scene"]) == (0, False)
-    assert "model.locations.san" in result.err and "`prefplan run` cannot carry them out" in result.err
+def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Run, tmp_path: Path) -> None:
+    places = {"desk": "{ at = [0.5, 0.0] }", "tray": "{ at = [0.5, 0.05] }", "far": "{ at = [0.9, 0.3] }"}
+    text = cup_scenario(places=places).replace('"desk" }', '"desk", size = [0.2] }')
+    (tmp_path / "cell.toml").write_text(text)
+    result = run("check", "cell.toml", "--json")
+    assert (result.status, result.json["scene"]) == (2, False)
+    assert result.err == "".join(f"prefplan: cell.toml: {fault}\n" for fault in result.json["faults"])
+    size, apart, reach = result.json["faults"]
+    assert size.startswith("model.objects.cup.size: 0.2 m wide, but the hand takes what is 0.02 to")
+    assert "model.locations.tray: 0.050 m from 'desk'" in apart and "at least 0." in apart
+    assert "model.locations.far: 0.95 m" in reach and "at most 0.80 m" in reach
+    text = text.replace("size = [0.2]", "size = [0.045]").replace("0.9, 0.3", "0.75, 0.25")
+    (tmp_path / "cell.toml").write_text(text.replace("[0.5, 0.05]", f"[0.5, {apart.split()[-2]}]"))
+    assert run("check", "cell.toml").status == 0

@@ -15,6 +15,7 @@ from scenario_texts import DETOUR
 
 import prefplan
 from experiments import commands
+from experiments.cli.progress import Bars
 
 
 @pytest.mark.parametrize("command", ["front", "plan"])
@@ -30,37 +31,43 @@ def test_a_mistake_in_the_scenario_is_told_on_stderr(
 @pytest.mark.parametrize(
     ("scenario", "message"),
     [
-        ("case_study_11", "no scenario named 'case_study_11' (did you mean 'case_study_1'?)"),
+        ("case_study_11", "'case_study_11' ships (did you mean 'case_study_1'?) or is in this folder (valid: detour)"),
+        ("detuor", "or is in this folder (did you mean 'detour'?)"),
         ("nowhere.toml", "nowhere.toml: no such file"),
         ("far/away", "far/away: no such file"),
         (".", ".: cannot be read"),
     ],
 )
-def test_a_scenario_that_does_not_exist(run: Run, scenario: str, message: str) -> None:
+def test_a_scenario_that_does_not_exist(run: Run, detour: Path, scenario: str, message: str) -> None:
     assert_is_error(run("front", scenario), message)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "COMMAND"),
-        (["frnot", "example"], "frnot"),
+        (["frnot", "example"], "unknown value 'frnot' (did you mean 'front'?)"),
+        (["--verison"], "unknown option --verison (did you mean '--version'?)"),
         (["front"], "SCENARIO"),
-        (["front", "example", "--jsn"], "--jsn"),
+        (["front", "example", "--jsn"], "unknown option --jsn (did you mean '--json'?)"),
+        (["front", "example", "more"], "unexpected argument 'more'"),
         (["front", "example", "--max-cost", "-1"], "'-1' is not a number >= 0"),
         (["front", "example", "--max-cost", "cheap"], "'cheap' is not a number >= 0"),
         (["front", "example", "--max-cost", "nan"], "'nan' is not a number >= 0"),
-        (["plan", "example", "--objective", "speed"], "speed"),
+        (["plan", "example", "--objective", "costs"], "unknown value 'costs' (did you mean 'cost'?)"),
         (["plan", "example", "--max-preference"], "--max-preference"),
     ],
 )
-def test_a_wrong_call_is_told_on_stderr(run: Run, arguments: list[str], message: str) -> None:
+def test_a_wrong_call_is_told_on_stderr_with_the_usage_of_its_command(
+    run: Run, arguments: list[str], message: str
+) -> None:
     result = run(*arguments)
     assert_is_error(result, message)
-    assert len(result.err.splitlines()) == 1 and "--help`" in result.err
+    name = "prefplan" if arguments[0] in ("frnot", "--verison") else f"prefplan {arguments[0]}"
+    assert result.err.startswith(f"{name}: ")
+    assert f"\nusage: {name} [-h]" in result.err and result.err.endswith(f"\nMore: `{name} --help`\n")
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["front", "--help"], ["plan", "--help"]])
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["front", "--help"], ["plan", "--help"]])
 def test_help_is_no_error(run: Run, arguments: list[str]) -> None:
     result = run(*arguments)
     assert (result.status, result.err) == (0, "")
@@ -122,11 +129,32 @@ def test_an_interrupt_has_its_own_status(run: Run, monkeypatch: pytest.MonkeyPat
     assert "Traceback" not in result.err
 
 
-def test_a_path_names_a_scenario_from_another_folder(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (detour.parent / "deep").mkdir()
-    monkeypatch.chdir(detour.parent / "deep")
-    for name in ("../detour.toml", str(detour)):
+def test_a_path_names_a_scenario_with_or_without_its_ending(
+    run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (detour.parent / "detour").mkdir()
+    assert run("plan", "detour").status == 0
+    monkeypatch.chdir(detour.parent / "detour")
+    for name in ("../detour.toml", "../detour", str(detour)):
         assert run("plan", name).status == 0
+
+
+@pytest.mark.parametrize("arguments", [["--quiet", "plan", "example"], ["plan", "example", "-q"]])
+def test_a_quiet_command_shows_its_result_and_no_progress(
+    run: Run, monkeypatch: pytest.MonkeyPatch, arguments: list[str]
+) -> None:
+    monkeypatch.setattr("prefplan.warm_up.is_compiled", lambda: False)
+    assert "compiling" in run("plan", "example").err
+    result = run(*arguments)
+    assert (result.status, result.err) == (0, "") and "cost 6" in result.out
+
+
+def test_quiet_bars_are_not_drawn(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    for quiet in (False, True):
+        with Bars(quiet=quiet) as bars:
+            bars("planning", 1, 2, "")
+        assert ("planning" in capsys.readouterr().err) is not quiet
 
 
 @pytest.fixture

@@ -82,4 +82,4 @@ def test_a_shell_can_read_its_script(run: Run, folder: Path, shell: str) -> None
 def test_an_unknown_shell_is_told(run: Run) -> None:
     result = run("completion", "bsh")
     assert (result.status, result.out) == (2, "")
-    assert "invalid choice: 'bsh'" in result.err
+    assert "unknown value 'bsh' (did you mean 'bash'?)" in result.err

@@ -25,6 +25,7 @@ def test_a_short_video_for_a_page_is_quick_and_small(tmp_path: Path, ending: str
     shown = [np.asarray(frame)[20, 40, 0] for frame in frames]
     assert abs(int(shown[0]) - 40) < 8 and abs(int(shown[-1]) - 80) < 8
     assert path.stat().st_size < whole.stat().st_size * 20
+    assert main(["film", str(whole), str(path), "--force"]) == 0
 
 
 @pytest.mark.parametrize(
@@ -33,7 +34,9 @@ def test_a_short_video_for_a_page_is_quick_and_small(tmp_path: Path, ending: str
         (["film", "no.mp4", "clip.gif"], "no.mp4: no such file"),
         (["film", "text.mp4", "clip.gif"], "text.mp4: cannot be read as a video"),
         (["film", "text.mp4", "clip.avi"], ".mp4, .gif, .webp"),
-        (["film", "text.mp4", "clip.gif", "--speed", "0"], "would not move"),
+        (["film", "text.mp4", "clip.gif", "--speed", "0"], "--speed 0: the video would not move"),
+        (["film", "text.mp4", "./text.mp4", "--force"], "text.mp4: is one of the videos to read"),
+        (["film", "no.mp4", "text.MP4"], "text.mp4: already exists; --force replaces it"),
     ],
 )
 def test_what_is_no_video_is_said_in_a_sentence(

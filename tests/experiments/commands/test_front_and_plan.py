@@ -111,16 +111,29 @@ def test_a_plan_as_json(run: Run, detour: Path) -> None:
     [
         ([], 3.5),
         (["--objective", "cost"], 3.5),
-        (["--objective", "preference"], 5),
+        (["--plan", "preference"], 5),
+        (["--plan", "0", "--max-preference", "2.5"], 3.5),
+        (["--plan", "1"], 5),
         (["--max-preference", "2.5"], 3.5),
         (["--max-preference", "2.4"], 5),
         (["--max-preference", "0"], 5),
         (["--objective", "preference", "--max-preference", "0"], 5),
     ],
 )
-def test_one_plan_by_objective_and_bound(run: Run, detour: Path, options: list[str], cost: float) -> None:
+def test_one_plan_by_choice_and_bound(run: Run, detour: Path, options: list[str], cost: float) -> None:
     result = run("plan", "detour.toml", "--json", *options)
     assert (result.status, result.json["plan"]["cost"]) == (0, cost)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--plan", "2"], "--plan 2: the front has plans 0 to 1"),
+        (["--plan", "0", "--max-preference", "2.4"], "--plan 0: its preference is 2.5, more than --max-preference 2.4"),
+    ],
+)
+def test_a_number_without_a_plan_within_the_bound(run: Run, detour: Path, options: list[str], message: str) -> None:
+    assert_is_error(run("plan", "detour.toml", *options), message)
 
 
 @pytest.mark.parametrize(("limit", "costs"), [("3.5", [3.5]), ("4.99", [3.5]), ("5", [3.5, 5]), ("1000", [3.5, 5])])
@@ -170,11 +183,11 @@ def test_tasks_that_exclude_each_other_are_named(run: Run, detour: Path) -> None
 
 
 @pytest.mark.parametrize(("option", "ended"), [("--max-seconds", "time"), ("--max-memory", "memory")])
-@pytest.mark.parametrize("objective", ["cost", "preference"])
+@pytest.mark.parametrize("wanted", ["cost", "preference", "0"])
 def test_a_limit_before_any_plan_is_known_has_status_4(
-    run: Run, detour: Path, option: str, ended: str, objective: str
+    run: Run, detour: Path, option: str, ended: str, wanted: str
 ) -> None:
-    result = run("plan", "detour.toml", "--objective", objective, option, "0", "--json")
+    result = run("plan", "detour.toml", "--plan", wanted, option, "0", "--json")
     assert result.status == 4
     assert list(result.json) == [
         "scenario",

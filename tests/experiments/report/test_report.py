@@ -49,6 +49,7 @@ def rendered() -> Iterator[list[Path]]:
         (["shelf.toml", "--plans", "1"], "--plans 1: the front has one plan, 0"),
         (["shelf.toml", "--plans", "0,x"], "'x' is not a whole number >= 0"),
         (["shelf.toml", "--size", "321x200"], "must be even"),
+        (["shelf.toml", "--quality", "fine"], "--quality: unknown name 'fine' (did you mean 'final'?)"),
         (["shelf.toml", "--size", "big"], "'big' is not a size such as 1280x720"),
         (["shelf.toml", "--out", "shelf.toml"], "shelf.toml: cannot be made"),
     ],
@@ -140,7 +141,7 @@ def test_what_is_there_is_not_done_again(report: Run, rendered: list[Path], monk
         report("shelf.toml", "--size", "64x36")
         report("shelf.toml", "--no-video")
     assert data("out/shelf") == before
-    for change in (["--seed", "1"], ["--size", "32x32", "--seed", "1"]):
+    for change in (["--seed", "1"], ["--size", "32x32", "--seed", "1"], ["--camera", "orbit", "--seed", "1"]):
         old = data_of_run("out/shelf")
         report("shelf.toml", *change)
         assert data_of_run("out/shelf") != old

@@ -6,6 +6,7 @@ import json
 import signal
 import subprocess
 import sys
+import webbrowser
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -15,7 +16,7 @@ from typing import Any
 import imageio_ffmpeg
 import mujoco
 import pytest
-from command_line import Run, assert_is_error, call
+from command_line import Run, assert_is_error, call, main
 from scenario_texts import PLACES, cup_scenario
 
 from experiments import case_study_3
@@ -24,6 +25,7 @@ from experiments.runs.outcome import outcome_json
 from prefplan import load, pareto_front
 from sim.errors import RenderingError
 from sim.execution import executor
+from sim.rendering.quality import DRAFT
 from sim.world.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
@@ -52,7 +54,8 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--plan", "1"], "--plan 1: the front has one plan, 0"),
         (["case_study_3", "--plan", "2"], "--plan 2: the front has plans 0 to 1"),
         (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
-        (["cup.toml", "--robot", "panda"], "--robot"),
+        (["cup.toml", "--robot", "defualt"], "--robot: unknown name 'defualt' (did you mean 'default'?)"),
+        (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
         (["cup.toml", "--fault", "move:cap@2"], "--fault 'move:cap@2': unknown object 'cap' (did you mean 'cup'?)"),
         (["cup.toml", "--noise", "some"], "'some' is not a number >= 0"),
         (["cup.toml", "--seed", "-1"], "'-1' is not a whole number >= 0"),
@@ -248,7 +251,7 @@ def test_a_video_of_a_run(cup: Path, gl: None) -> None:
         scene,
         replace(plan, actions=plan.actions[:1]),
         video=video,
-        size=(160, 90),
+        quality=replace(DRAFT, size=(160, 90)),
         tell=lambda *what: told.append(what),
     )
     assert outcome.video == video
@@ -276,9 +279,12 @@ def compose_nothing(videos: list[Path], path: Path, **options: Any) -> Path:
 def test_the_demo_carries_both_plans_out(
     cup: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    opened: list[str] = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(webbrowser, "open", opened.append)
     monkeypatch.setattr(carry_out, "render_video", draw_nothing)
     monkeypatch.setattr(case_study_3, "compose", compose_nothing)
-    assert case_study_3.main() == 0
+    assert main(["demo"]) == 0
     printed = capsys.readouterr().out
     assert "carried out, 14 of 14 actions, cost 34" in printed
     assert "carried out, 17 of 17 actions, cost 41" in printed
@@ -287,5 +293,6 @@ def test_the_demo_carries_both_plans_out(
         in printed
     )
     assert printed.endswith("Report (open it in a browser)\n  out/case_study_3/index.html\n")
+    assert opened == [(cup / "out" / "case_study_3" / "index.html").as_uri()]
     page = (cup / "out" / "case_study_3" / "index.html").read_text(encoding="utf-8")
     assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page
