@@ -8,10 +8,10 @@ from decimal import Decimal
 from prefplan.errors import PrefplanError, choices
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
-from sim.errors import SimulationError
+from sim.errors import RenderingError, SimulationError
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
-from sim.rendering.cameras import CAMERAS
+from sim.rendering.cameras import CAMERAS, read_view
 from sim.rendering.quality import QUALITIES, Quality
 from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import Perturbation, read_perturbation
@@ -58,8 +58,14 @@ def robot_of(name: str) -> str:
 
 
 def camera_of(name: str) -> str:
-    """Return the value of `--camera`."""
-    return _checked("--camera", name, CAMERAS)
+    """Return the value of `--camera`: a name, or `az,el,dist`."""
+    if "," not in name:
+        return _checked("--camera", name, CAMERAS)
+    try:
+        read_view(name)
+    except RenderingError as error:
+        raise PrefplanError(f"--camera: {error}") from None
+    return name
 
 
 def quality_of(name: str) -> Quality:

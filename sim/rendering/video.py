@@ -73,7 +73,7 @@ def render_video(
         fps: frames a second.
         size: (width, height) in pixels, both even; None for the quality's.
         quality: how much work a picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`.
+        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
         progress: called with the number of frames done and of all frames, after each part.
 
     Returns:
@@ -123,7 +123,7 @@ def render_frame(
         glow: marking locations at work.
         size: (width, height) in pixels; None for the quality's.
         quality: how much work the picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`.
+        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
 
     Raises:
         RenderingError: no OpenGL.
