@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from experiments.cli.output import condense, number, relaxed
 from experiments.report.differences import Differences, Parking, differences
-from experiments.report.formula_words import titles
 from experiments.report.preference_words import shares
+from experiments.runs.formula_words import at_words, titles
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.ledger import Ledger
@@ -91,7 +91,7 @@ def _means(model: Model, plan: NamedPlan, other: NamedPlan, apart: Differences) 
         first, *rest = apart.parked
         instead = [parking for parking in apart.spared if parking.obj == first.obj]
         if instead:
-            return f"{_parked([first], model)} instead of {_at(model, instead[0].place)}"
+            return f"{_parked([first], model)} instead of {at_words(instead[0].place, model)}"
         return _parked([first, *rest], model)
     if isinstance(model, GridModel):
         if apart.here != apart.there and apart.here:
@@ -206,12 +206,7 @@ def _actions(model: Model, apart: Differences, plan: NamedPlan, other: NamedPlan
 
 
 def _parked(parked: Sequence[Parking], model: Model) -> str:
-    return _all([f"{parking.obj} is put aside {_at(model, parking.place)}" for parking in parked])
-
-
-def _at(model: Model, place: str) -> str:
-    inside = isinstance(model, ManipulationModel) and model.location(place).kind == "bin"
-    return f"{'in' if inside else 'on'} {place}"
+    return _all([f"{parking.obj} is put aside {at_words(parking.place, model)}" for parking in parked])
 
 
 def _minus(one: Number, other: Number) -> Number:

@@ -116,7 +116,7 @@ def carry_out(
         render_video(
             scene,
             outcome.rollout,
-            captions(outcome),
+            captions(outcome, scenario.model),
             video,
             size=size,
             quality=quality,
