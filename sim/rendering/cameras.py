@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
 from sim.errors import RenderingError
+from sim.perception.grounding import AT_RADIUS_M
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
 from sim.world.places import Slot
 from sim.world.scene import WRIST, Scene
@@ -22,6 +25,9 @@ SWING_DEG = 70.0
 
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
+
+REST_S, REST_DISTANCE_M = 0.5, 0.001
+"""An object that moves by less in such a time is at rest."""
 
 CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
 """Corners of a box about the origin, in halves of its sides."""
@@ -113,9 +119,12 @@ def object_corners(scene: Scene) -> np.ndarray:
 
 
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the (3,) point to which the name of each location belongs, m: where it is printed, or what lies there."""
-    half = _object_half(scene)
-    over = {name: slots[0].position + [0.0, 0.0, half[2]] for name, slots in scene.slots.items()}
+    """Return the (3,) point to which each location's name belongs, m: where it is printed, or the middle of an object.
+
+    Temporary locations have no name to show.
+    """
+    half, named = _object_half(scene), [name for name in scene.slots if name not in scene.temporary]
+    over = {name: scene.slots[name][0].position + [0.0, 0.0, half[2]] for name in named}
     return over | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
 
 
@@ -129,6 +138,28 @@ def hand_corners(scene: Scene) -> np.ndarray:
     top = max(slot.position[2] for slot in slots) + 2 * half[2]
     tools[:, 2] = np.maximum(tools[:, 2], top + half[2] + PASSAGE_CLEARANCE_M)
     return _turned(box, [slot.yaw - np.pi / 2 for slot in slots]) + tools[:, None]
+
+
+def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
+    """Return a scene that has temporary locations where objects lie off every slot, as faults may leave them.
+
+    Args:
+        scene: the scene.
+        qpos: (T, nq) recorded states, one in `REST_S`: what has not moved since the one before is at rest.
+    """
+    slots = np.array([slot.position[:2] for slot in _slots(scene)])
+    found = {}
+    for name, shape in scene.shapes.items():
+        joint = scene.mujoco.joint(name).qposadr[0]
+        positions = qpos[:, joint : joint + 3] - [0.0, 0.0, shape.half[2]]
+        at_rest = np.linalg.norm(np.diff(positions, axis=0), axis=1) < REST_DISTANCE_M
+        off = np.linalg.norm(positions[1:, None, :2] - slots, axis=2).min(axis=1) > AT_RADIUS_M
+        inside = (abs(positions[1:, :2] - scene.table.centre) < scene.table.half).all(axis=1)
+        above = positions[1:, 2] > -shape.half[2]
+        for position in np.unique(positions[1:][at_rest & off & inside & above].round(2), axis=0):
+            place = f"{name} at {position}"
+            found[place] = (Slot(place, 0, position, 0.0),)
+    return replace(scene, slots=scene.slots | found, temporary=scene.temporary | found.keys())
 
 
 def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

@@ -18,6 +18,7 @@ import numpy as np
 from joblib import Parallel, cpu_count, delayed
 
 from sim.errors import RenderingError
+from sim.rendering.cameras import REST_S, with_strays
 from sim.rendering.overlay import Caption, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.renderer import Painter
@@ -85,6 +86,7 @@ def render_video(
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     frames = _frames(scene, rollout, fps)
+    scene = with_strays(scene, rollout.qpos[:: round(REST_S * FRAME_RATE)])
     render = partial(_render_part, scene, captions, fps=fps, size=size or quality.size, quality=quality, camera=camera)
     # joblib would do the work of a single process in this one, which has to survive a faulty driver.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -10,11 +9,10 @@ import pytest
 from scenario_texts import shipped
 
 from sim.errors import RenderingError
-from sim.rendering.cameras import AZIMUTH_DEG, SWING_DEG, Camera, label_anchors, object_corners, read_view
+from sim.rendering.cameras import AZIMUTH_DEG, SWING_DEG, Camera, label_anchors, object_corners, read_view, with_strays
 from sim.rendering.labels import place_labels
 from sim.robots.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M
-from sim.world.places import Slot
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE
 
@@ -67,13 +65,18 @@ def test_all_that_is_handled_stays_in_the_picture(
     assert (pixels > 0).all() and (pixels < size).all()
 
 
-def test_an_object_off_every_location_is_in_the_picture(scenes: dict[str, Scene]) -> None:
-    scene = scenes["case_study_3"]
-    spot = Slot("spot1", 0, np.array([0.25, 0.55, 0.0]), 0.3)
-    moved = replace(scene, slots=scene.slots | {"spot1": (spot,)}, temporary=frozenset({"spot1"}))
-    before, after = (Camera(shown, "fixed", SIZE).pixels(handled(moved)) for shown in (scene, moved))
-    assert (after > 0).all() and (after < SIZE).all()
-    assert not ((before > 0).all() and (before < SIZE).all())
+def test_an_object_that_lies_off_every_location_is_in_the_picture(scenes: dict[str, Scene]) -> None:
+    scene = build_scene(scenes["case_study_3"].model, meshes=False, spares=2)
+    states = np.tile(initial_state(scene).qpos, (5, 1))
+    assert with_strays(scene, states).slots == scene.slots
+    blue = scene.mujoco.joint("blue").qposadr[0]
+    states[:, blue : blue + 3] = [[0.5, 0.03, 0.0225], [0.4, 0.3, 0.2], *[[0.25, 0.55, 0.0225]] * 2, [2, 2, -0.5]]
+    moved = with_strays(scene, states)
+    assert [np.allclose(moved.slots[name][0].position, [0.25, 0.55, 0.0]) for name in moved.temporary] == [True]
+    before, after = (Camera(shown, "fixed", SIZE) for shown in (scene, moved))
+    inside = [((pixels > 0) & (pixels < SIZE)).all() for pixels in (c.pixels(handled(moved)) for c in (before, after))]
+    assert inside == [False, True]
+    assert label_anchors(moved).keys() == scene.slots.keys()
 
 
 @pytest.mark.parametrize("name, least_px", [("case_study_3", 60), ("kitchen", 45)])
