@@ -26,6 +26,9 @@ SWING_DEG = 70.0
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
 
+NEAREST_M = 1e-3
+"""Least distance ahead of the camera at which a point is projected."""
+
 REST_S, REST_DISTANCE_M = 0.5, 0.001
 """An object that moves by less in such a time is at rest."""
 
@@ -76,12 +79,12 @@ class Camera:
         """Return where (N, 3) points, m, are in the picture of any camera but `wrist`.
 
         Returns:
-            (N, 2) pixels from the left and from the top.
+            (N, 2) pixels from the left and from the top; of a point behind the camera, far outside.
         """
         view = self.view(share)
         right, up, ahead = (_axes(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
         scale = self._size[1] / (2 * self._slope)
-        return self._size / 2 + scale * np.stack([right, -up], axis=1) / ahead[:, None]
+        return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, NEAREST_M)[:, None]
 
 
 def read_view(text: str) -> tuple[float, float, float]:
@@ -118,14 +121,19 @@ def object_corners(scene: Scene) -> np.ndarray:
     return _turned(CORNERS * half, [slot.yaw for slot in slots]) + middles[:, None]
 
 
-def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the (3,) point to which each location's name belongs, m: where it is printed, or the middle of an object.
+def label_targets(scene: Scene) -> dict[str, np.ndarray]:
+    """Return the (3,) middle of each location that is not temporary, m; on other objects, of the object there."""
+    named = [name for name in scene.slots if name not in scene.temporary]
+    lift = {name: _object_half(scene)[2] if scene.model.location(name).on else 0.0 for name in named}
+    return {
+        name: np.mean([slot.position for slot in scene.slots[name]], axis=0) + [0.0, 0.0, height]
+        for name, height in lift.items()
+    }
 
-    Temporary locations have no name to show.
-    """
-    half, named = _object_half(scene), [name for name in scene.slots if name not in scene.temporary]
-    over = {name: scene.slots[name][0].position + [0.0, 0.0, half[2]] for name in named}
-    return over | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
+
+def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
+    """Return the (3,) point at which each of these locations' names is best written, m: where the table has it."""
+    return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
 
 
 def hand_corners(scene: Scene) -> np.ndarray:

@@ -32,7 +32,7 @@ def place_labels(anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
     Args:
-        anchors: (2,) pixels that each name belongs to.
+        anchors: (2,) pixel at which each name is best written.
         obstacles: (M, 4) boxes to keep clear: left, top, right, bottom.
         size: (width, height) of the picture.
 
@@ -54,20 +54,23 @@ def place_labels(anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size:
     return placed
 
 
-def draw_labels(frame: np.ndarray, anchors: Mapping[str, np.ndarray], placed: Mapping[str, Box]) -> np.ndarray:
-    """Return a frame with names, and a thin line from each that is far from its anchor.
+def draw_labels(
+    frame: np.ndarray, placed: Mapping[str, Box], anchors: Mapping[str, np.ndarray], targets: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """Return a frame with names, and a thin line to the location from each that is far from its anchor.
 
     Args:
         frame: (height, width, 3) uint8.
-        anchors: as in `place_labels`.
-        placed: what it returned.
+        placed: what `place_labels` returned.
+        anchors: what it was given.
+        targets: (2,) pixel in the middle of each location.
     """
     picture = Image.fromarray(frame)
     draw = ImageDraw.Draw(picture)
-    for name, (left, top, right, bottom) in placed.items():
-        x, y = map(float, anchors[name])
-        line = (x, y, min(max(x, left), right), min(max(y, top), bottom))
-        if np.hypot(line[2] - x, line[3] - y) > (bottom - top) / 2:
+    for name, box in placed.items():
+        if np.linalg.norm(_nearest(box, anchors[name]) - anchors[name]) > box[3] - box[1]:
+            x, y = map(float, targets[name])
+            line = (x, y, *map(float, _nearest(box, targets[name])))
             draw.line(line, fill=PLATE[:3], width=4)
             draw.line(line, fill=INK, width=2)
             draw.ellipse((x - 4, y - 4, x + 4, y + 4), fill=INK, outline=PLATE[:3])
@@ -75,6 +78,11 @@ def draw_labels(frame: np.ndarray, anchors: Mapping[str, np.ndarray], placed: Ma
         plate = _plate(name, frame.shape[0])
         picture.paste(plate, box[:2], mask=plate)
     return np.asarray(picture)
+
+
+def _nearest(box: Box, point: np.ndarray) -> np.ndarray:
+    """Return the (2,) point of a box that is nearest to another."""
+    return np.clip(point, box[:2], box[2:])
 
 
 def _candidates(anchor: np.ndarray, extent: np.ndarray, size: Sequence[int]) -> np.ndarray:

@@ -18,7 +18,7 @@ import numpy as np
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
 from sim.rendering.antialias import smooth_edges
-from sim.rendering.cameras import Camera, label_anchors, object_corners
+from sim.rendering.cameras import Camera, label_anchors, label_targets, object_corners
 from sim.rendering.labels import draw_labels, place_labels
 from sim.rendering.quality import DRAFT, Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
@@ -66,7 +66,8 @@ class Painter:
         self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == "wrist" else 1)
-        self._corners, self._anchors = object_corners(scene), label_anchors(scene)
+        self._corners = object_corners(scene)
+        self._anchors, self._targets = label_anchors(scene), label_targets(scene)
         if camera != "wrist":
             self._clear_table()
         self._key = self._model.light(KEY_LIGHT).id
@@ -128,10 +129,13 @@ class Painter:
     def _labelled(self, bare: np.ndarray, share: float) -> np.ndarray:
         """Return a picture with the names of the locations."""
         size = bare.shape[1], bare.shape[0]
-        anchors = dict(zip(self._anchors, self._camera.pixels(np.array([*self._anchors.values()]), share), strict=True))
+        anchors, targets = (
+            dict(zip(points, self._camera.pixels(np.array([*points.values()]), share), strict=True))
+            for points in (self._anchors, self._targets)
+        )
         corners = self._camera.pixels(self._corners.reshape(-1, 3), share).reshape(-1, 8, 2)
         obstacles = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-        return draw_labels(bare, anchors, place_labels(anchors, obstacles, size))
+        return draw_labels(bare, place_labels(anchors, obstacles, size), anchors, targets)
 
     def _bare(self, view: mujoco.MjvCamera) -> np.ndarray:
         """Return a picture of the present state with smooth edges."""
