@@ -49,7 +49,7 @@ def main() -> None:
             rollout = outcome.rollout
             moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
             lamp = scene.model.locations[rollout.glow[moment]].name
-            texts = captions(outcome)
+            texts = captions(outcome, scenario.model)
             caption = caption_at(texts, float(rollout.times[moment]))
             frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
             picture = Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)

@@ -167,7 +167,8 @@ def add_video(parser: argparse.ArgumentParser) -> None:
         "--camera",
         metavar="NAME",
         default="fixed",
-        help="fixed: in front of the table; orbit: around its front; wrist: on the hand (default: fixed)",
+        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; or azimuth and elevation in "
+        "degrees and distance in m, such as 156,-28,1.2 (default: fixed)",
     )
     parser.add_argument(
         "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"

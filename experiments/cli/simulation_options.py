@@ -11,10 +11,10 @@ from typing import TypedDict
 from prefplan.errors import PrefplanError, choices
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
-from sim.errors import SimulationError
+from sim.errors import RenderingError, SimulationError
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
-from sim.rendering.cameras import CAMERAS
+from sim.rendering.cameras import CAMERAS, read_view
 from sim.rendering.quality import QUALITIES, Quality
 from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import Perturbation, read_perturbation
@@ -72,8 +72,19 @@ def look_of(options: argparse.Namespace) -> Look:
     quality = QUALITIES[_checked("--quality", options.quality, QUALITIES)]
     return {
         "quality": replace(quality, size=options.size or quality.size),
-        "camera": _checked("--camera", options.camera, CAMERAS),
+        "camera": camera_of(options.camera),
     }
+
+
+def camera_of(name: str) -> str:
+    """Return the value of `--camera`: a name, or `az,el,dist`."""
+    if "," not in name:
+        return _checked("--camera", name, CAMERAS)
+    try:
+        read_view(name)
+    except RenderingError as error:
+        raise PrefplanError(f"--camera: {error}") from None
+    return name
 
 
 def _checked(option: str, name: str, valid: Collection[str]) -> str:

@@ -10,8 +10,8 @@ from experiments.cli.output import number, plan_json
 from experiments.figures.grid_map import path_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
-from experiments.report.formula_words import titles, words_of
 from experiments.report.preference_words import shares
+from experiments.runs.formula_words import titles, words_of
 from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
 from prefplan.front import Front, Plan

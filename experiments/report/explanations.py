@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from experiments.cli.output import condense, number, relaxed
 from experiments.report.differences import Parking, common, landmarks, set_aside
-from experiments.report.formula_words import titles
 from experiments.report.preference_words import shares
+from experiments.runs.formula_words import at_words, titles
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.ledger import Ledger
@@ -78,7 +78,7 @@ def _means(model: Model, plan: Ledger, other: Ledger) -> str:
     if parked := set_aside(model, plan, other):
         # The others follow from the first.
         spared = [parking for parking in set_aside(model, other, plan) if parking.obj == parked[0].obj]
-        instead = f" instead of {_at(model, spared[0].place)}" if spared else ""
+        instead = f" instead of {at_words(spared[0].place, model)}" if spared else ""
         return _parked(parked[:1] if spared else parked, model) + instead
     if isinstance(model, GridModel):
         here, there = landmarks(plan), landmarks(other)
@@ -187,12 +187,7 @@ def _actions(model: Model, plan: Ledger, other: Ledger) -> list[str]:
 
 
 def _parked(parked: Sequence[Parking], model: Model) -> str:
-    return _all([f"{parking.obj} is put aside {_at(model, parking.place)}" for parking in parked])
-
-
-def _at(model: Model, place: str) -> str:
-    inside = isinstance(model, ManipulationModel) and model.location(place).kind == "bin"
-    return f"{'in' if inside else 'on'} {place}"
+    return _all([f"{parking.obj} is put aside {at_words(parking.place, model)}" for parking in parked])
 
 
 def _minus(one: Number, other: Number) -> Number:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
+from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome
+from prefplan.scenario.decode import Model
 from sim.rendering.overlay import Caption, TaskStatus
 from sim.simulation.rollout import Rollout
 
@@ -12,12 +14,17 @@ NEWS = {"replan": "planned again: ", "retry": "once more: "}
 """Words before the first action after an event."""
 
 
-def captions(outcome: Outcome) -> tuple[Caption, ...]:
+def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
     """Return a caption for every action, with the costs at its start, and one for the end.
 
     The first action of a new plan says so, and so does an action that is tried again.
+
+    Args:
+        outcome: what happened.
+        model: of the scenario, whose names describe the tasks.
     """
     rollout, plan = outcome.rollout, outcome.plan
+    wanted = {task.name: goal_words(task, model) for task in outcome.ledger.problem.tasks}
     before = [-math.inf, *(step.start for step in rollout.steps)]
     shown = [
         (step.start, step.end, _news(rollout, since, step.start) + step.action)
@@ -32,8 +39,8 @@ def captions(outcome: Outcome) -> tuple[Caption, ...]:
             float(entry.cost),
             float(plan.cost),
             tuple(
-                TaskStatus(task.name, task.formula, "satisfied" if task.name in entry.satisfied else "open")
-                for task in outcome.ledger.problem.tasks
+                TaskStatus(task, words, "satisfied" if task in entry.satisfied else "open")
+                for task, words in wanted.items()
             ),
             float(entry.preference),
             float(plan.preference),

@@ -114,7 +114,7 @@ def carry_out(
         render_video(
             scene,
             outcome.rollout,
-            captions(outcome),
+            captions(outcome, scenario.model),
             video,
             size=quality.size,
             quality=quality,

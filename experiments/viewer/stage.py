@@ -12,7 +12,7 @@ from mjviser.conversions import merge_geoms
 
 from experiments.viewer.live_run import Frame
 from sim.geometry.mjcf import HIDDEN
-from sim.rendering.cameras import camera
+from sim.rendering.cameras import Camera
 from sim.world.materials import Glow, glow_of
 from sim.world.scene import Scene
 
@@ -39,7 +39,7 @@ class Stage:
                 self._lamps[place.name] = _Lamp(server, model, place.name, material, glow_of(place.kind))
         self._scene = ViserMujocoScene(server, model, num_envs=1)
         self._scene.camera_tracking_enabled = False
-        view = camera(scene)
+        view = Camera(scene, "fixed", (1280, 720)).view()
         turn, rise = np.radians([view.azimuth, view.elevation])
         ahead = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
         server.scene.set_up_direction("+z")

@@ -2,40 +2,230 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
-from sim.world.scene import AZIMUTH, ELEVATION, WRIST, Scene
-
-DISTANCE = 3.5
-"""Distance of the camera from its target, in halves of the table's longer side."""
-
-MIN_DISTANCE_M = 1.9
-"""The same at least, so that the arm fits into the picture over a small table, m."""
-
-SWING_DEGREES = 70.0
-"""How far `orbit` goes to either side: beyond, the arm hides what it does."""
-
+from sim.errors import RenderingError
+from sim.perception.grounding import AT_RADIUS_M
+from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
+from sim.world.places import Slot
+from sim.world.scene import WRIST, Scene
+from sim.world.shapes import extent
 
 CAMERAS = ("fixed", "orbit", "wrist")
 """In front of the table; around its front, once to and fro in a video; on the hand."""
 
+AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
+"""Heading and pitch of `fixed`: from the right in front of the robot, down onto the table."""
 
-def camera(scene: Scene, name: str = "fixed", *, share: float = 0.0) -> mujoco.MjvCamera:
-    """Return a camera.
+SWING_DEG = 70.0
+"""How far `orbit` goes to either side: beyond, the arm hides what it does."""
+
+MARGIN = 0.03
+"""Share of the picture's width and height that stays free on every side."""
+
+NEAREST_M = 1e-3
+"""Least distance ahead of the camera at which a point is projected."""
+
+REST_S, REST_DISTANCE_M = 0.5, 0.001
+"""An object that moves by less in such a time is at rest."""
+
+CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
+"""Corners of a box about the origin, in halves of its sides."""
+
+
+class Camera:
+    """A view of a scene; every named one but `wrist` has all that is handled, and the hand at work, in the picture."""
+
+    def __init__(self, scene: Scene, name: str, size: tuple[int, int]) -> None:
+        """Find out what has to be in the picture.
+
+        Args:
+            scene: what it looks at.
+            name: one of `CAMERAS`, or a text for `read_view`.
+            size: (width, height) of the picture in pixels.
+
+        Raises:
+            RenderingError: the name is neither.
+        """
+        self.name = name
+        self._scene, self._size = scene, np.array(size)
+        self._chosen = None if name in CAMERAS else read_view(name)
+        self._slope = float(np.tan(np.radians(scene.mujoco.vis.global_.fovy) / 2))
+        self._points = work_points(scene)
+
+    def view(self, share: float = 0.0) -> mujoco.MjvCamera:
+        """Return MuJoCo's camera when a share, 0 .. 1, of the video has passed."""
+        view = mujoco.MjvCamera()
+        if self.name == "wrist":
+            view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+            view.fixedcamid = self._scene.mujoco.camera(WRIST).id
+            return view
+        view.lookat = (self._points.min(axis=0) + self._points.max(axis=0)) / 2
+        if self._chosen:
+            view.azimuth, view.elevation, view.distance = self._chosen
+            return view
+        swing = SWING_DEG * np.sin(2 * np.pi * share) if self.name == "orbit" else 0.0
+        view.azimuth, view.elevation = AZIMUTH_DEG + swing, ELEVATION_DEG
+        axes = _axes(view)
+        eye = _nearest_eye(self._points @ axes.T, (1 - 2 * MARGIN) * self._slope * self._size / self._size[1])
+        view.distance = (axes @ view.lookat - eye)[2]
+        view.lookat = eye @ axes + view.distance * axes[2]
+        return view
+
+    def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
+        """Return where (N, 3) points, m, are in the picture of any camera but `wrist`.
+
+        Returns:
+            (N, 2) pixels from the left and from the top; of a point behind the camera, far outside.
+        """
+        view = self.view(share)
+        right, up, ahead = (_axes(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
+        scale = self._size[1] / (2 * self._slope)
+        return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, NEAREST_M)[:, None]
+
+
+def read_view(text: str) -> tuple[float, float, float]:
+    """Return azimuth and elevation, degrees, and distance, m, of a camera that is given as `az,el,dist`.
+
+    Azimuth 180 looks towards the robot from in front of it, elevation -90 straight down.
+
+    Raises:
+        RenderingError: the text says something else.
+    """
+    try:
+        azimuth, elevation, distance = map(float, text.split(","))
+    except ValueError:
+        raise RenderingError(f"{text!r} is not `az,el,dist`, such as 156,-28,1.8") from None
+    if not (abs(azimuth) <= 360 and abs(elevation) <= 90 and 0 < distance <= 10):
+        raise RenderingError(f"{text!r}: azimuth within 360, elevation within 90 degrees, distance up to 10 m")
+    return azimuth, elevation, distance
+
+
+def work_points(scene: Scene) -> np.ndarray:
+    """Return (N, 3) points about all that is handled, the locations, their names and the hand at work, m."""
+    parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
+    model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
+    mujoco.mj_kinematics(model, data)
+    bases = [model.body(f"{marking.text}_base").id for marking in scene.markings]
+    parts.append(_boxes(data, np.flatnonzero(np.isin(model.geom_bodyid, bases))))
+    return np.concatenate([part.reshape(-1, 3) for part in parts])
+
+
+def object_corners(scene: Scene) -> np.ndarray:
+    """Return (S, 8, 3) corners of a box round the largest object in each of the S slots, m."""
+    half, slots = _object_half(scene), _slots(scene)
+    middles = np.array([slot.position for slot in slots]) + [0.0, 0.0, half[2]]
+    return _turned(CORNERS * half, [slot.yaw for slot in slots]) + middles[:, None]
+
+
+def label_targets(scene: Scene) -> dict[str, np.ndarray]:
+    """Return the (3,) middle of each location that is not temporary, m; on other objects, of the object there."""
+    named = [name for name in scene.slots if name not in scene.temporary]
+    lift = {name: _object_half(scene)[2] if scene.model.location(name).on else 0.0 for name in named}
+    return {
+        name: np.mean([slot.position for slot in scene.slots[name]], axis=0) + [0.0, 0.0, height]
+        for name, height in lift.items()
+    }
+
+
+def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
+    """Return the (3,) point at which each of these locations' names is best written, m: where the table has it."""
+    return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
+
+
+def hand_corners(scene: Scene) -> np.ndarray:
+    """Return (S, 8, 3) corners of a box round the hand over each of the S slots, m: as high as it goes to and fro."""
+    half, slots = _object_half(scene), _slots(scene)
+    low, high = _hand_box(scene)
+    # The tool points down: what is behind it is above.
+    box = (low + high) / 2 * [1.0, 1.0, -1.0] + CORNERS * (high - low) / 2
+    tools = np.array([slot.position for slot in slots]) + [0.0, 0.0, half[2] + HOVER_HEIGHT_M]
+    top = max(slot.position[2] for slot in slots) + 2 * half[2]
+    tools[:, 2] = np.maximum(tools[:, 2], top + half[2] + PASSAGE_CLEARANCE_M)
+    return _turned(box, [slot.yaw - np.pi / 2 for slot in slots]) + tools[:, None]
+
+
+def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
+    """Return a scene that has temporary locations where objects lie off every slot, as faults may leave them.
 
     Args:
-        scene: what it looks at.
-        name: one of `CAMERAS`.
-        share: of the video that has passed, 0 .. 1.
+        scene: the scene.
+        qpos: (T, nq) recorded states, one in `REST_S`: what has not moved since the one before is at rest.
     """
-    view = mujoco.MjvCamera()
-    if name == "wrist":
-        view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        view.fixedcamid = scene.mujoco.camera(WRIST).id
-        return view
-    turn = SWING_DEGREES * np.sin(2 * np.pi * share) if name == "orbit" else 0.0
-    view.lookat = scene.focus
-    view.azimuth, view.elevation = AZIMUTH + turn, ELEVATION
-    view.distance = max(MIN_DISTANCE_M, DISTANCE * scene.span)
-    return view
+    slots = np.array([slot.position[:2] for slot in _slots(scene)])
+    found = {}
+    for name, shape in scene.shapes.items():
+        joint = scene.mujoco.joint(name).qposadr[0]
+        positions = qpos[:, joint : joint + 3] - [0.0, 0.0, shape.half[2]]
+        at_rest = np.linalg.norm(np.diff(positions, axis=0), axis=1) < REST_DISTANCE_M
+        off = np.linalg.norm(positions[1:, None, :2] - slots, axis=2).min(axis=1) > AT_RADIUS_M
+        inside = (abs(positions[1:, :2] - scene.table.centre) < scene.table.half).all(axis=1)
+        above = positions[1:, 2] > -shape.half[2]
+        for position in np.unique(positions[1:][at_rest & off & inside & above].round(2), axis=0):
+            place = f"{name} at {position}"
+            found[place] = (Slot(place, 0, position, 0.0),)
+    return replace(scene, slots=scene.slots | found, temporary=scene.temporary | found.keys())
+
+
+def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Return the (3,) ends of the hand and its open fingers in the tool's frame, m."""
+    model, robot = scene.mujoco, scene.robot
+    data = mujoco.MjData(model)
+    robot.put(data, robot.home, width=robot.gripper.opening_m)
+    mujoco.mj_kinematics(model, data)
+    hand = int(model.site(robot.tool).bodyid[0])
+    geoms = np.flatnonzero((model.geom_bodyid == hand) | (model.body_parentid[model.geom_bodyid] == hand))
+    points = _boxes(data, geoms).reshape(-1, 3)
+    tool = data.site(robot.tool)
+    local = (points - tool.xpos) @ tool.xmat.reshape(3, 3)
+    return local.min(axis=0), local.max(axis=0)
+
+
+def _boxes(data: mujoco.MjData, geoms: np.ndarray) -> np.ndarray:
+    """Return (G, 8, 3) corners of the boxes round G geoms, m."""
+    boxes = data.model.geom_aabb[geoms, None, :3] + CORNERS * data.model.geom_aabb[geoms, None, 3:]
+    return boxes @ data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1) + data.geom_xpos[geoms, None]
+
+
+def _slots(scene: Scene) -> list[Slot]:
+    return [slot for row in scene.slots.values() for slot in row]
+
+
+def _object_half(scene: Scene) -> np.ndarray:
+    size = extent(scene.shapes.values())
+    return np.array([*size.half, size.high / 2])
+
+
+def _turned(points: np.ndarray, yaws: list[float]) -> np.ndarray:
+    """Return (N, 3) points turned about z by each of S yaws, rad: (S, N, 3)."""
+    matrices = [[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]] for c, s in zip(np.cos(yaws), np.sin(yaws), strict=True)]
+    return points @ np.array(matrices)
+
+
+def _axes(view: mujoco.MjvCamera) -> np.ndarray:
+    """Return (3, 3) unit vectors to the right, up and ahead, one a row."""
+    heading, pitch = np.radians([view.azimuth, view.elevation])
+    right = np.array([np.sin(heading), -np.cos(heading), 0.0])
+    ahead = np.array([np.cos(pitch) * np.cos(heading), np.cos(pitch) * np.sin(heading), np.sin(pitch)])
+    return np.array([right, np.cross(right, ahead), ahead])
+
+
+def _nearest_eye(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Return the position nearest to points from which all of them are in the picture, the tighter side full.
+
+    Each of the four planes that bound the picture touches a point; seen along an axis of the picture, two of them meet
+    at the eye or, on the side that is not full, behind it.
+
+    Args:
+        points: (N, 3) to the right, up and ahead, m.
+        slopes: (2,) tangent of half the angle of view across and upwards.
+
+    Returns:
+        (3,) in the axes of the points, m.
+    """
+    high = (points[:, :2] - slopes * points[:, 2:]).max(axis=0)
+    low = (points[:, :2] + slopes * points[:, 2:]).min(axis=0)
+    return np.array([*(high + low) / 2, ((low - high) / (2 * slopes)).min()])

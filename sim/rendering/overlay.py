@@ -1,4 +1,4 @@
-"""Captions over the picture: the current action, the cost up to now, and the status of every task."""
+"""Captions in a strip below the picture: the current action, the cost so far, and the status of every task."""
 
 from __future__ import annotations
 
@@ -15,11 +15,20 @@ INK = (245, 246, 248)
 MUTED = (168, 174, 184)
 ACCENT = (255, 190, 92)
 DONE = (96, 206, 138)
-SCRIM = (9, 11, 15)
-"""Colour that the lower edge of the picture fades to, behind the text."""
+GROUND = (9, 11, 15)
+TRACK = (52, 56, 63)
 
-SCRIM_STRENGTH = 0.86
-"""Opacity of that colour at the lower edge, 0 .. 1."""
+STRIP = 0.15
+"""Height of the strip, in heights of the whole frame."""
+
+TASKS_LEFT = 0.42
+"""Where the tasks begin, in widths of the frame."""
+
+ROWS = 3
+"""Tasks below each other in one column; with more, there are two columns, of smaller type if need be."""
+
+MARGIN_PX = 36
+"""Free space to the left and right of the text, pixels of a frame 720 high."""
 
 OVERSAMPLING = 2
 """Captions are drawn so many times as large and then reduced, for smooth curves."""
@@ -31,7 +40,7 @@ class TaskStatus:
 
     Attributes:
         name: the task's name.
-        text: its formula, or what it means.
+        text: what it asks for.
         state: `satisfied` or still `open`.
     """
 
@@ -71,74 +80,84 @@ def caption_at(captions: Sequence[Caption], time: float) -> Caption | None:
     return captions[index - 1] if index else None
 
 
-def draw_caption(frame: np.ndarray, caption: Caption) -> None:
-    """Draw a caption onto the lower third of a frame, in place.
+def strip_height(height: int) -> int:
+    """Return the height of the strip of a frame of a height, pixels; both are even."""
+    return 2 * round(STRIP * height / 2)
+
+
+def with_strip(picture: np.ndarray, caption: Caption | None, height: int) -> np.ndarray:
+    """Return a frame: a picture and, below it, a caption.
 
     Args:
-        frame: (height, width, 3) uint8.
-        caption: what to draw.
+        picture: (height - strip_height(height), width, 3) uint8.
+        caption: None for an empty strip.
+        height: of the frame, pixels.
+
+    Returns:
+        (height, width, 3) uint8.
     """
-    panel = _panel(caption, frame.shape[1], frame.shape[0])
-    band = Image.fromarray(frame[-panel.height :])
-    band.paste(panel, mask=panel)
-    frame[-panel.height :] = band
+    return np.concatenate([picture, _strip(caption, picture.shape[1], height)])
 
 
 @functools.lru_cache(maxsize=4)
-def _panel(caption: Caption, width: int, height: int) -> Image.Image:
-    """Return the translucent picture to paste over the lower rows of a (height, width) frame."""
-    unit = height / 720
-    rows = int(unit * max(150, 74 + 27 * len(caption.tasks)))
-    canvas = Image.new("RGBA", (width * OVERSAMPLING, rows * OVERSAMPLING), (0, 0, 0, 0))
-    _draw(ImageDraw.Draw(canvas), caption, canvas.width, canvas.height, unit * OVERSAMPLING)
-    scrim = Image.new("RGBA", (width, rows), SCRIM)
-    fade = Image.linear_gradient("L").point([SCRIM_STRENGTH * x * x * (3 - 2 * x / 255) / 255 for x in range(256)])
-    scrim.putalpha(fade.resize((width, rows)))
-    return Image.alpha_composite(scrim, canvas.resize((width, rows), Image.Resampling.BOX))
+def _strip(caption: Caption | None, width: int, height: int) -> np.ndarray:
+    """Return the strip of a (height, width) frame."""
+    rows = strip_height(height)
+    canvas = Image.new("RGB", (width * OVERSAMPLING, rows * OVERSAMPLING), GROUND)
+    if caption:
+        draw, unit = ImageDraw.Draw(canvas), height / 720 * OVERSAMPLING
+        _draw_progress(draw, caption, canvas.width, unit)
+        _draw_tasks(draw, caption.tasks, canvas.width, unit)
+    return np.asarray(canvas.resize((width, rows), Image.Resampling.BOX))
 
 
-def _draw(draw: ImageDraw.ImageDraw, caption: Caption, width: int, height: int, unit: float) -> None:
-    """Draw text and marks; `unit` is the length of a pixel of a picture 720 high."""
-    left, base = 44 * unit, height - 34 * unit
-    draw.text((left, base - 52 * unit), caption.action, fill=INK, font=_font(31 * unit), anchor="ls")
-    draw.text((left, base - 20 * unit), _spent(caption), fill=MUTED, font=_font(18 * unit), anchor="ls")
-    length = 330 * unit
+def _draw_progress(draw: ImageDraw.ImageDraw, caption: Caption, width: int, unit: float) -> None:
+    """Draw the action and what was spent; `unit` is the length of a pixel of a frame 720 high."""
     share = min(1.0, caption.cost / caption.total) if caption.total else 1.0
-    track = (left, base - 4 * unit, left + length, base)
-    draw.rounded_rectangle(track, radius=2 * unit, fill=(255, 255, 255, 60))
-    if share > 0:
-        draw.rounded_rectangle((*track[:2], left + share * length, base), radius=2 * unit, fill=ACCENT)
-    column = max(0.40 * width, left + length + 60 * unit)
-    for i, task in enumerate(reversed(caption.tasks)):
-        _draw_task(draw, task, column, base - 27 * i * unit, width - 44 * unit, unit)
+    draw.rectangle((0, 0, width, 3 * unit), fill=TRACK)
+    draw.rectangle((0, 0, share * width, 3 * unit), fill=ACCENT)
+    left, right = MARGIN_PX * unit, TASKS_LEFT * width - 20 * unit
+    large, small = _font(28 * unit), _font(18 * unit)
+    draw.text((left, 40 * unit), _fitting(caption.action, large, right - left), fill=INK, font=large, anchor="ls")
+    draw.text(
+        (left, 69 * unit), f"cost so far {caption.cost:g} of {caption.total:g}", fill=MUTED, font=small, anchor="ls"
+    )
+    if caption.preference is not None:
+        spent = f"preference so far {caption.preference:g} of {caption.preference_total:g} (less is better)"
+        draw.text((left, 94 * unit), spent, fill=MUTED, font=small, anchor="ls")
 
 
-def _spent(caption: Caption) -> str:
-    """Return how far cost and preference have risen."""
-    cost = f"cost {caption.cost:g} of {caption.total:g}"
-    if caption.preference is None:
-        return cost
-    return f"{cost}     preference {caption.preference:g} of {caption.preference_total:g}"
+def _draw_tasks(draw: ImageDraw.ImageDraw, tasks: Sequence[TaskStatus], width: int, unit: float) -> None:
+    """Draw the tasks in one column or two, downwards."""
+    columns = 1 if len(tasks) <= ROWS else 2
+    rows = max(ROWS, -(-len(tasks) // columns))
+    pitch = 93 * unit / rows
+    right = width - MARGIN_PX * unit
+    across = (right - TASKS_LEFT * width) / columns
+    for i, task in enumerate(tasks):
+        column, row = divmod(i, rows)
+        left = TASKS_LEFT * width + column * across
+        _draw_task(draw, task, left, 9 * unit + (row + 0.5) * pitch, left + across - 12 * unit, 0.6 * pitch)
 
 
 def _draw_task(
-    draw: ImageDraw.ImageDraw, task: TaskStatus, left: float, base: float, right: float, unit: float
+    draw: ImageDraw.ImageDraw, task: TaskStatus, left: float, middle: float, right: float, letters: float
 ) -> None:
-    middle, radius = base - 6 * unit, 7.5 * unit
+    """Draw a mark, the name and the meaning of a task about a line, in letters of a size."""
+    radius = 0.42 * letters
     circle = (left, middle - radius, left + 2 * radius, middle + radius)
     if task.state == "satisfied":
         draw.ellipse(circle, fill=DONE)
         tick = [(0.5, 1.02), (0.88, 1.4), (1.55, 0.66)]
         points = [(left + x * radius, middle - radius + y * radius) for x, y in tick]
-        draw.line(points, fill=SCRIM, width=round(2.2 * unit), joint="curve")
+        draw.line(points, fill=GROUND, width=round(0.12 * letters), joint="curve")
     else:
-        draw.ellipse(circle, outline=MUTED, width=round(1.6 * unit))
-    name = _font(18 * unit)
-    start = left + 2 * radius + 11 * unit
-    draw.text((start, base), task.name, fill=DONE if task.state == "satisfied" else INK, font=name, anchor="ls")
-    start += name.getlength(task.name) + 14 * unit
-    small = _font(15.5 * unit)
-    draw.text((start, base), _fitting(task.text, small, right - start), fill=MUTED, font=small, anchor="ls")
+        draw.ellipse(circle, outline=MUTED, width=round(0.09 * letters))
+    font = _font(letters)
+    start = left + 2 * radius + 0.6 * letters
+    draw.text((start, middle), task.name, fill=DONE if task.state == "satisfied" else INK, font=font, anchor="lm")
+    start += font.getlength(task.name) + 0.8 * letters
+    draw.text((start, middle), _fitting(task.text, font, right - start), fill=MUTED, font=font, anchor="lm")
 
 
 def _fitting(text: str, font: ImageFont.FreeTypeFont, width: float) -> str:

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from types import TracebackType
 from typing import Any
 
@@ -17,10 +18,12 @@ import numpy as np
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
 from sim.rendering.antialias import smooth_edges
-from sim.rendering.cameras import camera
+from sim.rendering.cameras import Camera, label_anchors, label_targets, object_corners
+from sim.rendering.labels import draw_labels, place_labels
 from sim.rendering.quality import DRAFT, Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import Scene
+from sim.world.tabletop import TABLE_TOP, picture
 
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """What mends a machine without OpenGL (names of Debian's packages)."""
@@ -56,13 +59,17 @@ class Painter:
             scene: the scene.
             size: (width, height) in pixels; None for the quality's.
             quality: how much work a picture is worth.
-            camera: one of `sim.rendering.cameras.CAMERAS`.
+            camera: name of a `sim.rendering.cameras.Camera`.
         """
         size = size or quality.size
-        self._scene, self._quality, self._place = scene, quality, camera
+        self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size)
         self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == "wrist" else 1)
+        self._corners = object_corners(scene)
+        self._anchors, self._targets = label_anchors(scene), label_targets(scene)
+        if camera != "wrist":
+            self._clear_table()
         self._key = self._model.light(KEY_LIGHT).id
         self._key_direction = self._model.light_dir[self._key].copy()
         self._key_home = self._model.light_pos[self._key].copy()
@@ -109,7 +116,29 @@ class Painter:
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
-        view = camera(self._scene, self._place, share=share)
+        bare = self._bare(self._camera.view(share))
+        return bare if self._camera.name == "wrist" else self._labelled(bare, share)
+
+    def _clear_table(self) -> None:
+        """Remove the printed names from the table: labels are written over the picture instead."""
+        markings = [replace(marking, text="") for marking in self._scene.markings]
+        start = int(self._model.texture(TABLE_TOP).adr[0])
+        pixels = picture(self._scene.table, markings).ravel()
+        self._model.tex_data[start : start + len(pixels)] = pixels
+
+    def _labelled(self, bare: np.ndarray, share: float) -> np.ndarray:
+        """Return a picture with the names of the locations."""
+        size = bare.shape[1], bare.shape[0]
+        anchors, targets = (
+            dict(zip(points, self._camera.pixels(np.array([*points.values()]), share), strict=True))
+            for points in (self._anchors, self._targets)
+        )
+        corners = self._camera.pixels(self._corners.reshape(-1, 3), share).reshape(-1, 8, 2)
+        obstacles = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
+        return draw_labels(bare, place_labels(anchors, obstacles, size), anchors, targets)
+
+    def _bare(self, view: mujoco.MjvCamera) -> np.ndarray:
+        """Return a picture of the present state with smooth edges."""
         samples = self._quality.samples
         if samples == 1:
             return smooth_edges(np.ascontiguousarray(self._painted(view)[::-1]))

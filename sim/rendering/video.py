@@ -18,7 +18,8 @@ import numpy as np
 from joblib import Parallel, cpu_count, delayed
 
 from sim.errors import RenderingError
-from sim.rendering.overlay import Caption, caption_at, draw_caption
+from sim.rendering.cameras import REST_S, with_strays
+from sim.rendering.overlay import Caption, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.renderer import Painter
 from sim.simulation.rollout import FRAME_RATE, Rollout
@@ -68,12 +69,12 @@ def render_video(
     Args:
         scene: the scene that was played in.
         rollout: what happened in it.
-        captions: in order of `start`; none for a bare picture.
+        captions: shown below the picture, in order of `start`; none for a picture of the whole size.
         path: the file to write; it appears only when it is complete.
         fps: frames a second.
         size: (width, height) in pixels, both even; None for the quality's.
         quality: how much work a picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`.
+        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
         progress: called with the number of frames done and of all frames, after each part.
 
     Returns:
@@ -85,6 +86,7 @@ def render_video(
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     frames = _frames(scene, rollout, fps)
+    scene = with_strays(scene, rollout.qpos[:: round(REST_S * FRAME_RATE)])
     render = partial(_render_part, scene, captions, fps=fps, size=size or quality.size, quality=quality, camera=camera)
     # joblib would do the work of a single process in this one, which has to survive a faulty driver.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
@@ -119,20 +121,20 @@ def render_frame(
     Args:
         scene: the scene.
         qpos: (nq,) positions of its MuJoCo model.
-        caption: text over the picture.
+        caption: text below the picture, which is the less high.
         glow: marking locations at work.
         size: (width, height) in pixels; None for the quality's.
         quality: how much work the picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`.
+        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
 
     Raises:
         RenderingError: no OpenGL.
     """
-    with Painter(scene, size=size, quality=quality, camera=camera) as painter:
-        frame = painter.frame(qpos, glow=dict.fromkeys(glow, 1.0))
-    if caption:
-        draw_caption(frame, caption)
-    return frame
+    width, height = size or quality.size
+    above = height - strip_height(height) if caption else height
+    with Painter(scene, size=(width, above), quality=quality, camera=camera) as painter:
+        picture = painter.frame(qpos, glow=dict.fromkeys(glow, 1.0))
+    return with_strip(picture, caption, height) if caption else picture
 
 
 def _frames(scene: Scene, rollout: Rollout, fps: int) -> list[_Frame]:
@@ -196,9 +198,10 @@ def _render_part(
 
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     encoding = f"-preset {quality.preset} -threads 1"
-    shown = None
+    shown, (width, height) = None, size
+    above = height - strip_height(height) if captions else height
     with (
-        Painter(scene, size=size, quality=quality, camera=camera) as painter,
+        Painter(scene, size=(width, above), quality=quality, camera=camera) as painter,
         mediapy.VideoWriter(path, size[::-1], fps=fps, crf=quality.rate, ffmpeg_args=encoding) as video,
     ):
         for frame in frames:
@@ -206,11 +209,7 @@ def _render_part(
             if state != shown:
                 bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)
                 shown = state
-            picture = bare.copy()
-            caption = caption_at(captions, frame.time)
-            if caption:
-                draw_caption(picture, caption)
-            video.add_image(picture)
+            video.add_image(with_strip(bare, caption_at(captions, frame.time), height) if captions else bare)
     return len(frames)
 
 

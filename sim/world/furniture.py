@@ -14,7 +14,7 @@ from sim.geometry.solids import dish, rounded, tray
 from sim.world.materials import Rgba, glow_of
 from sim.world.places import FLOOR, LAMP_HALF_M, Station
 from sim.world.shapes import ObjectShape
-from sim.world.tabletop import Marking, picture, text_size
+from sim.world.tabletop import TABLE_TOP, Marking, picture, text_size
 
 TABLE_THICKNESS_M = 0.045
 """Thickness of the table's board."""
@@ -65,21 +65,25 @@ def table_for(stations: Sequence[Station]) -> Rectangle:
     return Rectangle(np.array([(back + front) / 2, 0.0]), np.array([front - back, 2 * side]) / 2, 0.0)
 
 
-def add_table(spec: mujoco.MjSpec, table: Rectangle, stations: Sequence[Station]) -> None:
+def markings_of(stations: Sequence[Station]) -> tuple[Marking, ...]:
+    """Return what is printed on the table for each station."""
+    return tuple(_marking(station, [other for other in stations if other is not station]) for station in stations)
+
+
+def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking]) -> None:
     """Add the table with its printed top."""
-    markings = [_marking(station, [other for other in stations if other is not station]) for station in stations]
-    image = picture(table, markings).transpose(1, 0, 2)
-    texture = spec.add_texture(name="tabletop", type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
+    image = picture(table, markings)
+    texture = spec.add_texture(name=TABLE_TOP, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     texture.height, texture.width = image.shape[:2]
     texture.data = image.tobytes()
-    material = spec.add_material(name="tabletop", specular=0.25, shininess=0.35)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tabletop"
+    material = spec.add_material(name=TABLE_TOP, specular=0.25, shininess=0.35)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = TABLE_TOP
     body = spec.worldbody.add_body(name="table", pos=[*table.centre, 0.0])
     size = np.array([*table.half, TABLE_THICKNESS_M / 2])
     body.add_geom(name="table", type=BOX, size=size, pos=[0, 0, -size[2]], group=HIDDEN)
     board = rounded(size, corner=0.006, edge=EDGE_M)
-    draw_solid(spec, body, "table_board", board, "tabletop", z=-size[2])
-    # Columns of the image run along x, rows along y; a side takes the colour of the rim above it.
+    draw_solid(spec, body, "table_board", board, TABLE_TOP, z=-size[2])
+    # A side takes the colour of the rim above it.
     mesh = spec.mesh("table_board")
     mesh.usertexcoord = (0.5 + 0.5 * board.vertices[:, :2] / table.half).ravel()
     mesh.userfacetexcoord = board.faces.ravel()

@@ -11,27 +11,26 @@ from prefplan.models.manipulation.model import ManipulationModel, Object
 from prefplan.models.manipulation.slots import slots_at_start
 from sim.errors import SimulationError
 from sim.geometry.mjcf import HIDDEN
+from sim.geometry.rectangle import Rectangle
 from sim.robots.catalogue import robot_named
 from sim.robots.robot import Robot
-from sim.world.furniture import add_object, add_station, add_table, table_for, yaw_quat
+from sim.world.furniture import add_object, add_station, add_table, markings_of, table_for, yaw_quat
 from sim.world.layout import arrange
 from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_studio
 from sim.world.places import Slot, unused_names
 from sim.world.shapes import ObjectShape, shape_of, shapes_of
+from sim.world.tabletop import Marking
 
 TIMESTEP = 0.002
 """Simulation step, s."""
 
-AZIMUTH, ELEVATION = 156.0, -21.5
-"""Where the camera looks, degrees: from the right in front of the robot, down onto the table."""
-
 FOCUS_HEIGHT = 0.21
-"""Height of the picture's middle above the table: half the arm at work, m."""
+"""Height above the table of what the lights point at: half the arm at work, m."""
 
 WRIST = "wrist"
 """The camera on the hand."""
 
-WRIST_EYE, WRIST_AIM = np.array([-0.16, 0.0, -0.02]), np.array([0.0, 0.0, 0.02])
+WRIST_EYE, WRIST_AIM = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
 """Where the camera on the hand is, in the hand's frame, and where it looks, seen from the tool's middle, m."""
 
 WRIST_FIELD = 70.0
@@ -64,8 +63,9 @@ class Scene:
         shapes: of each object, in the order of the file, then of the spare ones.
         spares: objects the model does not have, stored below the table until a fault brings them.
         temporary: locations that the scenario does not have, of objects that lie off every location.
-        focus: (3,) middle of the picture: over the table's middle, m.
-        span: half the table's longer side, m.
+        table: outline of the table.
+        markings: what is printed on it for each location on the table.
+        focus: (3,) what the lights point at: over the table's middle, m.
         robot: works in it.
     """
 
@@ -73,8 +73,9 @@ class Scene:
     mujoco: mujoco.MjModel
     slots: dict[str, tuple[Slot, ...]]
     shapes: dict[str, ObjectShape]
+    table: Rectangle
+    markings: tuple[Marking, ...]
     focus: np.ndarray
-    span: float
     robot: Robot
     spares: tuple[str, ...] = ()
     temporary: frozenset[str] = frozenset()
@@ -113,7 +114,8 @@ def build_scene(
     table = table_for(layout.stations)
     focus = np.array([*table.centre, FOCUS_HEIGHT])
     add_studio(spec, target=focus, span=float(table.half.max()))
-    add_table(spec, table, layout.stations)
+    markings = markings_of(layout.stations)
+    add_table(spec, table, markings)
     for station in layout.stations:
         add_station(spec, station)
     for i, (obj, slot) in enumerate(start_slots(model, layout.slots, shapes).items()):
@@ -126,7 +128,7 @@ def build_scene(
     for i, name in enumerate(names):
         shapes[name] = shape_of(Object(name, ""), robot.gripper)
         add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
-    return Scene(model, spec.compile(), layout.slots, shapes, focus, float(table.half.max()), robot, names)
+    return Scene(model, spec.compile(), layout.slots, shapes, table, markings, focus, robot, names)
 
 
 def _stored(shape: ObjectShape, index: int) -> np.ndarray:
@@ -202,7 +204,7 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
 
 
 def _add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """Add a camera above the hand's flat side, which looks at what is between the fingers."""
+    """Add a camera beside the fingers, which looks at what is between the fingers."""
     tool = spec.site(robot.tool)
     ahead = tool.pos + WRIST_AIM - WRIST_EYE
     ahead /= np.linalg.norm(ahead)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -9,6 +10,9 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from sim.geometry.rectangle import Rectangle
+
+TABLE_TOP = "tabletop"
+"""Name of the picture's texture and material."""
 
 LONGER_SIDE_PX = 2048
 """Pixels along the longer side of the table, about 1.5 a millimetre."""
@@ -46,15 +50,15 @@ def text_size(text: str) -> tuple[float, float]:
     return ImageFont.load_default(size=100).getlength(text) / 100 * LETTERS_M, LETTERS_M
 
 
-def picture(table: Rectangle, markings: list[Marking]) -> np.ndarray:
-    """Return the table top as seen by someone in front of it, robot at the far side.
+def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
+    """Return the texture of the table top.
 
     Args:
         table: its outline, x towards the front, y to the robot's left.
         markings: what is printed on it.
 
     Returns:
-        (height, width, 3) uint8; columns run along +y, rows along +x.
+        (W, H, 3) uint8; rows run along +y, columns along +x.
     """
     scale = LONGER_SIDE_PX / (2 * table.half.max())
     width, height = (round(2 * float(side) * scale) for side in table.half[::-1])
@@ -72,7 +76,7 @@ def picture(table: Rectangle, markings: list[Marking]) -> np.ndarray:
             draw.line(corners, fill=140, width=max(1, round(0.0016 * scale)), joint="curve")
         draw.text(pixels(marking.middle[None])[0], marking.text, fill=215, font=font, anchor="mm")
     image.paste(Image.new("RGB", image.size, INK), mask=ink)
-    return np.asarray(image)
+    return np.asarray(image).transpose(1, 0, 2)
 
 
 @lru_cache(maxsize=4)  # half of the time that a scene takes

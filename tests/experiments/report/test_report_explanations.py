@@ -13,8 +13,8 @@ from experiments import scenarios
 from experiments.report.data import check_plan
 from experiments.report.differences import Parking, parkings
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
-from experiments.report.formula_words import titles, words_of
 from experiments.report.preference_words import in_words, shares
+from experiments.runs.formula_words import titles, words_of
 from prefplan import Ledger, Scenario
 from prefplan.preferences.kinds import Deadline, Due, Expression, Max, Order, Sum, WeightedSum
 

@@ -12,8 +12,9 @@ from scenario_texts import RELAXED_CUP
 
 from experiments import scenarios
 from experiments.runs.captions import captions
+from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome, ledger_of
-from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, pareto_front
+from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
 from prefplan.scenario.decode import loads
 from sim.evidence.log import ARRAYS
 from sim.execution.closed_loop import Pursuit
@@ -85,14 +86,29 @@ def test_a_task_counts_only_when_it_is_observed_to_be_done(arch: Scenario, front
 def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenario, front: list[Plan]) -> None:
     plan = front[1]
     outcome = outcome_of(arch, plan)
-    texts = captions(outcome)
+    texts = captions(outcome, arch.model)
     assert [text.action for text in texts] == [*plan.actions, "done"]
     assert [text.start for text in texts] == list(range(18))
     assert (texts[0].cost, texts[1].cost, texts[-1].cost, texts[-1].total) == (0, 3, 41, 41)
     assert (texts[0].preference, texts[-1].preference, texts[-1].preference_total) == (0, 0, 0)
+    assert [task.text for task in texts[0].tasks] == ["blue: sanitized and in bin1", "pink: sanitized and in bin1"]
     states = [tuple(task.state for task in text.tasks) for text in texts]
     assert states[0] == ("open", "open") and states[-1] == ("satisfied", "satisfied")
     assert ("satisfied", "open") in states and ("open", "satisfied") not in states
+
+
+@pytest.mark.parametrize(
+    ("formula", "words"),
+    [
+        ("!green_top U (blue_sanitized & blue_bin1)", "blue: sanitized and in bin1"),
+        ("F (blue_sanitized & F blue_table)", "blue: sanitized, then on table"),
+        ("F ((blue_bin1 | pink_bin1) & !green_top)", "(blue in bin1 or pink in bin1) and not green on top"),
+        ("F holding_pink", "pink: in the hand"),
+        ("X lamp", "one action later lamp"),
+    ],
+)
+def test_a_task_is_told_by_what_it_wants_in_the_end(arch: Scenario, formula: str, words: str) -> None:
+    assert goal_words(Task("phi1", formula), arch.model) == words
 
 
 def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, front: list[Plan]) -> None:
@@ -100,8 +116,8 @@ def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, front: list[Pla
     outcome = outcome_of(arch, plan)
     events = (Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {}))
     surprised = replace(outcome, rollout=replace(outcome.rollout, events=events))
-    told = [text.action for text in captions(surprised)]
+    told = [text.action for text in captions(surprised, arch.model)]
     assert told[2] == f"planned again: {plan.actions[2]}" and told[5] == f"once more: {plan.actions[5]}"
     assert [*told[:2], *told[3:5], *told[6:]] == [*plan.actions[:2], *plan.actions[3:5], *plan.actions[6:], "done"]
     stopped = replace(outcome, rollout=replace(outcome.rollout, completed=False, reason="a surprise"))
-    assert captions(stopped)[-1].action == "stopped"
+    assert captions(stopped, arch.model)[-1].action == "stopped"

@@ -9,7 +9,7 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 
-from sim.rendering.overlay import Caption, TaskStatus, caption_at, draw_caption
+from sim.rendering.overlay import Caption, TaskStatus, caption_at, strip_height, with_strip
 from sim.rendering.video import LAST_FRAME_S, render_video
 from sim.simulation.rollout import FRAME_RATE, Rollout
 from sim.world.scene import Scene, initial_state
@@ -19,10 +19,9 @@ TASKS = (TaskStatus("phi1", "F blue_bin1", "open"), TaskStatus("phi2", "F pink_b
 CAPTIONS = (Caption(0.0, 1.0, "transit top", 3, 34, TASKS), Caption(1.0, 2.0, "grasp pink", 4, 34, TASKS))
 
 
-def captioned(caption: Caption, size: tuple[int, int] = (640, 360)) -> np.ndarray:
-    frame = np.full((*size[::-1], 3), 128, dtype=np.uint8)
-    draw_caption(frame, caption)
-    return frame
+def captioned(caption: Caption | None, size: tuple[int, int] = (640, 360)) -> np.ndarray:
+    picture = np.full((size[1] - strip_height(size[1]), size[0], 3), 128, dtype=np.uint8)
+    return with_strip(picture, caption, size[1])
 
 
 def test_a_caption_is_shown_until_the_next_one_starts() -> None:
@@ -32,32 +31,40 @@ def test_a_caption_is_shown_until_the_next_one_starts() -> None:
     assert caption_at((), 1.0) is None
 
 
-def test_a_caption_covers_the_lower_third_only() -> None:
-    frame = captioned(CAPTIONS[0], (1280, 720))
-    assert (frame[:480] == 128).all()
-    assert frame[-40:].mean() < 64
-    assert frame.max() > 220
+def test_a_caption_stands_below_the_picture() -> None:
+    for size in ((1280, 720), (640, 360), (160, 90)):
+        frame, below = captioned(CAPTIONS[0], size), strip_height(size[1])
+        assert frame.shape == (*size[::-1], 3) and below % 2 == 0 and below < 0.2 * size[1]
+        assert (frame[:-below] == 128).all()
+        assert frame[-below:].mean() < 64 and frame[-below:].max() > 180
+        assert captioned(None, size)[-below:].max() < 64
 
 
 def test_states_of_tasks_and_spent_cost_can_be_told_apart() -> None:
     done = tuple(replace(task, state="satisfied") for task in TASKS)
     changed = captioned(CAPTIONS[0]) != captioned(replace(CAPTIONS[0], cost=30, tasks=done))
     columns = changed.any(axis=(0, 2))
-    assert columns[:200].any() and columns[250:].any()
+    assert columns[:200].any() and columns[270:].any()
 
 
-def test_the_preference_stands_beside_the_cost() -> None:
+def test_the_preference_stands_below_the_cost() -> None:
     bare = Caption(0, 1, "grasp pink", 3, 34, ())
     changed = captioned(bare) != captioned(replace(bare, preference=2, preference_total=7))
     columns = np.flatnonzero(changed.any(axis=(0, 2)))
-    assert len(columns) and columns.min() > 60 and columns.max() < 320
+    assert len(columns) and columns.min() >= 16 and columns.max() < 260
 
 
-@pytest.mark.parametrize("text", ["", "F a & " * 80])
-def test_a_long_formula_is_cut_at_the_margin(text: str) -> None:
+@pytest.mark.parametrize("count", [1, 3, 4, 6, 9])
+def test_tasks_are_all_shown_and_end_at_the_margin(count: int) -> None:
+    tasks = tuple(TaskStatus(f"phi{i}", "on plate " * 40, "open") for i in range(count))
     bare = Caption(0, 1, "release blue bin1", 0, 0, ())
-    frame = captioned(replace(bare, tasks=(TaskStatus("phi1", text, "open"),)))
-    assert (frame[:, -16:] == captioned(bare)[:, -16:]).all()
+    none, whole = (captioned(replace(bare, tasks=shown), (1280, 720)) for shown in ((), tasks))
+    assert (none[:, -24:] == whole[:, -24:]).all()
+    for i, task in enumerate(tasks):
+        changed = (*tasks[:i], replace(task, state="satisfied"), *tasks[i + 1 :])
+        marked = captioned(replace(bare, tasks=changed), (1280, 720))
+        rows = np.flatnonzero((marked != whole).any(axis=(1, 2)))
+        assert 10 <= np.ptp(rows) <= 40 and rows.max() < 716
 
 
 @pytest.mark.slow

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 
 from prefplan.logic.formula import TRUE, And, Formula, Literal, Next, Or, Truth, Until, parse
+from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.problem import Task
 from prefplan.scenario.decode import Model, Scenario
@@ -41,6 +43,55 @@ def _goals(formula: Formula) -> set[str]:
         case Literal(name, True):
             return {name}
     return set()
+
+
+def goal_words(task: Task, model: Model) -> str:
+    """Return what a task wants in the end, in few words, e.g. `blue: sanitized and in bin1`.
+
+    What must not happen before is left out. A formula that counts actions is told as a whole.
+
+    Raises:
+        FormulaError: the task's formula is not a co-safe formula.
+    """
+    formula = parse(task.formula)
+    subject = _subject(task, model)
+    phrases: dict[str, str] = {}
+    if isinstance(model, ManipulationModel):
+        for obj in model.objects:
+            about = "" if subject else f"{obj.name} "
+            phrases[holding(obj.name)] = f"{about}in the hand"
+            phrases |= {at(obj.name, place.name): about + at_words(place.name, model) for place in model.locations}
+            phrases |= {marked(obj.name, mark): about + mark for mark in model.marks}
+    words = _goal_words(formula, phrases)
+    return _words(formula) if words is None else f"{subject}: {words}" if subject else words
+
+
+def at_words(place: str, model: Model) -> str:
+    """Return where something is that is at a location."""
+    inside = isinstance(model, ManipulationModel) and model.location(place).kind == "bin"
+    return f"{'in' if inside else 'on'} {place}"
+
+
+def _goal_words(formula: Formula, phrases: Mapping[str, str]) -> str | None:
+    """Return what has to become true, propositions in other words where there are any; None if it counts actions."""
+    match formula:
+        case Literal(name, positive):
+            return phrases.get(name, name) if positive else f"not {phrases.get(name, name)}"
+        case Until(_, right):
+            return _goal_words(right, phrases)
+        case Or():
+            words = [_goal_words(member, phrases) for member in _members(formula, Or)]
+            return None if None in words else " or ".join(map(str, words))
+        case And():
+            now: list[str] = []
+            later: list[str] = []
+            for member in _members(formula, And):
+                wanted = _goal_words(member, phrases)
+                if wanted is None:
+                    return None
+                (later if isinstance(member, Until) else now).append(f"({wanted})" if " or " in wanted else wanted)
+            return ", then ".join(" and ".join(words) for words in (now, later) if words)
+    return None
 
 
 def words_of(text: str) -> str:

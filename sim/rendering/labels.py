@@ -1,0 +1,117 @@
+"""Names of the locations, written over the picture where the camera sees them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+Box = tuple[int, int, int, int]
+"""Left, top, right and bottom, pixels."""
+
+LETTERS = 0.032
+"""Height of the letters' type, in heights of the picture."""
+
+PADDING = 0.3
+"""Free space around the letters, in heights of their type."""
+
+INK = (250, 244, 232)
+PLATE = (24, 20, 18, 205)
+"""Colour and opacity of the plate behind a name."""
+
+OVERSAMPLING = 3
+"""Plates are drawn so many times as large and then reduced, for smooth edges."""
+
+STEPS, DIRECTIONS = 7, 16
+"""A name that finds no free place is tried so many half heights farther, in so many directions."""
+
+
+def place_labels(anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int]) -> dict[str, Box]:
+    """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
+
+    Args:
+        anchors: (2,) pixel at which each name is best written.
+        obstacles: (M, 4) boxes to keep clear: left, top, right, bottom.
+        size: (width, height) of the picture.
+
+    Returns:
+        The box of each name whose anchor is in the picture.
+    """
+    placed: dict[str, Box] = {}
+    # From the front to the back: in front, there is more to cover.
+    for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][1]):
+        if not ((anchor >= 0) & (anchor < size)).all():
+            continue
+        extent = np.array(_plate(name, size[1]).size)
+        taken = np.array([*placed.values()]).reshape(-1, 4)
+        boxes = _candidates(anchor, extent, size)
+        # In this order: other names, objects, the distance. The candidates are in the order of their distance.
+        cost = 1e6 * _overlaps(boxes, taken) + _overlaps(boxes, obstacles)
+        left, top, right, bottom = map(int, boxes[int(cost.argmin())])
+        placed[name] = left, top, right, bottom
+    return placed
+
+
+def draw_labels(
+    frame: np.ndarray, placed: Mapping[str, Box], anchors: Mapping[str, np.ndarray], targets: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """Return a frame with names, and a thin line to the location from each that is far from its anchor.
+
+    Args:
+        frame: (height, width, 3) uint8.
+        placed: what `place_labels` returned.
+        anchors: what it was given.
+        targets: (2,) pixel in the middle of each location.
+    """
+    picture = Image.fromarray(frame)
+    draw = ImageDraw.Draw(picture)
+    for name, box in placed.items():
+        if np.linalg.norm(_nearest(box, anchors[name]) - anchors[name]) > box[3] - box[1]:
+            x, y = map(float, targets[name])
+            line = (x, y, *map(float, _nearest(box, targets[name])))
+            draw.line(line, fill=PLATE[:3], width=4)
+            draw.line(line, fill=INK, width=2)
+            draw.ellipse((x - 4, y - 4, x + 4, y + 4), fill=INK, outline=PLATE[:3])
+    for name, box in placed.items():
+        plate = _plate(name, frame.shape[0])
+        picture.paste(plate, box[:2], mask=plate)
+    return np.asarray(picture)
+
+
+def _nearest(box: Box, point: np.ndarray) -> np.ndarray:
+    """Return the (2,) point of a box that is nearest to another."""
+    return np.clip(point, box[:2], box[2:])
+
+
+def _candidates(anchor: np.ndarray, extent: np.ndarray, size: Sequence[int]) -> np.ndarray:
+    """Return (N, 4) boxes of an extent about an anchor within the picture, the nearest first."""
+    angles = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    # Below first: what is in front of a location seldom belongs to another.
+    ring = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    # Beside the anchor, however wide the name is.
+    offsets = [ring * (extent / 2 + step * extent[1] / 2) for step in range(1, STEPS + 1)]
+    middles = anchor + np.concatenate([np.zeros((1, 2)), *offsets])
+    corner = np.clip(np.round(middles - extent / 2), 0, np.array(size) - extent)
+    return np.concatenate([corner, corner + extent], axis=1)
+
+
+def _overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the (N,) area that each of N boxes shares with M others."""
+    shared = np.minimum(boxes[:, None, 2:], others[:, 2:]) - np.maximum(boxes[:, None, :2], others[:, :2])
+    return shared.clip(min=0).prod(axis=2).sum(axis=1)
+
+
+@functools.lru_cache(maxsize=256)
+def _plate(text: str, height: int) -> Image.Image:
+    """Return a name on a plate with round corners, for a picture of a height."""
+    letters = LETTERS * height * OVERSAMPLING
+    font = ImageFont.load_default(size=letters)
+    padding = PADDING * letters
+    size = round(font.getlength(text) + 2 * padding), round(1.25 * letters)
+    large = Image.new("RGBA", size, (*PLATE[:3], 0))
+    draw = ImageDraw.Draw(large)
+    draw.rounded_rectangle((0, 0, size[0] - 1, size[1] - 1), radius=padding, fill=PLATE)
+    draw.text((size[0] / 2, size[1] / 2), text, fill=INK, font=font, anchor="mm")
+    return large.resize((max(1, size[0] // OVERSAMPLING), max(1, size[1] // OVERSAMPLING)), Image.Resampling.BOX)
