@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations
 from typing import TypedDict, Unpack
@@ -23,15 +23,6 @@ from prefplan.product.product_automaton import Product
 from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
 from prefplan.search.exact_search import ExactSearch
 from prefplan.search.vector_search import VectorSearch
-
-
-@dataclass(frozen=True)
-class _Bounds:
-    """Inclusive bounds of a search: of mu in the user's units, and of the total cost in units."""
-
-    mu: Fraction | None
-    cost: float
-
 
 MEMORY_SHARE = 0.8
 """Part of the free memory that a search may take unless told otherwise."""
@@ -126,27 +117,18 @@ class Planner:
         self._build_seconds = time.perf_counter() - began
         self.stats = Stats(build_seconds=self._build_seconds)
 
-    def front(
-        self,
-        *,
-        max_cost: Number | None = None,
-        max_seconds: float | None = None,
-        max_memory: float | None = None,
-        keep_on_interrupt: bool = False,
-    ) -> Front:
+    def front(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]) -> Front:
         """Return the Pareto front; see `pareto_front`.
 
         Args:
-            max_cost: see `FrontLimits`, as for the next two.
-            max_seconds: time.
-            max_memory: bytes of memory.
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
+            **wanted: see `FrontLimits`.
         """
-        self._require_bound(max_cost)
-        limits = self._limits(max_seconds, max_memory)
+        limits = _limits(**wanted)
+        self._require_bound(**wanted)
         plans: list[Plan] = []
         try:
-            for plan in self._search(limits, max_cost=max_cost):
+            for plan in self._search(limits, **wanted):
                 plans.append(plan)
         except KeyboardInterrupt:
             if not keep_on_interrupt:
@@ -161,39 +143,25 @@ class Planner:
         )
         if limits.ended is not None:
             return replace(front, complete_below=self._below(limits))
-        return front if plans else replace(front, reason=self._why_not(limits, max_cost=max_cost))
+        return front if plans else replace(front, reason=self._why_not(limits, **wanted))
 
-    def cheapest(
-        self,
-        *,
-        max_preference: Number | None = None,
-        max_cost: Number | None = None,
-        max_seconds: float | None = None,
-        max_memory: float | None = None,
-    ) -> Plan:
+    def cheapest(self, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least total cost within a bound on mu; see `cheapest_plan`."""
-        if max_preference is not None:
-            self._require_bound(max_cost)
+        if wanted.get("max_preference") is not None:
+            self._require_bound(**wanted)
         elif self.problem.measure.contract == "general" and (reason := self._infeasible()):
             raise NoPlanError(reason)
-        limits = self._limits(max_seconds, max_memory)
-        plans = self._search(limits, max_preference=max_preference, max_cost=max_cost, single=True)
+        limits = _limits(**wanted)
+        plans = self._search(limits, single=True, **wanted)
         if (plan := next(plans, None)) is not None:
             return plan
         if limits.ended:
             raise UnfinishedError(limits.ended, complete_below=self._below(limits))
-        raise NoPlanError(self._why_not(limits, max_cost=max_cost, max_preference=max_preference))
+        raise NoPlanError(self._why_not(limits, **wanted))
 
-    def preferred(
-        self,
-        *,
-        max_preference: Number | None = None,
-        max_cost: Number | None = None,
-        max_seconds: float | None = None,
-        max_memory: float | None = None,
-    ) -> Plan:
+    def preferred(self, *, max_preference: Number | None = None, **wanted: Unpack[FrontLimits]) -> Plan:
         """Return the plan of least mu; see `preferred_plan`."""
-        front = self.front(max_cost=max_cost, max_seconds=max_seconds, max_memory=max_memory)
+        front = self.front(**wanted)
         if front.reason:
             raise NoPlanError(front.reason)
         best: Plan | None = front[-1] if front else None
@@ -214,35 +182,23 @@ class Planner:
             else None
         )
 
-    def _require_bound(self, max_cost: Number | None) -> None:
-        if self.problem.measure.contract == "general" and max_cost is None:
+    def _require_bound(self, **wanted: Unpack[PlanLimits]) -> None:
+        if self.problem.measure.contract == "general" and wanted.get("max_cost") is None:
             raise PreferenceError(
                 "preference: its contract is 'general', so that its front may be infinite; "
                 "a bound on the total cost is needed (--max-cost)"
             )
 
-    def _limits(self, max_seconds: float | None, max_memory: float | None) -> Limits:
-        memory = MEMORY_SHARE * available_memory() if max_memory is None else max_memory
-        return Limits(math.inf if max_seconds is None else max_seconds, memory)
-
-    def _search(
-        self,
-        limits: Limits,
-        *,
-        max_preference: Number | None = None,
-        max_cost: Number | None = None,
-        single: bool = False,
-    ) -> Iterator[Plan]:
+    def _search(self, limits: Limits, *, single: bool = False, **wanted: Unpack[PlanLimits]) -> Iterator[Plan]:
         """Yield the plans of the front, or its first one only, accounting for the work as it is done."""
         began = time.perf_counter()
-        bounds = _Bounds(
-            None if max_preference is None else inclusive(max_preference, "max_preference"),
-            math.inf if max_cost is None else math.floor(inclusive(max_cost, "max_cost") / self.problem.units.cost),
-        )
+        mu, cost = wanted.get("max_preference"), wanted.get("max_cost")
+        max_mu = None if mu is None else inclusive(mu, "max_preference")
+        max_cost = math.inf if cost is None else math.floor(inclusive(cost, "max_cost") / self.problem.units.cost)
         yielded = -1
         for exact_numbers in (False, True):
             try:
-                search = self._prepared_search(bounds, limits, single=single, exact_numbers=exact_numbers)
+                search = self._prepared_search(max_mu, max_cost, limits, single=single, exact_numbers=exact_numbers)
                 if search is None:
                     return
                 for found in search.goals(limits) if not limits.ended else ():
@@ -262,7 +218,7 @@ class Planner:
                 limits.ended = None
 
     def _prepared_search(
-        self, bounds: _Bounds, limits: Limits, *, single: bool, exact_numbers: bool
+        self, max_mu: Fraction | None, max_cost: float, limits: Limits, *, single: bool, exact_numbers: bool
     ) -> Search | ExactSearch | None:
         """Return the search that fits the measure; None if memory does not suffice for it.
 
@@ -271,16 +227,16 @@ class Planner:
         """
         measure, options = self.problem.measure, self._options
         if exact_numbers or measure.rounds or not options.compiled:
-            return ExactSearch(self._product, max_mu=bounds.mu, max_cost=bounds.cost)
+            return ExactSearch(self._product, max_mu=max_mu, max_cost=max_cost)
         if bytes_to_prepare(self._product) > limits.bytes:
             limits.ended = "memory"
             return None
         prepared = Prepared(self._product, options, single=single, max_bytes=limits.bytes)
         if not measure.bi_objective:
-            return VectorSearch(prepared, max_mu=bounds.mu, max_cost=bounds.cost)
-        if single and bounds.mu is None:
-            return self._tightest(prepared, limits, bounds.cost)
-        return BiObjectiveSearch(prepared, max_mu=bounds.mu, max_cost=bounds.cost, first_only=single)
+            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost)
+        if single and max_mu is None:
+            return self._tightest(prepared, limits, max_cost)
+        return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single)
 
     def _tightest(self, prepared: Prepared, limits: Limits, max_cost: float) -> Search:
         """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
@@ -299,21 +255,19 @@ class Planner:
         work, seconds = search.work, time.perf_counter() - began
         self.stats = Stats(work.states, work.expanded, work.generated, work.bytes, self._build_seconds, seconds)
 
-    def _why_not(
-        self, limits: Limits, *, max_cost: Number | None = None, max_preference: Number | None = None
-    ) -> Reason:
+    def _why_not(self, limits: Limits, **wanted: Unpack[PlanLimits]) -> Reason:
         """Return why a search found nothing; what else was possible is looked for within what its limits leave."""
         reason = self._infeasible()
         if reason is not None:
             return reason
-        if max_preference is None:
-            assert max_cost is not None
+        if wanted.get("max_preference") is None:
+            assert wanted.get("max_cost") is not None
             try:
                 cheapest = self.cheapest(max_seconds=limits.seconds_left, max_memory=limits.bytes)
             except UnfinishedError:
                 return Reason("bound")
             return Reason("bound", smallest=cheapest.cost)
-        front = self.front(max_cost=max_cost, max_seconds=limits.seconds_left, max_memory=limits.bytes)
+        front = self.front(max_cost=wanted.get("max_cost"), max_seconds=limits.seconds_left, max_memory=limits.bytes)
         return Reason("bound", smallest=front[-1].preference if front and front.complete else None)
 
     def _infeasible(self) -> Reason | None:
@@ -322,6 +276,18 @@ class Planner:
             return None
         blame = conflict(self.problem)
         return Reason("task" if len(blame) == 1 else "conflict", blame)
+
+
+def _limits(
+    *,
+    max_seconds: float | None = None,
+    max_memory: float | None = None,
+    max_cost: Number | None = None,
+    max_preference: Number | None = None,
+) -> Limits:
+    """Return the limits of time and memory; the search itself keeps the bounds of cost and mu."""
+    memory = MEMORY_SHARE * available_memory() if max_memory is None else max_memory
+    return Limits(math.inf if max_seconds is None else max_seconds, memory)
 
 
 def satisfiable(problem: Problem, tasks: tuple[Task, ...]) -> bool:
