@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any
 
+import mujoco
 import numpy as np
 
 from sim.perception.grounding import slot_of
@@ -20,6 +22,19 @@ def perform_all(scene: Scene, *actions: str, seed: int | None = 0) -> Workcell:
     for action in actions:
         perform(cell, action)
     return cell
+
+
+def displaced(**points: tuple[float, float]) -> Callable[..., mujoco.MjData]:
+    """Return an `initial_state` that puts some objects elsewhere on the table."""
+
+    def state(scene: Scene, **options: Any) -> mujoco.MjData:
+        data = initial_state(scene, **options)
+        for obj, point in points.items():
+            data.joint(obj).qpos[:2] = point
+        mujoco.mj_forward(scene.mujoco, data)
+        return data
+
+    return state
 
 
 def contacts(events: Iterable[Event]) -> list[Event]:

@@ -48,7 +48,7 @@ def test_the_entry_point_is_the_module_that_has_the_fixtures() -> None:
     assert {"assert_front", "assert_plan", "assert_completed"} <= names
 
 
-def test_right_outcomes_pass(reader: pytest.Pytester) -> None:
+def test_right_outcomes_pass_and_others_are_told(reader: pytest.Pytester) -> None:
     reader.makepyfile(
         """
         from decimal import Decimal
@@ -60,20 +60,19 @@ def test_right_outcomes_pass(reader: pytest.Pytester) -> None:
             actions = ["transit desk", "grasp cup", "transport cup tray", "release cup tray"]
             plan = assert_plan("cup.toml", actions, plan="preference", task_costs={"tidy": 10.5})
             assert plan.cost == 10.5
-        """
-    )
-    reader.runpytest_subprocess("-q").assert_outcomes(passed=2)
 
-
-def test_a_front_that_differs_is_shown_beside_the_expected_one(reader: pytest.Pytester) -> None:
-    reader.makepyfile(
-        """
-        def test_front(assert_front):
+        def test_another_front(assert_front):
             assert_front("case_study_3", [(34, 17), (40, 2), (41.5, 0)])
+
+        def test_another_plan(assert_plan):
+            assert_plan("cup.toml", ["transit desk", "grasp cup", "release cup desk"])
+
+        def test_other_task_costs(assert_plan):
+            assert_plan("cup.toml", task_costs={"tidy": 10})
         """
     )
     result = reader.runpytest_subprocess("-q")
-    result.assert_outcomes(failed=1)
+    result.assert_outcomes(passed=2, failed=3)
     result.stdout.re_match_lines_random([r"E\s+AssertionError: case_study_3: the front is not the expected one"])
     result.stdout.re_match_lines(
         [
@@ -85,27 +84,13 @@ def test_a_front_that_differs_is_shown_beside_the_expected_one(reader: pytest.Py
         ],
         consecutive=True,
     )
-    result.stdout.no_re_match_line(r".*assertions\.py")  # the traceback ends in the reader's own test
-
-
-def test_a_plan_that_differs_is_told_by_its_first_other_action(reader: pytest.Pytester) -> None:
-    reader.makepyfile(
-        """
-        def test_plan(assert_plan):
-            assert_plan("cup.toml", ["transit desk", "grasp cup", "release cup desk"])
-
-        def test_task_costs(assert_plan):
-            assert_plan("cup.toml", task_costs={"tidy": 10})
-        """
-    )
-    result = reader.runpytest_subprocess("-q")
-    result.assert_outcomes(failed=2)
     result.stdout.re_match_lines(
         [
             r"E\s+action 2 is 'transport cup tray', not 'release cup desk'",
             r"E\s+AssertionError: cup: plan 'cost' satisfies tidy at cost 10.5, not 10 \(all: tidy 10.5\)",
         ]
     )
+    result.stdout.no_re_match_line(r".*assertions\.py")  # the traceback ends in the reader's own test
 
 
 @pytest.mark.slow
@@ -139,14 +124,11 @@ def test_an_execution_is_asserted_from_what_was_simulated(reader: pytest.Pyteste
 
 
 def test_preference_values_that_are_doubles_may_differ_in_their_last_places(problem: Problem) -> None:
+    assert_front("example", [(9, 3), (6, 4)])  # in any order
     (plan,) = assert_front(problem, [(4, 7 / 3 * (1 + 1e-12))])
     assert plan.actions == ("go a", "go b")
     with pytest.raises(AssertionError, match="not the expected one"):
         assert_front(problem, [(4, 2.3333)])
-
-
-def test_points_may_be_given_in_any_order() -> None:
-    assert_front("example", [(9, 3), (6, 4)])
 
 
 def test_the_reason_why_there_is_no_plan_is_told() -> None:

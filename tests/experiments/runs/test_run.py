@@ -7,17 +7,16 @@ import signal
 import subprocess
 import sys
 import webbrowser
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import imageio_ffmpeg
-import mujoco
 import pytest
 from command_line import Run, assert_is_error, call, main
 from scenario_texts import PLACES, cup_scenario
+from skill_runs import displaced
 
 from experiments import case_study_3
 from experiments.runs import carry_out
@@ -26,7 +25,6 @@ from prefplan import load, pareto_front
 from sim.errors import RenderingError
 from sim.execution import executor
 from sim.rendering.quality import DRAFT
-from sim.world.scene import Scene, initial_state
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
 
@@ -135,20 +133,8 @@ def test_people_get_a_summary(run: Run, cup: Path) -> None:
     assert (cup / "out" / "cup" / "plan_0.json").exists()
 
 
-def misplaced(x: float, y: float) -> Callable[..., mujoco.MjData]:
-    """Return an `initial_state` that puts the cup elsewhere than the model has it."""
-
-    def state(scene: Scene, **options: Any) -> mujoco.MjData:
-        data = initial_state(scene, **options)
-        data.joint("cup").qpos[:2] = x, y
-        mujoco.mj_forward(scene.mujoco, data)
-        return data
-
-    return state
-
-
 def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carry_out, "initial_state", misplaced(0.60, 0.10))
+    monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(0.60, 0.10)))
     result = run("cup.toml", "--no-video")
     assert (result.status, result.err) == (0, "")
     assert "expected cup on desk, but it rests on shelf: planned again, cost 10, preference 0: transit" in result.out
@@ -178,7 +164,7 @@ def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> N
 
 
 def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carry_out, "initial_state", misplaced(3.0, 0.0))
+    monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(3.0, 0.0)))
     result = run("cup.toml", "--no-video", "--json")
     assert result.status == 4
     printed = json.loads(result.out)

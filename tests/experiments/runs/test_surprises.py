@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from skill_runs import displaced
 
 from experiments import scenarios
 from experiments.runs import carry_out as programs
@@ -20,7 +21,7 @@ from sim.execution.faults import read_fault
 from sim.perception.sensors import NoisySensor
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer
-from sim.world.scene import Scene, initial_state
+from sim.world.scene import Scene
 
 FAULTY = [
     ("cost", ["slip@9"]),
@@ -154,19 +155,6 @@ def small(tmp_path: Path) -> Callable[..., Scenario]:
     return make
 
 
-def put(**points: tuple[float, float]) -> Callable[..., mujoco.MjData]:
-    """Return an `initial_state` that puts some objects elsewhere on the table."""
-
-    def state(scene: Scene, **options: object) -> mujoco.MjData:
-        data = initial_state(scene)
-        for obj, point in points.items():
-            data.joint(obj).qpos[:3] = *point, 0.0225
-        mujoco.mj_forward(scene.mujoco, data)
-        return data
-
-    return state
-
-
 def pursue_from(scenario: Scenario, start: Callable[..., mujoco.MjData], monkeypatch: pytest.MonkeyPatch) -> Outcome:
     monkeypatch.setattr(programs, "initial_state", start)
     return carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
@@ -175,7 +163,7 @@ def pursue_from(scenario: Scenario, start: Callable[..., mujoco.MjData], monkeyp
 def test_a_block_off_every_location_is_fetched_from_there(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    outcome = pursue_from(small(), put(cup=(0.38, 0.25)), monkeypatch)
+    outcome = pursue_from(small(), displaced(cup=(0.38, 0.25)), monkeypatch)
     assert outcome.rollout.completed, outcome.rollout.reason
     fetched = outcome.executed.index("transit spot1")
     assert outcome.executed[fetched:][:4] == ("transit spot1", "grasp cup", "transport cup tray", "release cup tray")
@@ -185,7 +173,7 @@ def test_a_block_off_every_location_is_fetched_from_there(
 def test_what_lies_in_the_way_is_put_away_first(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    outcome = pursue_from(small(), put(cup=(0.45, 0.147)), monkeypatch)
+    outcome = pursue_from(small(), displaced(cup=(0.45, 0.147)), monkeypatch)
     assert outcome.rollout.completed, outcome.rollout.reason
     assert outcome.executed.index("grasp cup") < outcome.executed.index("release jug desk")
 
@@ -194,7 +182,7 @@ def test_what_lies_beside_another_at_a_place_for_one_has_it_once_the_other_is_go
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenario = small()
-    outcome = pursue_from(scenario, put(cup=(0.45, 0.08), jug=(0.45, 0.13)), monkeypatch)
+    outcome = pursue_from(scenario, displaced(cup=(0.45, 0.08), jug=(0.45, 0.13)), monkeypatch)
     assert outcome.rollout.completed, outcome.rollout.reason
     assert outcome.executed == ("transit desk", "grasp cup", "transport cup tray", "release cup tray")
     assert "expected jug on spot1, but it rests on desk" in str(told(outcome, "replan")[-1]["reason"])
@@ -233,7 +221,7 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
 def test_a_task_violated_beyond_repair_ends_the_run_with_what_can_still_be_done(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    outcome = pursue_from(small(), put(jug=(0.45, 0.10), cup=(0.60, 0.20)), monkeypatch)
+    outcome = pursue_from(small(), displaced(jug=(0.45, 0.10), cup=(0.60, 0.20)), monkeypatch)
     assert not outcome.rollout.completed and outcome.executed == ()
     assert outcome.pursuit.violated == ("tidy",)
     assert "tidy is violated beyond repair; other could still be satisfied, at a total cost of 0" in str(
@@ -246,7 +234,7 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
 ) -> None:
     scenario = small("skip = 9")
     front = pareto_front(scenario.problem())
-    monkeypatch.setattr(programs, "initial_state", put(jug=(0.38, 0.30), cup=(0.60, 0.20)))
+    monkeypatch.setattr(programs, "initial_state", displaced(jug=(0.38, 0.30), cup=(0.60, 0.20)))
     outcome = carry_out(scenario, scene_of(scenario), front[-1], choice="preference")
     assert outcome.rollout.completed, outcome.rollout.reason
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]
@@ -257,7 +245,7 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
 def test_what_fell_from_the_table_and_is_not_needed_does_not_matter(
     arch: Scenario, front: list[Plan], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(programs, "initial_state", put(green=(3.0, 0.0)))
+    monkeypatch.setattr(programs, "initial_state", displaced(green=(3.0, 0.0)))
     outcome = carry_out(arch, scene_of(arch), front[0])
     assert_consistent(outcome)
     assert "green" not in " ".join(outcome.executed) and outcome.pursuit.replans >= 1

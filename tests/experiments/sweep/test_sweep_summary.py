@@ -57,17 +57,17 @@ def shown(summary: dict[str, Any]) -> str:
     return text.getvalue()
 
 
-def test_failures_are_counted_by_class_and_can_be_replayed() -> None:
-    kinds = [None, "slipped", "slipped", "blocked", None, "slipped"]
-    summary = summarise(HEADER, [record(i, kind=kind, seconds=10 + i) for i, kind in enumerate(kinds)], rollouts=10)
-    assert (summary["completed"], summary["done"], summary["rollouts"], summary["complete"]) == (2, 6, 10, False)
-    assert [(kind["class"], kind["count"]) for kind in summary["failures"]] == [("slipped", 3), ("blocked", 1)]
-    assert [entry["seed"] for entry in summary["failures"][0]["rollouts"]] == [101, 102, 105]
-    assert summary["sim_seconds"] == {"median": 12.5, "max": 15}
-    assert summary["real_time_factor"] == 25
+def test_failures_are_counted_by_class_and_the_first_of_each_can_be_replayed() -> None:
+    kinds = [None, "slipped", "slipped", "blocked", None, *["slipped"] * 5]
+    summary = summarise(HEADER, [record(i, kind=kind, seconds=10 + i) for i, kind in enumerate(kinds)], rollouts=12)
+    assert (summary["completed"], summary["done"], summary["rollouts"], summary["complete"]) == (2, 10, 12, False)
+    assert [(kind["class"], kind["count"]) for kind in summary["failures"]] == [("slipped", 7), ("blocked", 1)]
+    assert [entry["seed"] for entry in summary["failures"][0]["rollouts"]] == [101, 102, 105, 106, 107]
+    assert summary["sim_seconds"] == {"median": 14.5, "max": 19}
+    assert summary["real_time_factor"] == 29
     text = shown(summary)
-    assert "2 of 6 (33.3%)" in text and "9.7% to 70.0%" in text and "25.0 x real time a core" in text
-    assert "3 x slipped" in text and "prefplan run cup --seed 101" in text
+    assert "2 of 10 (20.0%)" in text and "29.0 x real time a core" in text
+    assert "7 x slipped" in text and "prefplan run cup --seed 101" in text
 
 
 def test_rollouts_without_an_outcome_count_as_failures_only() -> None:
@@ -100,12 +100,6 @@ def test_completion_is_told_for_each_kind_of_fault_that_happened() -> None:
     }
     assert summary["replans"] == {"total": 1, "max": 1}
     assert "planned again" in shown(summary) and "completed with move" in shown(summary)
-
-
-def test_of_many_failures_the_first_are_named() -> None:
-    summary = summarise(HEADER, [record(i, kind="slipped") for i in range(40)], rollouts=40)
-    (kind,) = summary["failures"]
-    assert kind["count"] == 40 and [entry["rollout"] for entry in kind["rollouts"]] == [0, 1, 2, 3, 4]
 
 
 def test_failures_that_differ_in_names_and_numbers_alone_are_of_one_class() -> None:

@@ -28,8 +28,8 @@ def see(scene: Scene) -> See:
     ) -> Regrounded:
         data = initial_state(scene)
         poses = true_poses(scene, data)
-        for thing, point in points.items():
-            poses[thing] = type(poses[thing])(np.array(point), 0.0, 0.0, np.eye(3))
+        for obj, point in points.items():
+            poses[obj] = type(poses[obj])(np.array(point), 0.0, 0.0, np.eye(3))
 
         def reachable(position: np.ndarray) -> bool:
             return bool(np.hypot(*position[:2]) < reach)
@@ -89,14 +89,14 @@ def test_nothing_is_put_where_something_lies_half_in_the_way(see: See) -> None:
 def test_what_is_in_the_way_and_out_of_reach_closes_a_location(see: See) -> None:
     found = see(pink=(0.669, 0.20, 0.0225), reach=0.66)
     assert found.lost == ("pink",) and location(found, "table").closed
-    (pink,) = (thing for thing in found.scene.model.objects if thing.name == "pink")
+    (pink,) = (obj for obj in found.scene.model.objects if obj.name == "pink")
     assert pink.fixed
 
 
 def test_what_fell_from_the_table_is_no_longer_in_the_model(see: See) -> None:
     found = see(pink=(1.0, 0.0, -5.0))
     assert found.lost == ("pink",)
-    assert [thing.name for thing in found.scene.model.objects] == ["blue", "green"]
+    assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
     assert found.state.place == {"blue": "left", "green": "right"}
 
 
@@ -109,8 +109,8 @@ def test_what_lay_off_a_location_is_at_it_as_soon_as_it_rests_there_alone(scene:
     pink, green = (0.62, 0.195, 0.0225), (0.62, 0.242, 0.0225)
     found = see(pink=pink, green=green)
     poses = true_poses(scene, initial_state(scene))
-    for thing, point in (("pink", pink), ("green", green)):
-        poses[thing] = replace(poses[thing], position=np.array(point))
+    for obj, point in (("pink", pink), ("green", green)):
+        poses[obj] = replace(poses[obj], position=np.array(point))
     data = initial_state(scene)
     assert observe(found.scene, data, poses, hand="home", held=None).place == found.state.place
     alone = observe(found.scene, data, poses, hand="home", held="pink")

@@ -2,12 +2,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
 from sim.errors import SimulationError
-from sim.execution.executor import execute
 from sim.world.randomization import NONE, Perturbation, perturbed, read_perturbation
 from sim.world.scene import Scene, initial_state
 
@@ -17,21 +15,15 @@ BLOCKS = ("blue", "pink", "green")
 def test_the_text_is_in_millimetres_degrees_and_shares() -> None:
     read = read_perturbation("position=8, angle=10,friction=0.2,mass=0.1,noise=1")
     assert np.allclose(list(vars(read).values()), [0.008, np.radians(10), 0.2, 0.1, 0.001])
-
-
-def test_what_is_not_named_is_not_perturbed() -> None:
-    assert read_perturbation("noise=1") == replace(NONE, noise=0.001)
+    assert read_perturbation("noise=1") == replace(NONE, noise=0.001), "what is not named is not perturbed"
     assert read_perturbation("none") == NONE
+    assert str(Perturbation()) == "position=5,angle=5", "by default, 5 mm and 5 degrees"
 
 
 @pytest.mark.parametrize("text", ["position=5,angle=5", "position=8,angle=10,friction=0.2,mass=0.2,noise=1", "none"])
 def test_a_perturbation_is_written_as_it_is_read(text: str) -> None:
     assert str(read_perturbation(text)) == text
     assert read_perturbation(str(read_perturbation(text))) == read_perturbation(text)
-
-
-def test_by_default_objects_are_off_by_5_mm_and_5_degrees() -> None:
-    assert str(Perturbation()) == "position=5,angle=5"
 
 
 @pytest.mark.parametrize(
@@ -82,7 +74,7 @@ def test_the_nominal_scene_stays_as_it_is_and_so_do_the_robot_and_the_start_pose
 
 
 def test_objects_never_start_inside_one_another(scene: Scene) -> None:
-    for seed in range(200):
+    for seed in range(100):
         data = initial_state(scene, seed=seed, position=0.008, angle=np.radians(10))
         assert min(data.contact.dist, default=0) > -0.001
 
@@ -97,11 +89,3 @@ def test_objects_without_room_for_the_perturbation_are_told(scene: Scene, monkey
             told.append(str(error))
     assert 0 < len(told) < 20
     assert set(told) == {"objects moved by up to 30 mm stand inside one another; move them by less"}
-
-
-def test_a_lighter_slippier_world_is_simulated_too(scene: Scene) -> None:
-    slippery = perturbed(scene, Perturbation(friction=0.2, mass=0.2), seed=5)
-    rollout = execute(slippery, ["transit top", "grasp pink", "transport pink table", "release pink table"], seed=5)
-    assert rollout.completed, rollout.reason
-    weight = mujoco.mj_getTotalmass(slippery.mujoco)
-    assert weight != mujoco.mj_getTotalmass(scene.mujoco)

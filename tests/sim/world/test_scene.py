@@ -17,6 +17,8 @@ from sim.world.shapes import CUBE_EDGE_M
 
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
 
+A = Location("a", at=(0.5, 0.0))
+
 HALF = np.array([0.0, 0.0, CUBE_EDGE_M / 2])
 
 
@@ -77,55 +79,26 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("locations", "message"),
     [
-        ([Location("far", at=(1.2, 0.0))], r"locations\.far: 1\.20 m .* beyond its reach: at most 0\.\d\d m"),
-        ([Location("near", at=(0.1, 0.0))], r"locations\.near: 0\.10 m .* too near"),
-        ([Location("back", at=(-0.5, 0.05))], r"locations\.back: 0\.50 m from the robot's base, behind it"),
-        ([Location("box", at=(0.5, 0.0), kind="bim")], r"locations\.box\.kind: .*did you mean 'bin'\?"),
-        (
-            [Location("a", at=(0.5, 0.0)), Location("b", at=(0.5, 0.05))],
-            r"locations\.b: 0\.050 m from 'a', so close that they would touch",
-        ),
-        (
-            [
-                Location("a", at=(0.4, 0.0), kind="bin", capacity=2),
-                Location("b", at=(0.5, 0.0), kind="bin", capacity=2),
-            ],
-            r"locations\.b: .* would touch",
-        ),
-        (
-            [Location("a", at=(0.5, 0.0), capacity=2), Location("b", on=("a",))],
-            r"locations\.b\.on: 'a' has room for 2",
-        ),
-        (
-            [Location("a", at=(0.5, 0.0)), Location("b", on=("a",), capacity=2)],
-            r"locations\.b\.capacity: .* 1, not 2",
-        ),
-        (
-            [Location("a", at=(0.5, 0.0)), Location("b", on=("a",), kind="bin")],
-            r"locations\.b\.kind: only a location on the table",
-        ),
-        (
-            [Location("a", at=(0.5, 0.1)), Location("b", at=(0.5, -0.1)), Location("c", on=("a", "b"))],
-            r"locations\.c\.on: .* would not rest on it",
-        ),
-        (
-            [
-                Location("a", at=(0.5, 0.03)),
-                Location("b", at=(0.5, -0.03), marks="clean"),
-                Location("c", on=("a", "b")),
-            ],
-            r"locations\.\w",
-        ),
+        ([Location("far", at=(1.2, 0.0))], r"far: 1\.20 m .* beyond its reach: at most 0\.\d\d m"),
+        ([Location("near", at=(0.1, 0.0))], r"near: 0\.10 m .* too near"),
+        ([Location("back", at=(-0.5, 0.05))], r"back: 0\.50 m from the robot's base, behind it"),
+        ([Location("box", at=(0.5, 0.0), kind="bim")], r"box\.kind: .*did you mean 'bin'\?"),
+        ([A, Location("b", at=(0.5, 0.05))], r"b: 0\.050 m from 'a', so close that they would touch"),
+        ([A, Location("b", at=(0.6, 0.0), kind="bin", capacity=2)], r"b: .* would touch"),
+        ([replace(A, capacity=2), Location("b", on=("a",))], r"b\.on: 'a' has room for 2"),
+        ([A, Location("b", on=("a",), capacity=2)], r"b\.capacity: .* 1, not 2"),
+        ([A, Location("b", on=("a",), kind="bin")], r"b\.kind: only a location on the table"),
+        ([A, Location("b", at=(0.5, -0.2)), Location("c", on=("a", "b"))], r"c\.on: .* would not rest on it"),
         (
             [Location(f"s{i}", at=(0.5 + 0.06 * (i % 3), 0.06 * (i // 3 - 1))) for i in range(9)],
-            r"locations\.s\d: the robot's (left_finger|right_finger|hand) would touch an object at 's\d'; move",
+            r"s\d: the robot's (left_finger|right_finger|hand) would touch an object at 's\d'; move",
         ),
     ],
 )
 def test_places_that_cannot_work_are_refused_by_name(
     layout_of: Callable[..., TableLayout], locations: list[Location], message: str
 ) -> None:
-    with pytest.raises(SimulationError, match=message):
+    with pytest.raises(SimulationError, match=rf"locations\.{message}"):
         layout_of(*locations)
 
 
@@ -162,7 +135,7 @@ def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
         assert data.body(obj).xpos == pytest.approx(slot.position + HALF, abs=1e-3)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_perturbed_start_stays_within_bounds_and_stands(scene: Scene, seed: int) -> None:
     data = initial_state(scene, seed=seed)
     places = {name: data.body(name).xpos.copy() for name in start_slots(scene.model, scene.slots, scene.shapes)}
@@ -175,12 +148,6 @@ def test_a_perturbed_start_stays_within_bounds_and_stands(scene: Scene, seed: in
     settle(scene, data, 1.0)
     for name, place in places.items():
         assert data.body(name).xpos == pytest.approx(place, abs=1e-3)
-
-
-def test_the_same_seed_perturbs_alike_and_another_does_not(scene: Scene) -> None:
-    first, again, other = (initial_state(scene, seed=seed).qpos for seed in (4, 4, 5))
-    assert np.array_equal(first, again)
-    assert not np.array_equal(first, other)
 
 
 def test_nothing_but_contact_holds_an_object(scene: Scene) -> None:
@@ -212,26 +179,6 @@ def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationMod
     scene = build_scene(plain, meshes=False)
     colours = {tuple(scene.mujoco.mat(obj.name).rgba) for obj in plain.objects}
     assert len(colours) == 3
-
-
-def test_any_number_of_locations_and_objects(layout_of: Callable[..., TableLayout]) -> None:
-    model = ManipulationModel(
-        "home",
-        COSTS,
-        (
-            Location("shelf", at=(0.45, 0.0), capacity=4),
-            Location("wash", at=(0.35, 0.35), marks="clean"),
-            Location("dry", at=(0.62, 0.30), marks="dried", kind="bin"),
-            Location("tray", at=(0.40, -0.40), kind="pad", capacity=3),
-        ),
-        tuple(Object(f"cup{i}", "shelf") for i in range(4)),
-    )
-    scene = build_scene(model, meshes=False)
-    data = initial_state(scene, seed=1)
-    settle(scene, data, 0.5)
-    for obj, slot in start_slots(model, scene.slots, scene.shapes).items():
-        assert data.body(obj).xpos == pytest.approx(slot.position + HALF, abs=8e-3)
-    assert {"wash_glow", "dry_glow"} <= {scene.mujoco.mat(i).name for i in range(scene.mujoco.nmat)}
 
 
 def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
