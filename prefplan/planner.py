@@ -252,8 +252,8 @@ class Planner:
         assert found.label_mu is None or found.label_mu == in_units(self._product, found.mu)
 
     def _account(self, search: Search | ExactSearch, began: float) -> None:
-        work, seconds = search.work, time.perf_counter() - began
-        self.stats = Stats(work.states, work.expanded, work.generated, work.bytes, self._build_seconds, seconds)
+        seconds = time.perf_counter() - began
+        self.stats = replace(search.work, build_seconds=self._build_seconds, seconds=seconds)
 
     def _why_not(self, limits: Limits, **wanted: Unpack[PlanLimits]) -> Reason:
         """Return why a search found nothing; what else was possible is looked for within what its limits leave."""

@@ -125,22 +125,19 @@ class TransitionSystem:
         """
         index: dict[Hashable, int] = {start: 0}
         action_index: dict[str, int] = {}
-        edges: list[tuple[int, int, int]] = []
+        edges: dict[tuple[int, int], int] = {}
         costs: list[Number] = []
         values: dict[Number, Fraction] = {}
-        seen: set[tuple[int, int]] = set()
         for source, action, target, cost in transitions:
-            s = index.setdefault(source, len(index))
-            t = index.setdefault(target, len(index))
+            s, t = (index.setdefault(state, len(index)) for state in (source, target))
             a = action_index.setdefault(action, len(action_index))
-            if (s, a) in seen:
+            if (s, a) in edges:
                 raise ModelError(f"action {action!r} leaves state {source!r} twice")
             if not isinstance(cost, Hashable) or cost not in values:
                 values[cost] = exact(cost, f"action {action!r} from state {source!r}")
             if values[cost] < 0:
                 raise ModelError(f"action {action!r} from state {source!r}: negative cost {cost}")
-            seen.add((s, a))
-            edges.append((s, a, t))
+            edges[s, a] = t
             costs.append(cost)
         label_of = {index[state]: label for state, label in _labels(labels or {}, index).items()}
         known = frozenset(propositions).union(*label_of.values())
@@ -149,16 +146,17 @@ class TransitionSystem:
         if step is not None:
             values = {c: rounded(v, step) if resolution or is_long_float(c) else v for c, v in values.items()}
         multiples, unit = in_common_unit([values[cost] for cost in costs])
-        order = sorted(range(len(edges)), key=lambda e: edges[e][0])
-        sources = np.array([edges[e][0] for e in order], dtype=np.int64)
+        table = np.array([(s, a, t) for (s, a), t in edges.items()], dtype=np.int64).reshape(-1, 3)
+        order = np.argsort(table[:, 0], kind="stable")
+        sources, taken, targets = table[order].T
         distinct = list(dict.fromkeys([frozenset[str](), *label_of.values()]))
         position = {names: i for i, names in enumerate(distinct)}
         return cls(
             states=tuple(index),
             start=0,
             offsets=np.searchsorted(sources, np.arange(len(index) + 1)).astype(np.int64),
-            targets=np.array([edges[e][2] for e in order], dtype=np.int32),
-            actions=np.array([edges[e][1] for e in order], dtype=np.int32),
+            targets=targets.astype(np.int32),
+            actions=taken.astype(np.int32),
             costs=multiples[order],
             unit=unit,
             labels=np.array([position[label_of.get(s, frozenset())] for s in range(len(index))], dtype=np.int32),

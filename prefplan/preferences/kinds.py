@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from prefplan.errors import ModelError, PreferenceError, choices
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls
-from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse
+from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
 from prefplan.preferences.terms import (
     Maximum,
     OpaqueTerm,
@@ -24,7 +24,6 @@ from prefplan.preferences.terms import (
     Violation,
     WeightedRate,
     decompose,
-    derived_contract,
 )
 
 OVER = ("cost", "violation")
@@ -164,16 +163,14 @@ class Expression:
     def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
         """Return the additive and convex terms the expression is made of, or itself."""
         tree = parse(self.expression, tasks, violation=_over_violation(self.over))
-        shown = derived_contract(tree)
+        shown = "componentwise" if shape(tree).rising else "general"
         contract = _contract(self.contract) or shown
         whole = OpaqueTerm(tree, None, contract, len(tasks), claimed=contract not in (shown, "general"))
         check_never_falls(whole, tasks, "expression")
         if self.contract is not None:
             check_contract(whole, tasks, "contract")
-        parts = decompose(tree, len(tasks), Fraction(1))
-        if parts is None or self.contract == "general":
-            return [whole]
-        return [*parts[0], parts[1]]
+        parts = None if self.contract == "general" else decompose(tree, len(tasks))
+        return [whole] if parts is None else parts
 
 
 @dataclass(frozen=True)

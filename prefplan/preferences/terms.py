@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, shape, variables
+from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, variables
 
 Costs = Sequence[Fraction]
 
@@ -203,20 +203,21 @@ class OpaqueTerm:
         return float(self.weight) * float(self.function(*arguments))
 
 
+_ONE = Constant(Fraction(1))
+
 Term = OrderRate | WeightedRate | SpreadRate | Violation | Tardiness | Maximum | OpaqueTerm
 
 
-def decompose(tree: Tree, tasks: int, weight: Fraction) -> tuple[list[Term], Fraction] | None:
+def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
     """Return an expression as additive and convex terms and a constant, or None if it has another form.
 
     Recognised are weighted costs and violation costs, |c_i - c_j|, max - min of the same costs, max(0, c_i - d) and
     weighted maxima of costs, with factors >= 0, and sums of these.
     """
-    parts = _flatten(tree, weight)
+    parts = _flatten(tree)
     if parts is None:
         return None
-    constant = parts.pop(Constant(Fraction(1)), Fraction(0))
-    terms: list[Term] = []
+    terms: list[Term | Fraction] = [parts.pop(_ONE, Fraction(0))]
     linear, violation = [Fraction(0)] * tasks, [Fraction(0)] * tasks
     for part in list(parts):
         if isinstance(part, Operation) and part.name == "max" and parts.get(part, 0) > 0:
@@ -242,19 +243,17 @@ def decompose(tree: Tree, tasks: int, weight: Fraction) -> tuple[list[Term], Fra
         terms.append(WeightedRate(tuple(linear)))
     if any(violation):
         terms.append(Violation(tuple(violation)))
-    return terms, constant
+    return terms
 
 
-def _flatten(tree: Tree, factor: Fraction) -> dict[Tree, Fraction] | None:
+def _flatten(tree: Tree) -> dict[Tree, Fraction] | None:
     """Return a sum as {summand: factor}; constants belong to the summand 1."""
     result: dict[Tree, Fraction] = {}
 
     def add(node: Tree, by: Fraction) -> bool:
         match node:
             case Constant(value):
-                one = Constant(Fraction(1))
-                result[one] = result.get(one, Fraction(0)) + by * value
-                return True
+                node, by = _ONE, by * value
             case Operation("+", (a, b)):
                 return add(a, by) and add(b, by)
             case Operation("-", (a, b)):
@@ -268,15 +267,15 @@ def _flatten(tree: Tree, factor: Fraction) -> dict[Tree, Fraction] | None:
         result[node] = result.get(node, Fraction(0)) + by
         return True
 
-    return result if add(tree, factor) else None
+    return result if add(tree, Fraction(1)) else None
 
 
 def _linear(tree: Tree) -> tuple[dict[int, Fraction], Fraction] | None:
     """Return an expression as a linear form in the costs and a constant."""
-    parts = _flatten(tree, Fraction(1))
+    parts = _flatten(tree)
     if parts is None:
         return None
-    constant = parts.pop(Constant(Fraction(1)), Fraction(0))
+    constant = parts.pop(_ONE, Fraction(0))
     form: dict[int, Fraction] = {}
     for part, factor in parts.items():
         if not isinstance(part, Variable) or part.violation:
@@ -327,8 +326,3 @@ def _convex(tree: Tree, factor: Fraction, tasks: int) -> Term | None:
         ((task, slope),) = form.items()
         weights[task] = max(weights[task], factor * slope)
     return Maximum(tuple(weights))
-
-
-def derived_contract(tree: Tree) -> str:
-    """Return the contract that can be shown of an expression which `decompose` does not know."""
-    return "componentwise" if shape(tree).rising else "general"

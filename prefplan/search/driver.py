@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.front import Plan
+from prefplan.front import Plan, Stats
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product, Start
@@ -78,16 +78,6 @@ class Found:
     def mu(self) -> Any:
         """Exact preference value in the user's units: a fraction, or a float where a Python function gave it."""
         return self._extracted[1]
-
-
-@dataclass(frozen=True)
-class Work:
-    """How much was done: product states met, labels expanded and made, bytes held."""
-
-    states: int = 0
-    expanded: int = 0
-    generated: int = 0
-    bytes: int = 0
 
 
 def in_units(product: Product, mu: Fraction) -> Fraction:
@@ -233,11 +223,11 @@ class Search(ABC):
         return min(starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
 
     @property
-    def work(self) -> Work:
+    def work(self) -> Stats:
         """What was done so far."""
         c = self.counters
         held = sum(array.nbytes for arrays in (self.states, self.labels, self.queue) for array in arrays)
-        return Work(int(c[ROWS]), int(c[EXPANDED]), int(c[LABELS]), held)
+        return Stats(int(c[ROWS]), int(c[EXPANDED]), int(c[LABELS]), held)
 
     def _make_room(self, end: int, limits: Limits) -> bool:
         """Grow what the kernel ran out of; return False if that would exceed the memory."""

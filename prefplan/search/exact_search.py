@@ -17,10 +17,11 @@ from functools import cached_property
 from itertools import count, product
 from typing import Any
 
+from prefplan.front import Stats
 from prefplan.limits import Limits
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product, Start
-from prefplan.search.driver import Found, Work
+from prefplan.search.driver import Found
 from prefplan.search.plan_extraction import account
 
 BYTES_A_LABEL = 1500
@@ -66,9 +67,9 @@ class ExactSearch:
         self._kept: dict[tuple[int, tuple[int, ...]], list[tuple[int, Key]]] = {}
 
     @property
-    def work(self) -> Work:
+    def work(self) -> Stats:
         """What was done so far."""
-        return Work(len(self._kept), self._expanded, self._generated, self._generated * BYTES_A_LABEL)
+        return Stats(len(self._kept), self._expanded, self._generated, self._generated * BYTES_A_LABEL)
 
     def goals(self, limits: Limits) -> Iterator[Found]:
         """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit."""
