@@ -27,12 +27,14 @@ def test_a_path_has_a_point_in_the_cell_of_every_state() -> None:
     assert (path.line[0] == path.states[0]).all() and (path.line[-1] == path.states[-1]).all()
 
 
-def test_a_way_there_and_back_is_two_lines() -> None:
+def test_a_path_there_and_back_is_two_lines_and_that_of_a_plan_that_stays_a_point() -> None:
     path = trail([(0, 0), (1, 0), (2, 0), (1, 0), (0, 0)])
     there, back = path.line[:2], path.line[2:]
     assert there[:, 1].tolist() == [0, 0]
     assert back[:, 1].tolist() == [LANE, LANE]
     assert path.arrows[:, 2].tolist() == [1, -1]
+    point = trail([(3, 4)])
+    assert point.line.tolist() == [[3, 4]] and not len(point.arrows)
 
 
 def test_parts_of_a_path_are_level_or_upright() -> None:
@@ -42,11 +44,6 @@ def test_parts_of_a_path_are_level_or_upright() -> None:
         dx, dy = ((0, 1), (0, -1), (1, 0), (-1, 0))[rng.integers(4)]
         cells.append((cells[-1][0] + dx, cells[-1][1] + dy))
     assert (abs(np.diff(trail(cells).line, axis=0)).min(axis=1) < 1e-9).all()
-
-
-def test_a_plan_that_stays_is_a_point() -> None:
-    path = trail([(3, 4)])
-    assert path.line.tolist() == [[3, 4]] and not len(path.arrows)
 
 
 def test_goals_are_where_the_tasks_are_satisfied(example: Scenario) -> None:

@@ -160,10 +160,15 @@ def test_without_its_libraries_it_names_the_command_that_installs_them(
     assert told == f"prefplan: view needs the libraries viser and mjviser: {install}\n"
 
 
-@pytest.mark.parametrize("port", ["65536", "-1", "http"])
-def test_what_is_no_port_is_refused(port: str, cup: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert f"'{port}' is not a port, 0 to 65535" in refuse(capsys, str(cup), f"--port={port}")
-
-
-def test_only_a_manipulation_model_can_be_viewed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "only a manipulation model can be carried out" in refuse(capsys, "case_study_1", "--no-browser")
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["cup.toml", "--port=65536"], "'65536' is not a port, 0 to 65535"),
+        (["cup.toml", "--port=http"], "'http' is not a port, 0 to 65535"),
+        (["case_study_1", "--no-browser"], "only a manipulation model can be carried out"),
+    ],
+)
+def test_bad_input_is_told_in_a_sentence(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert message in refuse(capsys, *arguments)

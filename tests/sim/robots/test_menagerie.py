@@ -143,12 +143,20 @@ def test_the_same_skills_work(menagerie_scene: Scene) -> None:
     assert rollout.placement_error < 0.002
 
 
-def test_without_network_and_cache_the_error_names_the_default_robot(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("settings", "protocol", "message"),
+    [
+        ("", "none", "cannot be fetched: transport 'https' not allowed; the robot `default` needs"),
+        (f'[url "ext::sleep 30 "]\n\tinsteadOf = {REPOSITORY}\n', "ext", "does not answer within 0.5 s; the robot"),
+    ],
+)
+def test_without_an_answer_and_a_cache_the_error_names_the_default_robot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, settings: str, protocol: str, message: str
 ) -> None:
-    isolate(monkeypatch, tmp_path, "")
-    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
-    with pytest.raises(RobotError, match="cannot be fetched: transport 'https' not allowed; the robot `default` needs"):
+    monkeypatch.setattr("sim.robots.menagerie.ANSWER_TIMEOUT_S", 0.5)
+    isolate(monkeypatch, tmp_path, settings)
+    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", protocol)
+    with pytest.raises(RobotError, match=message):
         MENAGERIE_PANDA.spec()
 
 
@@ -156,14 +164,6 @@ def test_a_commit_that_does_not_exist_is_an_error(tmp_path: Path, monkeypatch: p
     stand_in(monkeypatch, tmp_path)
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", "1" * 40)
     with pytest.raises(RobotError, match="cannot be fetched: .*1{40}; the robot `default`"):
-        MENAGERIE_PANDA.spec()
-
-
-def test_a_repository_that_never_answers_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.robots.menagerie.ANSWER_TIMEOUT_S", 0.5)
-    isolate(monkeypatch, tmp_path, f'[url "ext::sleep 30 "]\n\tinsteadOf = {REPOSITORY}\n')
-    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "ext")
-    with pytest.raises(RobotError, match="does not answer within 0.5 s; the robot `default`"):
         MENAGERIE_PANDA.spec()
 
 
