@@ -14,7 +14,7 @@ from sim.rendering.labels import place_labels
 from sim.robots.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M
 from sim.world.scene import Scene, build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE
+from sim.world.shapes import CUBE_EDGE_M
 
 SIZE = (1280, 612)
 """The picture over the captions of a video of 1280 x 720 pixels."""
@@ -50,7 +50,7 @@ def handled(scene: Scene) -> np.ndarray:
 
 
 def narrowest_cube(scene: Scene, camera: Camera) -> float:
-    half = np.full(3, CUBE_EDGE / 2)
+    half = np.full(3, CUBE_EDGE_M / 2)
     cubes = [box(slot.position + half * [0, 0, 1], -half, half) for row in scene.slots.values() for slot in row]
     return min(float(np.ptp(camera.pixels(cube)[:, 0])) for cube in cubes)
 
