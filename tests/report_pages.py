@@ -45,6 +45,7 @@ def pictures_for_tests() -> Iterator[list[Path]]:
     videos: list[Path] = []
 
     def render(scene: Any, rollout: Any, captions: Any, path: Path, *, size: tuple[int, int], **options: Any) -> Path:
+        assert not captions  # the page says it all
         source = f"testsrc=s={size[0]}x{size[1]}:r=10:d={rollout.sim_seconds + 1.5}"
         command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "lavfi", "-i", source]
         subprocess.run([*command, "-c:v", "libx264", "-pix_fmt", "yuv420p", str(path)], check=True)

@@ -124,7 +124,10 @@ def _record(
     path.with_suffix(".json").unlink(missing_ok=True)
     video = None if quality is None else path.with_suffix(".mp4")
     shown = quality or DRAFT
-    outcome = carry_out(scenario, scene, plan, seed=seed, video=video, quality=shown, camera=camera, tell=tell)
+    # The page itself says what captions would.
+    outcome = carry_out(
+        scenario, scene, plan, seed=seed, video=video, quality=shown, camera=camera, captioned=False, tell=tell
+    )
     return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, quality=shown, camera=camera)
 
 

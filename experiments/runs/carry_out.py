@@ -84,6 +84,7 @@ def carry_out(
     video: Path | None = None,
     quality: Quality = DRAFT,
     camera: str = "fixed",
+    captioned: bool = True,
     tell: Tell = lambda stage, done, total, what: None,
     **conditions: Unpack[Conditions],
 ) -> Outcome:
@@ -96,6 +97,7 @@ def carry_out(
         video: file to render a video to; None for no video. It appears only when it is complete.
         quality: of the video's pictures.
         camera: that the video is seen from.
+        captioned: whether the video has captions below the picture.
         tell: told of progress.
         **conditions: `seed`, `perturbation`, `faults`, `sensor` and `choice`, see `Conditions`.
     """
@@ -114,7 +116,7 @@ def carry_out(
         render_video(
             scene,
             outcome.rollout,
-            captions(outcome, scenario.model),
+            captions(outcome, scenario.model) if captioned else (),
             video,
             size=quality.size,
             quality=quality,
