@@ -79,7 +79,7 @@ class Measure:
         return self._some(Tardiness)
 
     @property
-    def rates(self) -> list[Rate]:
+    def rate_terms(self) -> list[Rate]:
         """The additive terms over cost."""
         return self._some(Rate)
 
@@ -118,7 +118,7 @@ class Measure:
             cost: unit of costs.
             price: unit of violation costs.
         """
-        amounts = [weight * cost for rate in self.rates for weight in rate.steps]
+        amounts = [weight * cost for rate in self.rate_terms for weight in rate.steps]
         amounts += [weight * cost for term in self.maxima for weight in term.weights]
         for late in self.tardiness:
             amounts += [late.weight * cost, late.weight * late.by]
@@ -139,15 +139,16 @@ class Measure:
 
     def largest_rate(self) -> Fraction:
         """Return a bound of how much the additive terms over cost and tardiness grow for a unit of cost."""
-        steps = [step for rate in self.rates for step in rate.steps]
+        steps = [step for rate in self.rate_terms for step in rate.steps]
         return sum([*steps, *(late.weight for late in self.tardiness)], Fraction(0))
 
     def rate_table(self, factor: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 growth of mu in each satisfied set, times a factor that makes it whole."""
-        table = np.zeros(2**self.tasks, dtype=np.int64)
-        for rate in self.rates:
-            table += rate.table(self.tasks, factor)
-        return table
+        return self.rates(np.arange(2**self.tasks), frozenset(range(self.tasks)), 0, factor)
+
+    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+        """Return the (K,) int64 part of mu's growth that some tasks are to blame for, as `OrderRate.rates`."""
+        return sum((rate.rates(sets, members, outside, factor) for rate in self.rate_terms), start=0 * sets)
 
     def maximum_table(self, factor: Fraction) -> np.ndarray:
         """Return the (M, 2^N) int64 largest weight of an unsatisfied task, times a factor that makes it whole."""
