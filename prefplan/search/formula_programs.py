@@ -5,10 +5,8 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from fractions import Fraction
-from functools import cache
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba import types
 
@@ -148,17 +146,6 @@ def evaluate(
                 error = error * (1 + ROUNDING) + abs(value) * ROUNDING
             stack[top, 0], stack[top, 1] = value, error
     return stack[0, 0], stack[0, 1]
-
-
-@cache
-def no_callback() -> Any:
-    """Return what stands for the function where there is none."""
-
-    @numba.cfunc(SIGNATURE)
-    def nothing(costs: Any, violations: Any, count: Any) -> float:
-        return 0.0
-
-    return nothing
 
 
 class Callback(types.WrapperAddressProtocol):
