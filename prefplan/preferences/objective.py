@@ -60,33 +60,33 @@ class Measure:
         """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
         return sum((term.value(costs, violations) for term in self.terms), self.constant)
 
-    def _some(self, kind: Any) -> list[Any]:
+    def _of_kind(self, kind: Any) -> list[Any]:
         return [term for term in self.terms if isinstance(term, kind)]
 
     @cached_property
     def formulas(self) -> list[OpaqueTerm]:
         """The terms that only their values are known of."""
-        return self._some(OpaqueTerm)
+        return self._of_kind(OpaqueTerm)
 
     @property
     def maxima(self) -> list[Maximum]:
         """The weighted maxima."""
-        return self._some(Maximum)
+        return self._of_kind(Maximum)
 
     @property
     def tardiness(self) -> list[Tardiness]:
         """The deadlines."""
-        return self._some(Tardiness)
+        return self._of_kind(Tardiness)
 
     @property
     def rate_terms(self) -> list[Rate]:
         """The additive terms over cost."""
-        return self._some(Rate)
+        return self._of_kind(Rate)
 
     @property
     def weighs_violation(self) -> bool:
         """Whether any term depends on violation costs."""
-        return bool(self._some(Violation)) or any(formula.violations for formula in self.formulas)
+        return bool(self._of_kind(Violation)) or any(formula.violations for formula in self.formulas)
 
     @property
     def bi_objective(self) -> bool:
@@ -134,7 +134,7 @@ class Measure:
     @cached_property
     def violation_weights(self) -> list[Fraction]:
         """(N,) weights of the violation costs in additive terms."""
-        terms = self._some(Violation)
+        terms = self._of_kind(Violation)
         return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks)]
 
     def largest_rate(self) -> Fraction:
