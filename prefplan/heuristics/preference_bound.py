@@ -59,14 +59,15 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patter
         factor: what a unit of cost is in units of mu.
     """
     n = measure.tasks
-    orders = [rate.groups for rate in measure.rates if isinstance(rate, OrderRate)]
+    orders = [rate.groups for rate in measure.rate_terms if isinstance(rate, OrderRate)]
     groups = orders[0] if orders else tuple((i,) for i in range(n))
     split = _split(backward, groups)
     jobs: dict[tuple[tuple[int, ...], tuple[int, ...]], list[int]] = {}
     for members in split:
+        subsets = range(2 ** len(members))
+        sets = np.array([sum(1 << i for j, i in enumerate(members) if s >> j & 1) for s in subsets], dtype=np.int64)
         for outside in range(n - len(members) + 1):
-            exact = [_rate(measure, members, s, outside) for s in range(2 ** len(members))]
-            rates = tuple(int(r * factor) for r in exact)
+            rates = tuple(measure.rates(sets, frozenset(members), outside, factor).tolist())
             jobs.setdefault((members, rates), []).append(outside)
     if not any(any(rates) for _, rates in jobs):
         return no_blocks(n)
@@ -112,12 +113,6 @@ def _split(backward: Backward, groups: tuple[tuple[int, ...], ...]) -> list[tupl
         elif backward.nodes * int(np.prod(backward.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
             found.append(group)
     return found
-
-
-def _rate(measure: Measure, members: tuple[int, ...], satisfied: int, outside: int) -> Fraction:
-    """Return the part of mu's rate that a block is to blame for."""
-    inside = sum(1 << i for j, i in enumerate(members) if satisfied >> j & 1)
-    return sum((rate.part(frozenset(members), inside, outside) for rate in measure.rates), Fraction(0))
 
 
 @bare_kernel

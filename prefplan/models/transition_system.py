@@ -120,8 +120,7 @@ class TransitionSystem:
                 where sums would not fit 64 bits, to 12 digits of the largest cost.
 
         Raises:
-            ModelError: for a negative cost, the same action twice in a state, a label on an unknown state, or
-                a proposition that is not a name.
+            ModelError: a negative cost, an action twice in a state, a label on an unknown state, or no proper name.
         """
         index: dict[Hashable, int] = {start: 0}
         action_index: dict[str, int] = {}
@@ -142,15 +141,12 @@ class TransitionSystem:
         label_of = {index[state]: label for state, label in _labels(labels or {}, index).items()}
         known = frozenset(propositions).union(*label_of.values())
         check_names(known, where="propositions")
-        step = _resolution(resolution, values)
-        if step is not None:
-            values = {c: rounded(v, step) if resolution or is_long_float(c) else v for c, v in values.items()}
+        step = _round(values, resolution)
         multiples, unit = in_common_unit([values[cost] for cost in costs])
         table = np.array([(s, a, t) for (s, a), t in edges.items()], dtype=np.int64).reshape(-1, 3)
         order = np.argsort(table[:, 0], kind="stable")
         sources, taken, targets = table[order].T
-        distinct = list(dict.fromkeys([frozenset[str](), *label_of.values()]))
-        position = {names: i for i, names in enumerate(distinct)}
+        distinct = {names: i for i, names in enumerate(dict.fromkeys([frozenset[str](), *label_of.values()]))}
         return cls(
             states=tuple(index),
             start=0,
@@ -159,7 +155,7 @@ class TransitionSystem:
             actions=taken.astype(np.int32),
             costs=multiples[order],
             unit=unit,
-            labels=np.array([position[label_of.get(s, frozenset())] for s in range(len(index))], dtype=np.int32),
+            labels=np.array([distinct[label_of.get(s, frozenset())] for s in range(len(index))], dtype=np.int32),
             action_names=tuple(action_index),
             label_sets=tuple(distinct),
             propositions=known,
@@ -236,12 +232,16 @@ def _labels(labels: Mapping[Any, Iterable[str]], states: Container[Hashable]) ->
     return {state: frozenset(names) for state, names in labels.items()}
 
 
-def _resolution(wanted: Number | None, values: Mapping[Number, Fraction]) -> Fraction | None:
-    if wanted is None:
-        return resolution_of(values.keys(), values.values())
-    resolution = exact(wanted, "resolution")
+def _round(values: dict[Number, Fraction], wanted: Number | None) -> Fraction | None:
+    """Round costs to multiples of a resolution, where there is one, and return it."""
+    resolution = resolution_of(values.keys(), values.values()) if wanted is None else exact(wanted, "resolution")
+    if resolution is None:
+        return None
     if resolution <= 0:
         raise ModelError(f"resolution: must be positive, not {wanted}")
+    for cost, value in values.items():
+        if wanted is not None or is_long_float(cost):
+            values[cost] = rounded(value, resolution)
     return resolution
 
 

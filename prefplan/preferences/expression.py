@@ -6,6 +6,7 @@ import ast
 import math
 import operator
 import re
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -258,7 +259,9 @@ class _Reader:
         # A task may be called what is a keyword in Python, such as `pass`.
         masked = _NAME.sub(lambda name: "_" * len(name[0]), self.text)
         try:
-            return self.convert(ast.parse(masked, mode="eval").body)
+            with warnings.catch_warnings(action="ignore"):
+                parsed = ast.parse(masked, mode="eval")
+            return self.convert(parsed.body)
         except SyntaxError as error:
             raise self.error(error.msg.partition(".")[0], (error.offset or len(masked) + 1) - 1) from None
 

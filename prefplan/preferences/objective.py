@@ -60,33 +60,33 @@ class Measure:
         """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
         return sum((term.value(costs, violations) for term in self.terms), self.constant)
 
-    def _some(self, kind: Any) -> list[Any]:
+    def _of_kind(self, kind: Any) -> list[Any]:
         return [term for term in self.terms if isinstance(term, kind)]
 
     @cached_property
     def formulas(self) -> list[OpaqueTerm]:
         """The terms that only their values are known of."""
-        return self._some(OpaqueTerm)
+        return self._of_kind(OpaqueTerm)
 
     @property
     def maxima(self) -> list[Maximum]:
         """The weighted maxima."""
-        return self._some(Maximum)
+        return self._of_kind(Maximum)
 
     @property
     def tardiness(self) -> list[Tardiness]:
         """The deadlines."""
-        return self._some(Tardiness)
+        return self._of_kind(Tardiness)
 
     @property
-    def rates(self) -> list[Rate]:
+    def rate_terms(self) -> list[Rate]:
         """The additive terms over cost."""
-        return self._some(Rate)
+        return self._of_kind(Rate)
 
     @property
     def weighs_violation(self) -> bool:
         """Whether any term depends on violation costs."""
-        return bool(self._some(Violation)) or any(formula.violations for formula in self.formulas)
+        return bool(self._of_kind(Violation)) or any(formula.violations for formula in self.formulas)
 
     @property
     def bi_objective(self) -> bool:
@@ -118,7 +118,7 @@ class Measure:
             cost: unit of costs.
             price: unit of violation costs.
         """
-        amounts = [weight * cost for rate in self.rates for weight in rate.steps]
+        amounts = [weight * cost for rate in self.rate_terms for weight in rate.steps]
         amounts += [weight * cost for term in self.maxima for weight in term.weights]
         for late in self.tardiness:
             amounts += [late.weight * cost, late.weight * late.by]
@@ -134,20 +134,21 @@ class Measure:
     @cached_property
     def violation_weights(self) -> list[Fraction]:
         """(N,) weights of the violation costs in additive terms."""
-        terms = self._some(Violation)
+        terms = self._of_kind(Violation)
         return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks)]
 
     def largest_rate(self) -> Fraction:
         """Return a bound of how much the additive terms over cost and tardiness grow for a unit of cost."""
-        steps = [step for rate in self.rates for step in rate.steps]
+        steps = [step for rate in self.rate_terms for step in rate.steps]
         return sum([*steps, *(late.weight for late in self.tardiness)], Fraction(0))
 
     def rate_table(self, factor: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 growth of mu in each satisfied set, times a factor that makes it whole."""
-        table = np.zeros(2**self.tasks, dtype=np.int64)
-        for rate in self.rates:
-            table += rate.table(self.tasks, factor)
-        return table
+        return self.rates(np.arange(2**self.tasks), frozenset(range(self.tasks)), 0, factor)
+
+    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+        """Return the (K,) int64 part of mu's growth that some tasks are to blame for, as `OrderRate.rates`."""
+        return sum((rate.rates(sets, members, outside, factor) for rate in self.rate_terms), start=0 * sets)
 
     def maximum_table(self, factor: Fraction) -> np.ndarray:
         """Return the (M, 2^N) int64 largest weight of an unsatisfied task, times a factor that makes it whole."""

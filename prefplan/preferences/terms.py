@@ -39,26 +39,26 @@ class OrderRate:
         """Numbers, each >= 0, of some of which every rate is the sum."""
         return (self.weight,) * sum(map(len, self.groups))
 
-    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
-        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
-        sets = np.arange(2**tasks)
-        count, place = np.bitwise_count(sets).astype(np.int64), 0
+    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+        """Return the part of the rate that some whole groups are to blame for, times a factor that makes it whole.
+
+        Args:
+            sets: (K,) int64, satisfied sets.
+            members: tasks of the groups.
+            outside: how many more tasks are satisfied.
+            factor: see above.
+
+        Returns:
+            (K,) int64.
+        """
+        count, place = np.bitwise_count(sets).astype(np.int64) + outside, 0
         total = np.zeros(len(sets), dtype=np.int64)
         for group in self.groups:
-            due = np.clip(count - place, 0, len(group))
-            total += np.maximum(0, due - sum(sets >> i & 1 for i in group))
-            place += len(group)
-        return total * int(self.weight * scale)
-
-    def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
-        """Return the part that some whole groups are to blame for, with `outside` more tasks satisfied."""
-        count, place, total = satisfied.bit_count() + outside, 0, 0
-        for group in self.groups:
             if members.issuperset(group):
-                due = min(max(count - place, 0), len(group))
-                total += max(0, due - sum(satisfied >> i & 1 for i in group))
+                due = np.clip(count - place, 0, len(group))
+                total += np.maximum(0, due - sum(sets >> i & 1 for i in group))
             place += len(group)
-        return self.weight * total
+        return total * int(self.weight * factor)
 
     def value(self, costs: Costs, violations: Costs) -> Fraction:
         """Return sum_k max(0, c_{o_k} - c*_k) with each group sorted by cost.
@@ -80,14 +80,9 @@ class WeightedRate:
         """Numbers, each >= 0, of some of which every rate is the sum."""
         return self.weights
 
-    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
-        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
-        sets = np.arange(2**tasks)
-        return sum((1 - (sets >> i & 1)) * int(w * scale) for i, w in enumerate(self.weights)) + 0 * sets
-
-    def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
-        """Return the part that some tasks are to blame for."""
-        return sum((self.weights[i] for i in members if not satisfied >> i & 1), Fraction(0))
+    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+        """Return the part of the rate that some tasks are to blame for, as `OrderRate.rates`."""
+        return sum(((1 - (sets >> i & 1)) * int(self.weights[i] * factor) for i in members), start=0 * sets)
 
     def value(self, costs: Costs, violations: Costs) -> Fraction:
         """Return the weighted sum."""
@@ -106,15 +101,11 @@ class SpreadRate:
         """Numbers, each >= 0, of some of which every rate is the sum."""
         return (self.weight,)
 
-    def table(self, tasks: int, scale: Fraction) -> np.ndarray:
-        """Return the (2^N,) int64 rates of all satisfied sets, times a scale that makes them whole."""
-        done = np.bitwise_count(np.arange(2**tasks) & sum(1 << i for i in self.members))
-        return np.where((done > 0) & (done < len(self.members)), int(self.weight * scale), 0)
-
-    def part(self, members: frozenset[int], satisfied: int, outside: int) -> Fraction:
-        """Return the whole rate if all its tasks are among some, else nothing."""
-        done = sum(satisfied >> i & 1 for i in self.members)
-        return self.weight if self.members <= members and 0 < done < len(self.members) else Fraction(0)
+    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+        """Return the whole rate if all its tasks are among some, else nothing, as `OrderRate.rates`."""
+        done = np.bitwise_count(sets & sum(1 << i for i in self.members))
+        grows = (done > 0) & (done < len(self.members)) & (self.members <= members)
+        return np.where(grows, int(self.weight * factor), 0)
 
     def value(self, costs: Costs, violations: Costs) -> Fraction:
         """Return the weighted spread."""

@@ -8,7 +8,6 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba import types
 
@@ -150,34 +149,26 @@ def evaluate(
     return stack[0, 0], stack[0, 1]
 
 
-@cache
-def no_callback() -> Any:
-    """Return what stands for the function where there is none."""
-
-    @numba.cfunc(SIGNATURE)
-    def nothing(costs: Any, violations: Any, count: Any) -> float:
-        return 0.0
-
-    return nothing
-
-
 class Callback(types.WrapperAddressProtocol):
     """A Python function behind a C pointer. What it raises is kept, as it cannot pass through compiled code."""
 
     def __init__(self, function: Callable[[Any, Any], float]) -> None:
         """Take a function of two float64 arrays of shape (N,)."""
         self.error: BaseException | None = None
-        pointer = ctypes.POINTER(ctypes.c_double)
 
-        def call(costs: Any, violations: Any, count: int) -> float:
+        @cache
+        def array(address: int, count: int) -> np.ndarray:
+            # The search has the arguments in the same place at every call.
+            return np.ctypeslib.as_array((ctypes.c_double * count).from_address(address))
+
+        def call(costs: int, violations: int, count: int) -> float:
             try:
-                shape = (count,)
-                return float(function(np.ctypeslib.as_array(costs, shape), np.ctypeslib.as_array(violations, shape)))
+                return float(function(array(costs, count), array(violations, count)))
             except BaseException as error:
                 self.error = error
                 return float("nan")
 
-        self._call = ctypes.CFUNCTYPE(ctypes.c_double, pointer, pointer, ctypes.c_ssize_t)(call)
+        self._call = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ssize_t)(call)
 
     def __wrapper_address__(self) -> int:
         """Return the address of the C function."""

@@ -13,7 +13,7 @@ from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.product.product_automaton import Start
 from prefplan.search import multi_objective
 from prefplan.search.driver import Found, Search, in_units
-from prefplan.search.formula_programs import Callback, compile_programs, no_callback
+from prefplan.search.formula_programs import Callback, compile_programs
 from prefplan.search.labels import FALLS
 from prefplan.search.plan_extraction import Waypoint
 
@@ -28,7 +28,7 @@ class VectorSearch(Search):
         self._max_mu = max_mu
         functions = [formula.function for formula in measure.formulas if formula.function is not None]
         programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
-        called = Callback(functions[0]) if functions else no_callback()
+        called = Callback(functions[0] if functions else lambda costs, violations: 0.0)
         self._formulas = multi_objective.Formulas(programs, called)
         general = measure.contract == "general"
         every = tuple(range(measure.tasks))
