@@ -101,6 +101,8 @@ def enter_state(
     code: Integer,
     likely: Integer,
     growth_limit: Integer,
+    cost_limit: Integer,
+    lookup_limit: Integer,
 ) -> Integer:
     """Return the row of a product state, a new one where it was not met before.
 
@@ -113,9 +115,11 @@ def enter_state(
         code: the product state.
         likely: number of the table to look up first.
         growth_limit: mu must grow by less than this.
+        cost_limit: cost must grow by no more than this.
+        lookup_limit: tables are looked up only until the bound of cost exceeds this.
 
     Returns:
-        the row, NONE if there is none left, or PRUNED if the state is new and mu would grow too far.
+        the row, NONE if there is none left, or PRUNED if the state is new and exceeds a limit.
     """
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
@@ -138,22 +142,12 @@ def enter_state(
     known[COST_BOUND], known[LOOKED], known[LIKELY] = 0, 0, likely
     known[GROWTH_BOUND] = growing
     known[HEAD] = NONE
+    if raise_bound(bounds.patterns, node, buffer.choice, known, min(cost_limit, lookup_limit)) > cost_limit:
+        return PRUNED
     counters[ROWS] += 1
     states.slots[slot] = row
     states.code[row] = code
     return row
-
-
-@bare_kernel
-def bounded_cost(
-    view: ProductView, bounds: Bounds, states: States, row: Integer, buffer: Successors, limit: Integer
-) -> Integer:
-    """Return the bound of a product state's cost-to-go, complete unless it exceeds a limit."""
-    known = states.known[row]
-    if known[COST_BOUND] <= limit and known[LOOKED] < bounds.patterns.base.shape[0]:
-        node = decode(view, states.code[row], buffer.choice)
-        raise_bound(bounds.patterns, node, buffer.choice, known, limit)
-    return known[COST_BOUND]
 
 
 @bare_kernel

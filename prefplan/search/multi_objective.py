@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prefplan.heuristics.pattern_database import COST_BOUND
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.successors import INFINITE, UNBOUNDED, Integer, ProductView, Successors, bare_kernel, successors
 from prefplan.search.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
@@ -31,13 +32,13 @@ from prefplan.search.labels import (
     OPEN,
     PARENT,
     PAUSED,
+    PRUNED,
     SATISFIED,
     TOO_LARGE,
     Growth,
     Queue,
     States,
     added_mu,
-    bounded_cost,
     enter_state,
     pop,
     push,
@@ -180,14 +181,14 @@ def _enter(
         return ENTERED
     if spent >= growth.cost_limit:
         return TOO_LARGE
-    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], 0, UNBOUNDED)
+    most = min(limits[1] - after, INFINITE - 1)
+    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], 0, UNBOUNDED, most, most)
     if row == NONE:
         return MORE_ROWS
-    known = states.known[row]
-    rest = bounded_cost(view, bounds, states, row, buffer, INFINITE)
-    estimate = after + rest
-    if rest >= INFINITE or estimate > limits[1]:
+    if row == PRUNED or states.known[row, COST_BOUND] > most:
         return ENTERED
+    known = states.known[row]
+    estimate = after + known[COST_BOUND]
     for d in range(scratch.key.shape[0]):
         scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
     if view.relaxed or parent == NONE:
