@@ -18,6 +18,7 @@ from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, rai
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.successors import INFINITE, Integer, ProductView, Successors, bare_kernel, decode, successors
 from prefplan.search.labels import (
+    CODE,
     COUNT,
     ENTERED,
     EXHAUSTED,
@@ -115,7 +116,7 @@ def run(
             continue
         cost = labels.cost[label]
         if known[LOOKED] < bounds.patterns.base.shape[0]:
-            node = decode(view, states.code[row], buffer.choice)
+            node = decode(view, known[CODE], buffer.choice)
             raise_bound(bounds.patterns, node, buffer.choice, known, counters[LOWEST] - cost)
         rest = known[COST_BOUND]
         if cost + rest > counters[LOWEST]:
@@ -128,7 +129,7 @@ def run(
             return GOAL
         counters[EXPANDED] += 1
         counters[PARENT], counters[NEXT] = label, 0
-        counters[COUNT] = successors(view, states.code[row], buffer)
+        counters[COUNT] = successors(view, known[CODE], buffer)
 
 
 @bare_kernel
