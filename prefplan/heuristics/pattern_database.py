@@ -15,11 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward, cost_to_go
-from prefplan.product.successors import Integer, bare_kernel
+from prefplan.product.successors import INFINITE, Integer, bare_kernel
 
 ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
 """Entries of all tables together that building may cost, unless one task at a time needs more; those filled stage by
 stage cost a tenth each."""
+
+UNREACHABLE = 2**31 - 1
+"""Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer."""
 
 
 # Columns of a product state's row that hold what is known of its bound.
@@ -31,7 +34,7 @@ class Patterns(NamedTuple):
 
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64. base: (P,) int64: entry = base + node + sum_j strides[j] q_j.
-        table: (entries,) int64.
+        table: (entries,) int32: UNREACHABLE - 1 stands for all larger costs, and is a consistent bound.
     """
 
     tasks: np.ndarray
@@ -43,7 +46,7 @@ class Patterns(NamedTuple):
 def no_patterns() -> Patterns:
     """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
     empty = np.zeros((0, 1), dtype=np.int64)
-    return Patterns(empty, empty, empty[:, 0], empty[:, 0])
+    return Patterns(empty, empty, empty[:, 0], np.zeros(0, dtype=np.int32))
 
 
 def count_entries(backward: Backward, k: int) -> float:
@@ -63,7 +66,7 @@ def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int
     """
     tasks = len(backward.sizes)
     if backward.stages:
-        wanted, most = (3 if single and tasks < 10 else 4), STAGED_ENTRIES
+        wanted, most = (3 if single else 4), STAGED_ENTRIES
     else:
         wanted, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
     for k in range(min(wanted, tasks), 1, -1):
@@ -78,9 +81,10 @@ def patterns(backward: Backward, k: int) -> Patterns:
     strides = np.cumprod(np.insert(backward.sizes[sets], 0, backward.nodes, axis=1), axis=1)
     ends = np.cumsum(strides[:, -1])
     base = ends - strides[:, -1]
-    table = np.empty(ends[-1], dtype=np.int64)
+    table = np.empty(ends[-1], dtype=np.int32)
     for p, tasks in enumerate(sets):
-        table[base[p] : ends[p]] = cost_to_go(backward, tasks, np.ones(2**k, dtype=np.int64))
+        costs = cost_to_go(backward, tasks, np.ones(2**k, dtype=np.int64))
+        table[base[p] : ends[p]] = np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)
     return Patterns(sets, strides[:, :-1].copy(), base, table)
 
 
@@ -108,4 +112,5 @@ def _entry(databases: Patterns, node: Integer, automata: np.ndarray, p: Integer)
     entry = databases.base[p] + node
     for j in range(databases.tasks.shape[1]):
         entry += databases.strides[p, j] * automata[databases.tasks[p, j]]
-    return np.int64(databases.table[entry])
+    cost = np.int64(databases.table[entry])
+    return np.int64(INFINITE) if cost == UNREACHABLE else cost

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward, cost_to_go
-from prefplan.heuristics.pattern_database import Patterns
+from prefplan.heuristics.pattern_database import UNREACHABLE, Patterns
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate
 from prefplan.product.successors import INFINITE, Integer, bare_kernel
@@ -80,9 +80,9 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patter
             return np.zeros(size, dtype=np.int64)
         if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
             # Alone, a task makes mu grow at one rate until it is satisfied.
-            cost = known.table[known.base[members[0]] :][:size]
+            cost = known.table[known.base[members[0]] :][:size].astype(np.int64)
             growth = np.minimum(cost >> backward.shift, (INFINITE - 1) // max(rates[0], 1)) * rates[0]
-            return np.where(cost < INFINITE, growth, INFINITE)
+            return np.where(cost < UNREACHABLE, growth, INFINITE)
         return cost_to_go(backward, tasks, np.array(rates, dtype=np.int64), shift=backward.shift)
 
     tables = [tabulate(job) for job in jobs]

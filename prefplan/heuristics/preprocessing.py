@@ -8,11 +8,19 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import Patterns, no_patterns, pattern_size, patterns
+from prefplan.heuristics.pattern_database import Patterns, count_entries, no_patterns, pattern_size, patterns
 from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
 from prefplan.product.contraction import contract, view, whole_graph
 from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE, ProductView
+
+DEEPEST = 5
+DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
+"""Tasks in a set, and entries of all tables, that a long search for one plan may call for."""
+
+UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
+"""Time to fill an entry without stages, and to expand a label, in all and for each set, in units of the time to fill an
+entry with stages, about 20 ns."""
 
 ENTRY_BYTES = 8
 
@@ -81,15 +89,32 @@ class Prepared:
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.view = view(product, self.graph)
         _require_64_bits(product, self.view)
-        backward = Backward(product, self.view)
+        backward = self._backward = Backward(product, self.view)
+        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
         measure = product.problem.measure
         size = options.heuristic
         if size is None:
-            size = pattern_size(backward, single=single, max_entries=TABLES_SHARE * max_bytes / ENTRY_BYTES)
+            size = pattern_size(backward, single=single, max_entries=self._max_entries)
         known = patterns(backward, min(size, measure.tasks)) if size else no_patterns()
         growing = options.preference_bound and measure.bi_objective
         growths = blocks(backward, measure, product.units.factor, known) if growing else no_blocks(measure.tasks)
         self.bounds = Bounds(known, growths)
+
+    @property
+    def deepening_expansions(self) -> float:
+        """Expansions that take as long as to fill tables of sets of one more task; infinite if there are to be none."""
+        known, staged = self.bounds.patterns, self._backward.stages is not None
+        size = known.tasks.shape[1] + 1
+        entries = count_entries(self._backward, size)
+        most = min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries)
+        if self.options.heuristic is not None or size > min(DEEPEST, len(self.product.sizes)) or entries > most:
+            return math.inf
+        return entries * (1 if staged else UNSTAGED) / (EXPANSION + EXPANSION_EACH * len(known.base))
+
+    def deepen(self) -> None:
+        """Fill tables of sets of one more task."""
+        known = patterns(self._backward, self.bounds.patterns.tasks.shape[1] + 1)
+        self.bounds = self.bounds._replace(patterns=known)
 
 
 def _require_64_bits(product: Product, view: ProductView) -> None:

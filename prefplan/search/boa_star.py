@@ -14,9 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
 from prefplan.heuristics.preprocessing import Bounds
-from prefplan.product.successors import INFINITE, Integer, ProductView, Successors, bare_kernel, successors
+from prefplan.product.successors import INFINITE, Integer, ProductView, Successors, bare_kernel, decode, successors
 from prefplan.search.labels import (
+    CODE,
     COUNT,
     ENTERED,
     EXHAUSTED,
@@ -26,7 +28,6 @@ from prefplan.search.labels import (
     GROWTH_BOUND,
     HEAD,
     LABELS,
-    LIKELY,
     LOWEST,
     MORE_LABELS,
     MORE_ROWS,
@@ -42,7 +43,6 @@ from prefplan.search.labels import (
     Queue,
     States,
     added_mu,
-    bounded_cost,
     enter_state,
     pop,
     push,
@@ -115,7 +115,10 @@ def run(
         if mu == DOMINATED or mu + known[GROWTH_BOUND] >= limits[0]:
             continue
         cost = labels.cost[label]
-        rest = bounded_cost(view, bounds, states, row, buffer, counters[LOWEST] - cost)
+        if known[LOOKED] < bounds.patterns.base.shape[0]:
+            node = decode(view, known[CODE], buffer.choice)
+            raise_bound(bounds.patterns, node, buffer.choice, known, counters[LOWEST] - cost)
+        rest = known[COST_BOUND]
         if cost + rest > counters[LOWEST]:
             if rest < INFINITE and cost + rest <= limits[1]:
                 push(queue, counters, label, cost + rest)
@@ -126,7 +129,7 @@ def run(
             return GOAL
         counters[EXPANDED] += 1
         counters[PARENT], counters[NEXT] = label, 0
-        counters[COUNT] = successors(view, states.code[row], buffer)
+        counters[COUNT] = successors(view, known[CODE], buffer)
 
 
 @bare_kernel
@@ -164,18 +167,16 @@ def _enter(
         mu = max(mu, growth.maximum[m, satisfied] * spent)
     if mu >= limits[0]:
         return ENTERED
-    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], likely, limits[0] - mu)
-    if row == PRUNED:
-        return ENTERED
+    slack, most, next_lookup = limits[0] - mu, min(limits[1] - after, INFINITE - 1), counters[LOWEST] - after
+    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], likely, slack, most, next_lookup)
     if row == NONE:
         return MORE_ROWS
+    if row == PRUNED or states.known[row, GROWTH_BOUND] >= slack or states.known[row, COST_BOUND] > most:
+        return ENTERED
     known = states.known[row]
-    if mu + known[GROWTH_BOUND] >= limits[0] or _dominated(labels, known[HEAD], after, mu, cost_only):
+    if _dominated(labels, known[HEAD], after, mu, cost_only):
         return ENTERED
-    rest = bounded_cost(view, bounds, states, row, buffer, counters[LOWEST] - after)
-    estimate = after + rest
-    if rest >= INFINITE or estimate > limits[1]:
-        return ENTERED
+    estimate = max(after + known[COST_BOUND], counters[LOWEST])
     if estimate >= INFINITE or mu >= INFINITE:
         return TOO_LARGE
     label = counters[LABELS]

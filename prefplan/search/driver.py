@@ -19,6 +19,7 @@ from prefplan.product.product_automaton import Product, Start
 from prefplan.product.successors import UNBOUNDED, Successors
 from prefplan.search import boa_star
 from prefplan.search.labels import (
+    CODE,
     COLUMNS,
     COUNT,
     COUNTERS,
@@ -46,7 +47,7 @@ from prefplan.search.plan_extraction import Waypoint, extract
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
 
-POPS = 100_000
+POPS = 10_000
 """Labels popped between two looks at the clock; they take a few tens of milliseconds."""
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
@@ -131,7 +132,6 @@ class Search(ABC):
         """Forget everything and hand the start states to the kernel, as the successors of no label."""
         self.counters = np.zeros(COUNTERS, dtype=np.int64)
         self.states = States(
-            np.empty(ROWS_AT_FIRST, np.int64),
             np.empty((ROWS_AT_FIRST, COLUMNS), np.int64),
             np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
         )
@@ -208,7 +208,7 @@ class Search(ABC):
             labels.append(label)
             label = int(self.labels.parent[label])
         labels.reverse()
-        codes = self.states.code[self.labels.row[labels]]
+        codes = self.states.known[self.labels.row[labels], CODE]
         automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
         costs = self.labels.cost[labels].tolist()
         nodes = (codes % graph.size).tolist()
@@ -238,9 +238,8 @@ class Search(ABC):
         if self.work.bytes + 2 * sum(array.nbytes for array in more) > limits.bytes:
             return False
         if end == MORE_ROWS:
-            size = 2 * len(self.states.code)
-            slots = np.full(2 * size, NONE, np.int32)
-            self.states = States(_longer(self.states.code), _longer(self.states.known), slots)
+            slots = np.full(2 * len(self.states.slots), NONE, np.int32)
+            self.states = States(_longer(self.states.known), slots)
             rehash(self.states, int(self.counters[ROWS]))
         else:
             self.labels = type(self.labels)(*map(_longer, self.labels))
@@ -288,6 +287,9 @@ class BiObjectiveSearch(Search):
 
     def _run(self, pops: int) -> int:
         p = self.prepared
+        if self._cost_only and self.counters[EXPANDED] > p.deepening_expansions:
+            p.deepen()
+            self.reset()
         end = boa_star.run(
             p.view,
             self.growth,

@@ -24,9 +24,9 @@ ROWS, LABELS, OPEN, LOWEST, EXPANDED, FOUND, PARENT, NEXT, COUNT = range(9)
 COUNTERS = 9
 
 # Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
-# others remain), the bound of mu's growth, and one of its labels.
-SATISFIED, GROWTH_BOUND, HEAD = range(LIKELY + 1, LIKELY + 4)
-COLUMNS = LIKELY + 4
+# others remain), the bound of mu's growth, one of its labels, and its code.
+SATISFIED, GROWTH_BOUND, HEAD, CODE = range(LIKELY + 1, LIKELY + 5)
+COLUMNS = LIKELY + 5
 
 GOAL_BIT = -(2**31)
 
@@ -59,12 +59,10 @@ class States(NamedTuple):
     """Product states met so far, one row each.
 
     Attributes:
-        code: (R,) int64.
         known: (R, F) int64, what is known of each, side by side.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 
-    code: np.ndarray
     known: np.ndarray
     slots: np.ndarray
 
@@ -101,6 +99,8 @@ def enter_state(
     code: Integer,
     likely: Integer,
     growth_limit: Integer,
+    cost_limit: Integer,
+    lookup_limit: Integer,
 ) -> Integer:
     """Return the row of a product state, a new one where it was not met before.
 
@@ -113,14 +113,16 @@ def enter_state(
         code: the product state.
         likely: number of the table to look up first.
         growth_limit: mu must grow by less than this.
+        cost_limit: cost must grow by no more than this.
+        lookup_limit: tables are looked up only until the bound of cost exceeds this.
 
     Returns:
-        the row, NONE if there is none left, or PRUNED if the state is new and mu would grow too far.
+        the row, NONE if there is none left, or PRUNED if the state is new and exceeds a limit.
     """
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
     row = np.int64(states.slots[slot])
-    while row >= 0 and states.code[row] != code:
+    while row >= 0 and states.known[row, CODE] != code:
         slot = (slot + 1) & mask
         row = np.int64(states.slots[slot])
     if row >= 0:
@@ -131,29 +133,18 @@ def enter_state(
     if growing >= growth_limit:
         return PRUNED
     row = counters[ROWS]
-    if row == states.code.shape[0]:
+    if row == states.known.shape[0]:
         return NONE
     known = states.known[row]
     known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
     known[COST_BOUND], known[LOOKED], known[LIKELY] = 0, 0, likely
     known[GROWTH_BOUND] = growing
-    known[HEAD] = NONE
+    known[HEAD], known[CODE] = NONE, code
+    if raise_bound(bounds.patterns, node, buffer.choice, known, min(cost_limit, lookup_limit)) > cost_limit:
+        return PRUNED
     counters[ROWS] += 1
     states.slots[slot] = row
-    states.code[row] = code
     return row
-
-
-@bare_kernel
-def bounded_cost(
-    view: ProductView, bounds: Bounds, states: States, row: Integer, buffer: Successors, limit: Integer
-) -> Integer:
-    """Return the bound of a product state's cost-to-go, complete unless it exceeds a limit."""
-    known = states.known[row]
-    if known[COST_BOUND] <= limit and known[LOOKED] < bounds.patterns.base.shape[0]:
-        node = decode(view, states.code[row], buffer.choice)
-        raise_bound(bounds.patterns, node, buffer.choice, known, limit)
-    return known[COST_BOUND]
 
 
 @bare_kernel
@@ -167,7 +158,7 @@ def rehash(states: States, rows: Integer) -> None:
     """Fill an emptied hash table with the first rows."""
     mask = states.slots.shape[0] - 1
     for row in range(rows):
-        slot = _first_slot(states.code[row], mask)
+        slot = _first_slot(states.known[row, CODE], mask)
         while states.slots[slot] >= 0:
             slot = (slot + 1) & mask
         states.slots[slot] = row

@@ -11,10 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prefplan.heuristics.pattern_database import COST_BOUND
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.successors import INFINITE, UNBOUNDED, Integer, ProductView, Successors, bare_kernel, successors
 from prefplan.search.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.search.labels import (
+    CODE,
     COUNT,
     ENTERED,
     EXHAUSTED,
@@ -31,13 +33,13 @@ from prefplan.search.labels import (
     OPEN,
     PARENT,
     PAUSED,
+    PRUNED,
     SATISFIED,
     TOO_LARGE,
     Growth,
     Queue,
     States,
     added_mu,
-    bounded_cost,
     enter_state,
     pop,
     push,
@@ -148,7 +150,7 @@ def run_vector(
             return GOAL
         counters[EXPANDED] += 1
         counters[PARENT], counters[NEXT] = label, 0
-        counters[COUNT] = successors(view, states.code[row], buffer)
+        counters[COUNT] = successors(view, states.known[row, CODE], buffer)
 
 
 @bare_kernel
@@ -180,16 +182,15 @@ def _enter(
         return ENTERED
     if spent >= growth.cost_limit:
         return TOO_LARGE
-    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], 0, UNBOUNDED)
+    most = min(limits[1] - after, INFINITE - 1)
+    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], 0, UNBOUNDED, most, most)
     if row == NONE:
         return MORE_ROWS
-    known = states.known[row]
-    rest = bounded_cost(view, bounds, states, row, buffer, INFINITE)
-    estimate = after + rest
-    if rest >= INFINITE or estimate > limits[1]:
+    if row == PRUNED or states.known[row, COST_BOUND] > most:
         return ENTERED
-    for d in range(scratch.key.shape[0]):
-        scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
+    known = states.known[row]
+    estimate = after + known[COST_BOUND]
+    _copy_key(labels.key, parent, scratch.key)
     if view.relaxed or parent == NONE:
         _add_violations(growth, key, buffer.violation[k], scratch.key)
     _add_growth(growth, key, satisfied, before, spent, scratch.key)
@@ -208,12 +209,27 @@ def _enter(
     if label == labels.row.shape[0]:
         return MORE_LABELS
     push(queue, counters, label, estimate)
-    labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
-    for d in range(scratch.key.shape[0]):
-        labels.key[label, d] = scratch.key[d]
+    _store(labels, label, parent, row, after, mu, scratch.key)
     labels.sibling[label], known[HEAD] = known[HEAD], label
     counters[LABELS] += 1
     return ENTERED
+
+
+@bare_kernel
+def _copy_key(keys: np.ndarray, label: Integer, entry: np.ndarray) -> None:
+    """Write the key of a label, or zeros for no label."""
+    for d in range(entry.shape[0]):
+        entry[d] = 0.0 if label == NONE else keys[label, d]
+
+
+@bare_kernel
+def _store(
+    labels: VectorLabels, label: Integer, parent: Integer, row: Integer, cost: Integer, mu: float, entry: np.ndarray
+) -> None:
+    """Write a label, but for its sibling."""
+    labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, cost, mu, parent
+    for d in range(entry.shape[0]):
+        labels.key[label, d] = entry[d]
 
 
 @bare_kernel
