@@ -1,4 +1,4 @@
-"""A Franka Panda in MuJoCo that carries plans out, watches what it does and leaves a record to check and to film.
+"""A Franka Panda in MuJoCo that carries plans out, watches what it does and leaves a record to check and to show.
 
 The names in `__init__.pyi` can be imported from here; each is loaded when it is first asked for.
 

@@ -29,7 +29,7 @@ QUALITY = 84
 BEFORE = FRAME_RATE // 2
 """Frames between the stored one and the last one of the sanitizer's light."""
 
-FILMED = (640, 360)
+VIDEO_SIZE = (640, 360)
 """Size of each of the two videos, (width, height) in pixels."""
 
 FPS, SPEED = 4, 4
@@ -42,7 +42,7 @@ def main() -> None:
     scene = scene_of(scenario)
     front = pareto_front(scenario.problem())
     OUT.mkdir(exist_ok=True)
-    films, headings = [], []
+    videos, headings = [], []
     with tempfile.TemporaryDirectory() as folder:
         for name, plan in {"cheapest": front[0], "preferred": front[-1]}.items():
             outcome = carry_out(scenario, scene, plan)
@@ -54,10 +54,10 @@ def main() -> None:
             frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
             picture = Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
             picture.save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
-            film = Path(folder, f"{name}.mp4")
-            films.append(render_video(scene, rollout, texts, film, fps=FPS, size=FILMED, quality=FINAL))
+            video = Path(folder, f"{name}.mp4")
+            videos.append(render_video(scene, rollout, texts, video, fps=FPS, size=VIDEO_SIZE, quality=FINAL))
             headings.append(f"{name}: cost {plan.cost}")
-        compose(films, OUT / "trade_off.webp", headings=headings, height=FILMED[1], fps=FPS * SPEED, speed=SPEED)
+        compose(videos, OUT / "trade_off.webp", headings=headings, height=VIDEO_SIZE[1], fps=FPS * SPEED, speed=SPEED)
 
 
 if __name__ == "__main__":

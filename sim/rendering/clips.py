@@ -19,6 +19,9 @@ GAP_PX = 4
 HEADING = 0.055
 """Height of a heading's letters, in heights of the video."""
 
+STRIP_COLOUR = "0x090b0f"
+"""Of the strip behind headings."""
+
 ENCODERS = {
     ".mp4": "-c:v libx264 -crf 21 -preset veryfast -pix_fmt yuv420p -movflags +faststart -f mp4",
     ".gif": "-loop 0 -f gif",
@@ -41,8 +44,8 @@ def compose(
     Args:
         videos: the others; a single one is only made smaller or quicker.
         path: the file to write; its ending is one of `ENCODERS`. It appears only when it is complete.
-        headings: text over each video; none for nothing.
-        height: of the video in pixels, even.
+        headings: text in a strip above each video; none for no strip.
+        height: of the videos in pixels, even; a strip adds to it.
         fps: frames a second.
         speed: how many times as quick.
 
@@ -57,11 +60,13 @@ def compose(
     for video in videos:
         command += ["-i", str(video)]
     steps, shown = [], []
+    strip = 2 * round(HEADING * height) if headings else 0
     for i, duration in enumerate(durations):
         rest = max(durations) - duration
         steps.append(
             f"[{i}:v]tpad=stop_mode=clone:stop_duration={rest:.3f},setpts=PTS/{speed:g},fps={fps},"
-            f"scale=-2:{height}:flags=lanczos,pad=iw+{GAP_PX if i else 0}:ih:{GAP_PX if i else 0}:0:white[video{i}]"
+            f"scale=-2:{height}:flags=lanczos,pad=iw:ih+{strip}:0:{strip}:{STRIP_COLOUR},"
+            f"pad=iw+{GAP_PX if i else 0}:ih:{GAP_PX if i else 0}:0:white[video{i}]"
         )
         shown.append(f"[video{i}]")
     with tempfile.TemporaryDirectory(prefix=".clip-", dir=path.parent) as folder:
@@ -69,9 +74,7 @@ def compose(
             heading = Path(folder, f"{i}.png")
             _heading(text, height).save(heading)
             command += ["-i", str(heading)]
-            steps.append(
-                f"{shown[i]}[{len(videos) + i}:v]overlay=x=(W-w)/2:y={round(0.4 * HEADING * height)}[named{i}]"
-            )
+            steps.append(f"{shown[i]}[{len(videos) + i}:v]overlay=x=(W-w)/2:y=({strip}-h)/2[named{i}]")
             shown[i] = f"[named{i}]"
         joined = f"{''.join(shown)}hstack=inputs={len(videos)}" if len(videos) > 1 else f"{shown[0]}null"
         if path.suffix == ".gif":
@@ -97,12 +100,9 @@ def _duration(video: Path) -> float:
 
 
 def _heading(text: str, height: int) -> Image.Image:
-    """Return white text on a dark label with round corners."""
+    """Return white text without a background."""
     font = ImageFont.load_default(size=HEADING * height)
-    padding = HEADING * height * 0.5
-    width = round(font.getlength(text) + 2 * padding)
-    label = Image.new("RGBA", (width, round(HEADING * height * 1.7)), (0, 0, 0, 0))
-    draw = ImageDraw.Draw(label)
-    draw.rounded_rectangle((0, 0, width - 1, label.height - 1), radius=padding, fill=(9, 11, 15, 190))
-    draw.text((width / 2, label.height / 2), text, fill=(245, 246, 248), font=font, anchor="mm")
+    label = Image.new("RGBA", (round(font.getlength(text)), round(HEADING * height * 1.7)), (0, 0, 0, 0))
+    centre = (label.width / 2, label.height / 2)
+    ImageDraw.Draw(label).text(centre, text, fill=(245, 246, 248), font=font, anchor="mm")
     return label

@@ -36,6 +36,6 @@ def test_videos_stand_side_by_side_below_headings_and_the_shorter_rests_on_its_l
     assert left == pytest.approx(np.repeat([40, 80], 10), abs=5)
     assert right == pytest.approx([200] * 5 + [160] * 15, abs=5)
     named = pictures(compose(videos, tmp_path / "named.mp4", height=90, fps=10, headings=["first", "second"]))
-    changed = (abs(bare.astype(int) - named) > 40).any(axis=(0, 3))
-    assert changed[:20, :160].any() and changed[:20, 164:].any()
-    assert not changed[30:].any()
+    strip, below = named[:, :-90], named[:, -90:]
+    assert strip.shape[1] > 0 and (abs(bare.astype(int) - below) < 20).mean() > 0.99
+    assert strip[..., :160, :].max() > 150 and strip[..., 164:, :].max() > 150
