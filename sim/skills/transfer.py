@@ -50,7 +50,7 @@ def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) 
 
 
 def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
-    """Return the names of the bodies within the clearance at the first collision along (N, 7) joint references.
+    """Return the names of the bodies within the clearance at the first collision along (N, joints) references, rad.
 
     A body that is within it at the start, such as an object that slipped against a finger, counts only if the arm
     comes near it again after leaving it, or never leaves it.
