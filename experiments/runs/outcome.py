@@ -161,7 +161,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 
 
 def _surprises(outcome: Outcome) -> list[str]:
-    """Return a line for every fault, and for every new plan or attempt."""
+    """Return a line for every fault and every surprise."""
     lines = []
     for event in outcome.rollout.events:
         at, detail = f"{event.time:6.1f} s", event.detail
@@ -169,6 +169,8 @@ def _surprises(outcome: Outcome) -> list[str]:
             lines.append(f"{at}  fault {detail['fault']}")
         elif event.kind == "retry":
             lines.append(f"{at}  {detail['reason']}: tried again")
+        elif event.kind == "unaffected":
+            lines.append(f"{at}  {detail['reason']}: what is left of the plan is not affected")
         elif event.kind == "replan":
             ahead = condense(detail["plan"]) or "nothing is left to do"
             worth = f"cost {number(detail['cost'])}, preference {number(detail['preference'])}"

@@ -40,13 +40,13 @@ class Execution:
         scene: what is simulated, with the model that fits the last observation.
         system: the model's transition system.
         cell: the running simulation.
-        state: index in `system` of the state that was last confirmed.
+        state: index in `system` of the state that the model predicts.
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
         blocked: names of the bodies that blocked the last action, which fails again unless an object moves; empty if
             its goal was out of reach; None if it may succeed when it is tried again.
-        lost: objects out of the arm's reach.
+        lost: why the arm cannot take an object, by its name.
         injector: injects the faults.
     """
 
@@ -87,20 +87,28 @@ class Execution:
         self.reason: str | None = None
         self.lost_sensor = False
         self.blocked: tuple[str, ...] | None = None
-        self.lost: tuple[str, ...] = ()
+        self.lost: Mapping[str, str] = {}
         self.injector = FaultInjector(self.cell, self._skills, faults, seed=seed)
         self._began = time.perf_counter()
         self._placed: set[str] = set()
         if scene.model.start in scene.slots:
             perform(self.cell, Action("transit", location=scene.model.start))
 
-    def check_state(self) -> bool:
-        """Return whether an observation agrees with the present state; if not, `reason` says why."""
+    def check_state(self, *, at_rest: bool = False) -> bool:
+        """Return whether an observation agrees with the present state; if not, `reason` says why.
+
+        Args:
+            at_rest: wait until nothing moves any more; it does not agree as long as something does.
+        """
         state = self._states(self.state)
         try:
-            poses = observed_poses(self.cell)
+            poses, moving = poses_at_rest(self.cell) if at_rest else (observed_poses(self.cell), [])
             seen = observe(self.scene, self.cell.data, poses, hand=state.hand, held=self.cell.held(), marks=state.marks)
             self.reason = mismatch(self.scene, poses, predicted=state, observed=seen)
+            if moving and self.reason is None:
+                self.reason = f"{moving[0]} does not come to rest"
+            if at_rest and self.reason is None and self.steps:
+                self.steps[-1] = replace(self.steps[-1], observed=seen, end=float(self.cell.data.time))
         except ObservationTimeoutError as error:
             self.reason, self.lost_sensor = str(error), True
         return self.reason is None
@@ -138,9 +146,8 @@ class Execution:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
             self.cell.log_event("mismatch", action=action, reason=self.reason)
-            return False
         self.state = target
-        return True
+        return self.reason is None
 
     def reground(self) -> ManipulationState:
         """Ground the present state in an observation, in a model that has this state; return it.
@@ -153,7 +160,7 @@ class Execution:
         cell = self.cell
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
-        poses, reachable = poses_at_rest(cell), partial(reaches, cell)
+        (poses, _), reachable = poses_at_rest(cell), partial(reaches, cell)
         found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, reachable=reachable)
         self.scene, self.lost = found.scene, found.lost
         cell.scene = found.scene

@@ -9,7 +9,7 @@ from prefplan.models.manipulation.operators import Grasp
 from sim.errors import BlockedError
 from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.grounding import AT_RADIUS_M, hand_over
-from sim.perception.sensors import ObjectPose
+from sim.perception.sensors import ObjectPose, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, free_closing_line, move_tool
 from sim.skills.skill import Skill, SkillError
@@ -28,9 +28,6 @@ GRIP_TIMEOUT_S = 0.6
 MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
 
-TOPPLED_TILT_RAD = np.radians(45)
-"""An object tilted by more than this has fallen over, and is not grasped."""
-
 
 class GraspSkill(Grasp, Skill):
     """Lower the hand on the object below it, close it until both pads press the object firmly, and raise it."""
@@ -40,7 +37,7 @@ class GraspSkill(Grasp, Skill):
         obj = action.obj
         slot, shape = _slot_below(cell, obj), cell.scene.shapes[obj]
         pose = cell.measure(obj)
-        if pose.tilt > TOPPLED_TILT_RAD:
+        if pose.posture == Posture.LYING:
             raise BlockedError(f"{obj} fell over", ())
         cell.contacts.handle(obj)
         yaw = shape.yaw_near(pose.yaw, slot.yaw)

@@ -6,7 +6,7 @@ import numpy as np
 
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.trajectory import wrap
-from sim.perception.grounding import AT_RADIUS_M
+from sim.perception.grounding import AT_RADIUS_M, middle_of_supports
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import held_grip
 from sim.skills.skill import SkillError
@@ -51,14 +51,19 @@ def closing_lines(cell: Workcell, obj: str, slot: Slot) -> list[tuple[float, Gri
 
 def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
     """Return the (3,) centre of an object when it rests in a slot, on the objects that support it there now, m."""
-    scene, floor = cell.scene, float(slot.position[2])
-    below = [other.position[:2] for name in scene.model.location(slot.location).on for other in scene.slots[name]]
-    tops = [
-        cell.observe(other).position[2] + shape.half[2]
-        for other, shape in cell.shapes.items()
-        if other != obj and any(np.hypot(*(cell.observe(other).position[:2] - xy)) < AT_RADIUS_M for xy in below)
-    ]
-    return np.array([*slot.position[:2], max(tops, default=floor) + scene.shapes[obj].half[2]])
+    scene, supports = cell.scene, cell.scene.model.location(slot.location).on
+    if not supports:
+        return slot.position + [0.0, 0.0, scene.shapes[obj].half[2]]
+    poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
+    tops = {other: float(pose.position[2] + scene.shapes[other].half[2]) for other, pose in poses.items()}
+    under: dict[str, str] = {}
+    for place in supports:
+        nominal = scene.slots[place][0].position[:2]
+        there = [other for other in poses if np.hypot(*(poses[other].position[:2] - nominal)) < AT_RADIUS_M]
+        if there:
+            under[place] = max(there, key=tops.__getitem__)
+    floor = max((tops[other] for other in under.values()), default=float(slot.position[2]))
+    return np.array([*middle_of_supports(scene, poses, under, supports), floor + scene.shapes[obj].half[2]])
 
 
 def placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[np.ndarray, float]:

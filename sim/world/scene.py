@@ -62,7 +62,7 @@ class Scene:
         slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
         spares: objects the model does not have, stored below the table until a fault brings them.
-        temporary: locations that the scenario does not have, of objects that lie off every location.
+        temporary: locations that the scenario does not have, each made for one object off every other location.
         table: outline of the table.
         markings: what is printed on it for each location on the table.
         focus: (3,) what the lights point at: over the table's middle, m.

@@ -41,9 +41,6 @@ MAX_GRIP_LIFT_M = 0.022
 """Greatest height of the pads' middle over an object's in a high grip, m: half of the pads hold a usual cube, 2 mm over
 a bin's rim, and it is not so far from the tool that it would not count as held."""
 
-UPRIGHT_TILT_RAD = np.radians(20)
-"""An object tilted by less stands, or lies flat, rad."""
-
 
 @dataclass(frozen=True)
 class Grip:
