@@ -1,4 +1,4 @@
-"""Closed loop: a plan is executed, and planned again from the observed state where a mismatch with the model affects it."""
+"""Closed loop: a plan is executed, and planned again where an observation affects what is left of it."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ class ClosedLoop:
         run = self.run
         rest = self.plan.actions[len(run.steps) :]
         try:
-            return self._trace(system, system.start, rest) == self._trace(run.system, run.state, rest)
+            return self._trace(system, system.start, rest) == self._trace(run.system, run.predicted, rest)
         except ModelError:
             return False
 

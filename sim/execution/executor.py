@@ -40,7 +40,8 @@ class Execution:
         scene: what is simulated, with the model that fits the last observation.
         system: the model's transition system.
         cell: the running simulation.
-        state: index in `system` of the state that the model predicts.
+        state: index in `system` of the state that was last confirmed.
+        predicted: index of the state that the model predicts after the last action.
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
@@ -82,7 +83,7 @@ class Execution:
         self.system = system or scene.model.transition_system()
         self.cell = Workcell(scene, data, sensor=sensor)
         self._skills = dict(skills)
-        self.state = self.system.start
+        self.state = self.predicted = self.system.start
         self.steps: list[Step] = []
         self.reason: str | None = None
         self.lost_sensor = False
@@ -123,6 +124,7 @@ class Execution:
             ModelError: the action does not exist in the present state.
         """
         target, cost = self.system.step(self.state, action)
+        self.predicted = target
         before, predicted = self._states(self.state), self._states(target)
         symbolic = self.scene.model.action(action)
         # The poses of objects that were moved since the last action may not be up to date yet.
@@ -146,8 +148,9 @@ class Execution:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
             self.cell.log_event("mismatch", action=action, reason=self.reason)
-        self.state = target
-        return self.reason is None
+            return False
+        self.state, self.reason = target, None
+        return True
 
     def reground(self) -> ManipulationState:
         """Ground the present state in an observation, in a model that has this state; return it.
@@ -170,7 +173,8 @@ class Execution:
 
     def go_on(self, system: TransitionSystem) -> None:
         """Go on in another transition system, which starts in the present state."""
-        self.system, self.state, self.reason = system, system.start, None
+        self.system, self.reason = system, None
+        self.state = self.predicted = system.start
 
     def rollout(self) -> Rollout:
         """Return all that happened so far."""

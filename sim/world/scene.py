@@ -45,8 +45,14 @@ SPARE_PITCH = 0.06
 MAX_OVERLAP_M = 0.001
 """Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
 
+SETTLE_DURATION_S = 1.0
+"""How long objects that were moved at random are left to themselves: whatever falls is drawn again."""
+
+MAX_SETTLING_M, MAX_SETTLING_RAD = 0.003, np.radians(3)
+"""What stands moves and tilts by less meanwhile."""
+
 MAX_DRAWS = 1000
-"""... so often at most."""
+"""Number of starts that are drawn at most."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +178,7 @@ def initial_state(
         angle: greatest turn about z, rad.
 
     Raises:
-        SimulationError: moved so far, the objects almost always overlap.
+        SimulationError: moved so far, the objects almost always overlap or fall.
     """
     data = mujoco.MjData(scene.mujoco)
     scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
@@ -187,9 +193,26 @@ def initial_state(
         for i, name in enumerate(scene.spares):
             data.joint(name).qpos[:3] = _stored(scene.shapes[name], i)
         mujoco.mj_forward(scene.mujoco, data)
-        if rng is None or data.ncon == 0 or data.contact.dist.min() > -MAX_OVERLAP_M:
+        overlap = data.ncon > 0 and data.contact.dist.min() <= -MAX_OVERLAP_M
+        if rng is None or not overlap and _settles(scene, data):
             return data
-    raise SimulationError(f"objects moved by up to {position * 1000:g} mm stand inside one another; move them by less")
+    raise SimulationError(
+        f"objects moved by up to {position * 1000:g} mm stand inside one another or fall; move them by less"
+    )
+
+
+def _settles(scene: Scene, data: mujoco.MjData) -> bool:
+    """Let objects come to rest; return whether they stand as before."""
+    model, bodies = scene.mujoco, [scene.mujoco.body(obj.name).id for obj in scene.model.objects]
+    positions, upwards = data.xpos[bodies], data.xmat[bodies, 6:]
+    for _ in range(round(SETTLE_DURATION_S / TIMESTEP)):
+        mujoco.mj_step(model, data)
+    moved = np.linalg.norm(data.xpos[bodies] - positions, axis=1)
+    tilted = np.linalg.norm(data.xmat[bodies, 6:] - upwards, axis=1)
+    scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
+    data.qvel[:], data.time = 0.0, 0.0
+    mujoco.mj_forward(model, data)
+    return bool(moved.max(initial=0.0) < MAX_SETTLING_M and tilted.max(initial=0.0) < MAX_SETTLING_RAD)
 
 
 def _set_physics(spec: mujoco.MjSpec) -> None:
