@@ -11,11 +11,8 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationState
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import Poses, Posture
-from sim.world.places import Slot
+from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import Scene
-
-AT_RADIUS_M = 0.045
-"""Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
 
 AT_HEIGHT_M = 0.008
 """Greatest vertical distance of its underside from what it rests on."""
@@ -65,7 +62,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
             floors += [float(poses[other].position[2] + scene.shapes[other].half[2]) for other in under.values()]
             if not temporary:
                 centre = middle_of_supports(scene, poses, under, supports)
-        near = bool(np.hypot(*(underside[:2] - centre)) < AT_RADIUS_M)
+        near = bool(np.hypot(*(underside[:2] - centre)) < slot.radius)
         if near and any(abs(underside[2] - floor) < AT_HEIGHT_M for floor in floors):
             return slot
     return None

@@ -8,9 +8,8 @@ import mujoco
 import numpy as np
 
 from sim.errors import RenderingError
-from sim.perception.grounding import AT_RADIUS_M
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
-from sim.world.places import Slot
+from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import WRIST, Scene
 from sim.world.shapes import extent
 

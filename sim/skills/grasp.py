@@ -8,12 +8,12 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
 from sim.errors import BlockedError
 from sim.motion.trajectory import CONTROL_PERIOD_S
-from sim.perception.grounding import AT_RADIUS_M, hand_over
+from sim.perception.grounding import hand_over
 from sim.perception.sensors import ObjectPose, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, free_closing_line, move_tool
 from sim.skills.skill import Skill, SkillError
-from sim.world.places import Slot
+from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.shapes import Grip
 
 CLOSE_DURATION_S = 0.35

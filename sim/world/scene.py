@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -202,16 +203,12 @@ def initial_state(
 
 
 def _settles(scene: Scene, data: mujoco.MjData) -> bool:
-    """Let objects come to rest; return whether they stand as before."""
-    model, bodies = scene.mujoco, [scene.mujoco.body(obj.name).id for obj in scene.model.objects]
-    positions, upwards = data.xpos[bodies], data.xmat[bodies, 6:]
+    """Return whether all objects stand as they do after they are left to themselves."""
+    bodies, later = [scene.mujoco.body(obj.name).id for obj in scene.model.objects], copy.copy(data)
     for _ in range(round(SETTLE_DURATION_S / TIMESTEP)):
-        mujoco.mj_step(model, data)
-    moved = np.linalg.norm(data.xpos[bodies] - positions, axis=1)
-    tilted = np.linalg.norm(data.xmat[bodies, 6:] - upwards, axis=1)
-    scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
-    data.qvel[:], data.time = 0.0, 0.0
-    mujoco.mj_forward(model, data)
+        mujoco.mj_step(scene.mujoco, later)
+    moved = np.linalg.norm(later.xpos[bodies] - data.xpos[bodies], axis=1)
+    tilted = np.linalg.norm(later.xmat[bodies, 6:] - data.xmat[bodies, 6:], axis=1)
     return bool(moved.max(initial=0.0) < MAX_SETTLING_M and tilted.max(initial=0.0) < MAX_SETTLING_RAD)
 
 

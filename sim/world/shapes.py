@@ -110,7 +110,7 @@ class ObjectShape:
 
 @dataclass(frozen=True)
 class Extent:
-    """Bounds on the dimensions of a scene's objects, any of which may come to any slot.
+    """Bounds on the dimensions of the objects that may come to a location.
 
     Attributes:
         half: (2,) greatest half sides along the closing line and across it, m.
