@@ -24,13 +24,24 @@ from sim.errors import LogError
 from sim.simulation.rollout import FRAME_RATE, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
-FORMAT = 1
+FORMAT = 2
 """Raised whenever older files can no longer be read."""
 
-ARRAYS = {"times": (), "qpos": (None,), "glow": (), "speeds": (None,), "torques": (None,), "pad_forces": (2,)}
+RATES = ("accelerations", "jerks", "torque_rates")
+"""Names of the arrays of rates of the joints."""
+
+ARRAYS = {
+    "times": (),
+    "qpos": (None,),
+    "glow": (),
+    "speeds": (None,),
+    "torques": (None,),
+    **dict.fromkeys(RATES, (None,)),
+    "pad_forces": (2,),
+}
 """Names of the arrays, and the shape of each row."""
 
-DECIMALS = 7
+DECIMALS, RATE_DECIMALS = 7, 3
 """Decimals of recorded values: a tenth of a micrometre. Further ones are noise, and a third of the file."""
 
 
@@ -115,8 +126,12 @@ def log_of(
         events=tuple(event for event in rollout.events if event.time <= end),
         claims=claims,
     )
+    decimals = dict.fromkeys(ARRAYS, DECIMALS) | dict.fromkeys(RATES, RATE_DECIMALS)
     kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
-    return Log(about=about, **{name: rows if name == "times" else rows.round(DECIMALS) for name, rows in kept.items()})
+    return Log(
+        about=about,
+        **{name: rows if name == "times" else rows.round(decimals[name]) for name, rows in kept.items()},
+    )
 
 
 def _logged(step: Step) -> LoggedAction:

@@ -235,7 +235,7 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
 
 def _places(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return where in a recorded row, and where in the model's own positions, each value of a joint is."""
-    for name in ("speeds", "torques"):
+    for name in robot.load_limits:
         if getattr(log, name).shape[1] != len(robot.joints):
             raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
     source: list[int] = []

@@ -11,16 +11,28 @@ from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPath, ToolPose, arch, wr
 from sim.robots.robot import Robot
 
 HEADROOM = 0.8
-"""Share of the joint speed limits a reference may use; the rest is for what the controller adds."""
+"""Share of the joints' speed and acceleration limits a reference may use; the rest is for what the controller adds."""
+
+JERK_HEADROOM = 0.1
+"""Share of the joints' jerk limits a reference may use: with more the torques would change too fast."""
 
 POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
 """Greatest errors of the tool at the end of a movement."""
+
+BRAKING_HEADROOM = 0.5
+"""Share of the acceleration limits that braking uses; the path itself may use the rest."""
+
+MIN_BRAKING_TIME_S = 0.1
+"""Shortest time in which the arm stops."""
 
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 """Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
 
 JOINT_MARGIN_RAD = 0.01
 """Distance that references keep from the ends of the joints, rad."""
+
+BLENDS_TRIED = 4
+"""Number of moments, from the present to the end of the movement before, at which a movement is tried to begin."""
 
 MAX_GOAL_STEPS = 60
 """Most IK steps to a goal; about 15 are used."""
@@ -107,6 +119,8 @@ class Arm:
         *,
         height: float | None = None,
         drawn_in: float = 0.0,
+        seconds: float = 0.0,
+        ending: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return the joint references of an arching movement, slowed until the joints' limits allow it.
 
@@ -117,9 +131,11 @@ class Arm:
             yaw: of the tool there, rad.
             height: at which the tool passes, m; None for that of the higher end (see `arch`).
             drawn_in: how much nearer to the base it goes midway, m.
+            seconds: least duration, s.
+            ending: (M, n) what is left of the movement before, relative to q, rad; both together keep to the limits.
 
         Returns:
-            (N, n) rad or m, every `CONTROL_PERIOD_S`.
+            (N, n) rad or m, every `CONTROL_PERIOD_S`, without that ending.
 
         Raises:
             SimulationError: the tool would not arrive within `POSITION_TOLERANCE_M` and `ANGLE_TOLERANCE_RAD`.
@@ -128,7 +144,7 @@ class Arm:
         turn = self._turn(q, goal)
         turn += wrap(yaw - start.yaw - turn)
         pace = 1.0
-        for _ in range(5):
+        for attempt in range(5):
             path = arch(
                 start,
                 ToolPose(position, yaw),
@@ -138,16 +154,51 @@ class Arm:
                 nearest=self.robot.nearest_m,
                 pace=pace,
             )
+            if not attempt and len(path.yaws) * CONTROL_PERIOD_S < seconds:
+                pace = len(path.yaws) * CONTROL_PERIOD_S / seconds
+                continue
             references = self._follow(q, goal, path)
-            steps = np.diff(references, axis=0, prepend=q[None])
-            share = float((np.abs(steps) / CONTROL_PERIOD_S / self.robot.velocity_limits).max())
-            if share <= HEADROOM:
+            at_rest = np.repeat([q, references[-1]], 3, axis=0)
+            excess = self._excess(np.vstack([at_rest[:3], references, at_rest[3:]]))
+            if excess <= 1:
                 break
-            pace *= 0.95 * HEADROOM / share
-        if share > HEADROOM or not self._arrived():
+            pace *= 0.95 / excess
+        if excess > 1 or not self._arrived():
             at = ", ".join(f"{x:.3f}" for x in position)
             raise SimulationError(f"the arm cannot keep to its path to ({at}) m within the limits of its joints")
-        return references
+        return references if ending is None else self._begun_late(q, references, ending)
+
+    def braking_time(self, velocities: np.ndarray) -> float:
+        """Return how long joints of (n,) velocities, rad/s, take to stop smoothly (`JointTrajectory.braked`), s."""
+        speeds = np.abs(velocities)
+        slowing = 1.5 * speeds / (BRAKING_HEADROOM * self.robot.acceleration_limits)
+        jerking = np.sqrt(6 * speeds / (JERK_HEADROOM * self.robot.jerk_limits))
+        return float(max(slowing.max(), jerking.max(), MIN_BRAKING_TIME_S))
+
+    def _excess(self, offsets: np.ndarray) -> float:
+        """Return by what factor joints that pass (N, n) offsets, rad, are too fast; up to 1 they are not."""
+        speeds, accelerations, jerks = (
+            np.abs(np.diff(offsets, k, axis=0)).max(axis=0) / CONTROL_PERIOD_S**k for k in (1, 2, 3)
+        )
+        robot = self.robot
+        return float(
+            max(
+                (speeds / robot.velocity_limits).max() / HEADROOM,
+                ((accelerations / robot.acceleration_limits).max() / HEADROOM) ** (1 / 2),
+                ((jerks / robot.jerk_limits).max() / JERK_HEADROOM) ** (1 / 3),
+            )
+        )
+
+    def _begun_late(self, q: np.ndarray, references: np.ndarray, ending: np.ndarray) -> np.ndarray:
+        """Return references that begin so late that with the ending of the movement before they keep to the limits."""
+        for delay in np.linspace(0, len(ending), BLENDS_TRIED, dtype=int):
+            late = np.vstack([np.repeat(q[None], delay, axis=0), references])
+            both = late - q
+            both = np.vstack([both, np.repeat(both[-1:], max(0, len(ending) - len(both)), axis=0)])
+            both[: len(ending)] += ending
+            if self._excess(both) <= 1:
+                break
+        return late
 
     def _turn(self, q: np.ndarray, goal: np.ndarray) -> float:
         """Return the tool's turn about z as the joints go straight from one configuration to another, rad."""

@@ -12,24 +12,31 @@ from sim.world.scene import Scene
 
 
 class Recorder:
-    """Frames of a simulation, `FRAME_RATE` a second; loads are sampled at every step between them."""
+    """Frames of a simulation, `FRAME_RATE` a second; loads are sampled at every step between them.
+
+    Accelerations and rates are differences between two steps. MuJoCo's own accelerations do not count: the implicit
+    integrator overstates them.
+    """
 
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
         model = scene.mujoco
-        self._dofs = scene.robot.dofs(model)
+        self._dofs, self._period = scene.robot.dofs(model), float(model.opt.timestep)
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
-        self._speed, self._torque = np.zeros((2, len(self._dofs)))
+        self._references: list[np.ndarray] = []
+        self._speeds: list[np.ndarray] = []
+        self._torques: list[np.ndarray] = []
 
     def is_due(self, data: mujoco.MjData) -> bool:
         """Return whether the time has come for another frame."""
         return bool(data.time * FRAME_RATE >= len(self._frames) - 1e-6)
 
-    def feel(self, data: mujoco.MjData) -> None:
-        """Update the greatest speeds and torques with a state just simulated."""
-        np.maximum(self._speed, np.abs(data.qvel[self._dofs]), out=self._speed)
-        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._dofs]), out=self._torque)
+    def feel(self, data: mujoco.MjData, reference: np.ndarray) -> None:
+        """Add a state just simulated, in which the arm's joints were to be at (n,) reference positions, rad."""
+        self._references.append(reference)
+        self._speeds.append(data.qvel[self._dofs])
+        self._torques.append(data.qfrc_actuator[self._dofs])
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
         """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
@@ -37,20 +44,36 @@ class Recorder:
             "times": float(data.time),
             "qpos": data.qpos.copy(),
             "glow": glow,
-            "speeds": self._speed,
-            "torques": self._torque,
+            **self._loads(),
             "pad_forces": self._press(data),
         }
         self._frames.append(frame)
-        self._speed, self._torque = np.zeros((2, len(self._dofs)))
+        # A jerk is the third difference of references.
+        for samples, kept in ((self._references, 3), (self._speeds, 1), (self._torques, 1)):
+            del samples[:-kept]
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """What was recorded, by the names it has in a `Frames`; loads since the last frame are added to it."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
-        for name, load in (("speeds", self._speed), ("torques", self._torque)):
+        for name, load in self._loads().items():
             arrays[name][-1] = np.maximum(arrays[name][-1], load)
         return arrays
+
+    def _loads(self) -> dict[str, np.ndarray]:
+        """Return the (n,) greatest loads of the joints since the last frame, by the names they have in a `Frames`."""
+        references, speeds, torques = (
+            np.array(samples).reshape(-1, len(self._dofs))
+            for samples in (self._references, self._speeds, self._torques)
+        )
+        loads = {
+            "speeds": speeds,
+            "accelerations": np.diff(speeds, axis=0) / self._period,
+            "jerks": np.diff(references, 3, axis=0) / self._period**3,
+            "torques": torques,
+            "torque_rates": np.diff(torques, axis=0) / self._period,
+        }
+        return {name: np.abs(load).max(axis=0, initial=0.0) for name, load in loads.items()}
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
         """Return the (2,) contact forces on the left and the right pad, N."""

@@ -86,7 +86,10 @@ class Frames:
         qpos: (T, nq) positions of the scene's MuJoCo model.
         glow: (T,) index into the model's locations of the marking location at work, -1 for none.
         speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
+        accelerations: (T, n) greatest acceleration of each arm joint since the frame before, rad/s^2.
+        jerks: (T, n) greatest jerk of the trajectory commanded to each arm joint since the frame before, rad/s^3.
         torques: (T, n) greatest torque of each arm joint since the frame before, N m.
+        torque_rates: (T, n) greatest rate of that torque, N m/s.
         pad_forces: (T, 2) with which the left and the right pad were pressed, N.
     """
 
@@ -94,7 +97,10 @@ class Frames:
     qpos: np.ndarray
     glow: np.ndarray
     speeds: np.ndarray
+    accelerations: np.ndarray
+    jerks: np.ndarray
     torques: np.ndarray
+    torque_rates: np.ndarray
     pad_forces: np.ndarray
 
 
@@ -123,11 +129,7 @@ class Rollout(Frames):
     robot: Robot
 
     @property
-    def speed_share(self) -> np.ndarray:
-        """(n,) greatest speed of each arm joint, as a share of its limit."""
-        return self.speeds.max(axis=0) / self.robot.velocity_limits
-
-    @property
-    def torque_share(self) -> np.ndarray:
-        """(n,) greatest torque of each arm joint, as a share of its limit."""
-        return self.torques.max(axis=0) / self.robot.torque_limits
+    def load_shares(self) -> dict[str, np.ndarray]:
+        """(n,) greatest load of each arm joint as a share of its limit, by the names of the loads in `Frames`."""
+        limits = self.robot.load_limits.items()
+        return {name: getattr(self, name).max(axis=0) / limit for name, limit in limits}

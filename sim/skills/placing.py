@@ -79,9 +79,13 @@ def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
 def placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[np.ndarray, float]:
     """Return the tool's (3,) position, m, and yaw, rad, that put the held object, as it lies in the hand, into a slot.
 
-    A tilted object would touch down with an edge and tip, so that its lowest point sets the height.
+    A tilted object would touch down with an edge and tip, so that its lowest point sets the height. The arm may be
+    moving, unless the sensor needs several observations.
     """
-    tool, held = cell.arm.tool(cell.reference), cell.measure(obj)
+    if cell.sensor.samples > 1:
+        cell.settle()
+    held = cell.measure(obj)
+    tool = cell.arm.tool(cell.angles)
     symmetry = cell.scene.shapes[obj].symmetry
     turn = wrap(slot.yaw - held.yaw, symmetry) if symmetry else 0.0
     c, s = np.cos(turn), np.sin(turn)

@@ -38,7 +38,10 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
         "completed",
         "joint positions",
         "joint speeds",
+        "joint accelerations",
+        "joint jerks",
         "joint torques",
+        "joint torque rates",
         "objects",
         "contacts",
     ]

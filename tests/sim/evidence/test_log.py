@@ -13,7 +13,8 @@ import pytest
 from prefplan.claims import Claims
 from prefplan.front import Purchase
 from sim.errors import LogError
-from sim.evidence.log import ARRAYS, FORMAT, About, Log, LoggedAction, encode, read_log
+from sim.evidence.log import ARRAYS, FORMAT, RATES, About, Log, LoggedAction, encode, read_log
+from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event
 
 
@@ -40,6 +41,7 @@ def log() -> Log:
         glow=np.array([-1, 0]),
         speeds=rows + 1,
         torques=rows + 2,
+        **{name: rows + k for k, name in enumerate(RATES, 3)},
         pad_forces=np.zeros((2, 2)),
     )
 
@@ -66,7 +68,7 @@ def npy(array: np.ndarray) -> bytes:
 Rewrite = Callable[..., None]
 
 NO_FRAMES = {"times": np.zeros(0), "glow": np.zeros(0, int), "pad_forces": np.zeros((0, 2))}
-NO_FRAMES |= {name: np.zeros((0, 7)) for name in ("qpos", "speeds", "torques")}
+NO_FRAMES |= {name: np.zeros((0, 7)) for name in ("qpos", *PANDA.load_limits)}
 
 
 @pytest.fixture
