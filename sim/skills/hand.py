@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -82,10 +82,10 @@ def free_closing_line(
     raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
 
 
-def passage_height(cell: Workcell, held: str | None = None) -> float:
-    """Return the height of the tool at which it and its load clear all objects at rest, m."""
-    shapes = cell.shapes
-    tops = [cell.observe(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
+def passage_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
+    """Return the height of the tool at which it and its load clear some objects at rest, m."""
+    shapes = cell.scene.shapes
+    tops = [cell.observe(obj).position[2] + shapes[obj].half[2] for obj in objects if obj != held]
     below = shapes[held].half[2] if held else cell.scene.robot.gripper.fingertip_m
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 

@@ -11,6 +11,9 @@ from sim.skills.hand import BLEND_M
 DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15), (0.1, 0.15), (0.2, 0.0), (0.2, 0.2), (0.3, 0.0), (0.3, 0.2))
 """Paths to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
 
+ROUND_ABOUT_M = (0.0, 0.15, 0.3)
+"""Paths to try then, no higher than their ends, past what stands too high to reach over it: how much nearer, m."""
+
 PATH_CLEARANCE_M = 0.006
 """Least clearance of the arm and its load from obstacles along a path; they deviate from it by 2 mm at most."""
 
@@ -34,14 +37,15 @@ def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) 
     goal, yaw = cell.arm.reach(position, [line, line + np.pi])
     blockers: set[str] = set()
     unreachable: SimulationError | None = None
-    for raised, drawn_in in DETOURS:
+    over = [(height + raised, drawn_in) for raised, drawn_in in DETOURS]
+    for passage, drawn_in in (*over, *((None, drawn_in) for drawn_in in ROUND_ABOUT_M)):
         try:
             references = cell.arm.move(
                 cell.reference,
                 goal,
                 position,
                 yaw,
-                height=height + raised,
+                height=passage,
                 drawn_in=drawn_in,
                 ending=cell.ending,
             )
