@@ -50,6 +50,7 @@ def test_plans_of_case_study_3_are_carried_out_from_perturbed_starts(
 ) -> None:
     rollout = execute(scene, PLANS[name], seed=seed, system=system)
     assert_good(rollout)
+    assert 0.05 < rollout.rest_share < 0.15, "it rests to close and to open the hand"
     assert [step.action for step in rollout.steps] == PLANS[name]
     final = rollout.steps[-1].observed
     assert final.place["pink"] == final.place["blue"] == "bin1"
