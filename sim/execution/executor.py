@@ -148,7 +148,7 @@ class Execution:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
             self.cell.log_event("mismatch", action=action, reason=self.reason)
-            self._rest()
+            self.cell.settle()
             return False
         self.state, self.reason = target, None
         return True
@@ -180,7 +180,7 @@ class Execution:
     def rollout(self) -> Rollout:
         """Return all that happened so far, once the arm has come to rest."""
         cell = self.cell
-        self._rest()
+        cell.settle()
         return Rollout(
             completed=self.reason is None,
             reason=self.reason,
@@ -192,14 +192,6 @@ class Execution:
             placement_error=self._placement_error(),
             robot=self.scene.robot,
         )
-
-    def _rest(self) -> None:
-        """Let the arm come to rest; that belongs to the last action."""
-        spent = self.cell.effort
-        self.cell.settle()
-        if self.steps:
-            effort = self.steps[-1].effort + (self.cell.effort - spent)
-            self.steps[-1] = replace(self.steps[-1], end=float(self.cell.data.time), effort=effort)
 
     def _states(self, index: int) -> ManipulationState:
         return cast(ManipulationState, self.system.states[index])

@@ -7,32 +7,24 @@ import mujoco
 import numpy as np
 
 from sim.errors import SimulationError
+from sim.motion.timing import begun_late, timed
 from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPath, ToolPose, arch, wrap
 from sim.robots.robot import Robot
 
-HEADROOM = 0.8
-"""Share of the joints' speed and acceleration limits a reference may use; the rest is for what the controller adds."""
-
-JERK_HEADROOM = 0.1
-"""Share of the joints' jerk limits a reference may use: with more the torques would change too fast."""
+PATH_PERIOD_S = 0.02
+"""Time between two points of a path for which the joints are solved, s; a smooth curve joins them."""
 
 POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
 """Greatest errors of the tool at the end of a movement."""
 
-BRAKING_HEADROOM = 0.5
-"""Share of the acceleration limits that braking uses; the path itself may use the rest."""
-
-MIN_BRAKING_TIME_S = 0.1
-"""Shortest time in which the arm stops."""
-
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 """Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
 
+SATURATED_SHARE, SATURATED_PACE = 0.99, 0.7
+"""A joint at this share of its greatest speed lags behind the tool's path, which is then followed at such a pace."""
+
 JOINT_MARGIN_RAD = 0.01
 """Distance that references keep from the ends of the joints, rad."""
-
-BLENDS_TRIED = 4
-"""Number of moments, from the present to the end of the movement before, at which a movement is tried to begin."""
 
 MAX_GOAL_STEPS = 60
 """Most IK steps to a goal; about 15 are used."""
@@ -144,7 +136,7 @@ class Arm:
         turn = self._turn(q, goal)
         turn += wrap(yaw - start.yaw - turn)
         pace = 1.0
-        for attempt in range(5):
+        for _ in range(5):
             path = arch(
                 start,
                 ToolPose(position, yaw),
@@ -154,66 +146,38 @@ class Arm:
                 nearest=self.robot.nearest_m,
                 pace=pace,
             )
-            if not attempt and len(path.yaws) * CONTROL_PERIOD_S < seconds:
-                pace = len(path.yaws) * CONTROL_PERIOD_S / seconds
-                continue
-            references = self._follow(q, goal, path)
-            at_rest = np.repeat([q, references[-1]], 3, axis=0)
-            excess = self._excess(np.vstack([at_rest[:3], references, at_rest[3:]]))
-            if excess <= 1:
+            knots, points = self._follow(q, goal, path)
+            speeds = np.abs(np.diff(points, axis=0)) / np.diff(knots)[:, None]
+            if (speeds < SATURATED_SHARE * self.robot.velocity_limits).all():
                 break
-            pace *= 0.95 / excess
-        if excess > 1 or not self._arrived():
+            pace *= SATURATED_PACE
+        if not self._arrived():
             at = ", ".join(f"{x:.3f}" for x in position)
             raise SimulationError(f"the arm cannot keep to its path to ({at}) m within the limits of its joints")
-        return references if ending is None else self._begun_late(q, references, ending)
-
-    def braking_time(self, velocities: np.ndarray) -> float:
-        """Return how long joints of (n,) velocities, rad/s, take to stop smoothly (`JointTrajectory.braked`), s."""
-        speeds = np.abs(velocities)
-        slowing = 1.5 * speeds / (BRAKING_HEADROOM * self.robot.acceleration_limits)
-        jerking = np.sqrt(6 * speeds / (JERK_HEADROOM * self.robot.jerk_limits))
-        return float(max(slowing.max(), jerking.max(), MIN_BRAKING_TIME_S))
-
-    def _excess(self, offsets: np.ndarray) -> float:
-        """Return by what factor joints that pass (N, n) offsets, rad, are too fast; up to 1 they are not."""
-        speeds, accelerations, jerks = (
-            np.abs(np.diff(offsets, k, axis=0)).max(axis=0) / CONTROL_PERIOD_S**k for k in (1, 2, 3)
-        )
-        robot = self.robot
-        return float(
-            max(
-                (speeds / robot.velocity_limits).max() / HEADROOM,
-                ((accelerations / robot.acceleration_limits).max() / HEADROOM) ** (1 / 2),
-                ((jerks / robot.jerk_limits).max() / JERK_HEADROOM) ** (1 / 3),
-            )
-        )
-
-    def _begun_late(self, q: np.ndarray, references: np.ndarray, ending: np.ndarray) -> np.ndarray:
-        """Return references that begin so late that with the ending of the movement before they keep to the limits."""
-        for delay in np.linspace(0, len(ending), BLENDS_TRIED, dtype=int):
-            late = np.vstack([np.repeat(q[None], delay, axis=0), references])
-            both = late - q
-            both = np.vstack([both, np.repeat(both[-1:], max(0, len(ending) - len(both)), axis=0)])
-            both[: len(ending)] += ending
-            if self._excess(both) <= 1:
-                break
-        return late
+        references = timed(self.robot, knots, points, seconds=seconds)
+        return references if ending is None else begun_late(self.robot, references, q, ending)
 
     def _turn(self, q: np.ndarray, goal: np.ndarray) -> float:
         """Return the tool's turn about z as the joints go straight from one configuration to another, rad."""
         yaws = np.unwrap([self.tool(q + share * (goal - q)).yaw for share in np.linspace(0, 1, TURN_SAMPLES)])
         return float(yaws[-1] - yaws[0])
 
-    def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> np.ndarray:
+    def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> tuple[np.ndarray, np.ndarray]:
+        """Return (K,) times, s, and the (K, n) configurations, rad, in which the tool then is on its path."""
         self._configuration.update(q)
-        references = np.empty((len(path.yaws), len(q)))
-        for i, (position, yaw, share) in enumerate(zip(path.positions, path.yaws, path.progress, strict=True)):
-            self._frame.set_target(_transform(position, yaw))
+        every = round(PATH_PERIOD_S / CONTROL_PERIOD_S)
+        chosen = np.arange(len(path.yaws))[::-1][::every][::-1]
+        knots = np.array([0.0, *(chosen + 1) * CONTROL_PERIOD_S])
+        points = np.empty((len(knots), len(q)))
+        points[0] = q
+        for k, i in enumerate(chosen, 1):
+            share = path.progress[i]
+            self._frame.set_target(_transform(path.positions[i], path.yaws[i]))
             self._posture.set_target(q + share * (goal - q))
-            self._configuration.integrate_inplace(self._solve(CONTROL_PERIOD_S), CONTROL_PERIOD_S)
-            references[i] = self._configuration.data.qpos
-        return references
+            period = knots[k] - knots[k - 1]
+            self._configuration.integrate_inplace(self._solve(period), period)
+            points[k] = self._configuration.data.qpos
+        return knots, points
 
     def _arrived(self) -> bool:
         error = self._frame.compute_error(self._configuration)

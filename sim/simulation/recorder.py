@@ -24,6 +24,7 @@ class Recorder:
         self._dofs, self._period = scene.robot.dofs(model), float(model.opt.timestep)
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
+        self._felt: list[int] = []
         self._references: list[np.ndarray] = []
         self._speeds: list[np.ndarray] = []
         self._torques: list[np.ndarray] = []
@@ -40,40 +41,32 @@ class Recorder:
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
         """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
-        frame = {
-            "times": float(data.time),
-            "qpos": data.qpos.copy(),
-            "glow": glow,
-            **self._loads(),
-            "pad_forces": self._press(data),
-        }
+        frame = {"times": float(data.time), "qpos": data.qpos.copy(), "glow": glow, "pad_forces": self._press(data)}
         self._frames.append(frame)
-        # A jerk is the third difference of references.
-        for samples, kept in ((self._references, 3), (self._speeds, 1), (self._torques, 1)):
-            del samples[:-kept]
+        self._felt.append(len(self._speeds))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """What was recorded, by the names it has in a `Frames`; loads since the last frame are added to it."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
-        for name, load in self._loads().items():
-            arrays[name][-1] = np.maximum(arrays[name][-1], load)
-        return arrays
-
-    def _loads(self) -> dict[str, np.ndarray]:
-        """Return the (n,) greatest loads of the joints since the last frame, by the names they have in a `Frames`."""
-        references, speeds, torques = (
-            np.array(samples).reshape(-1, len(self._dofs))
-            for samples in (self._references, self._speeds, self._torques)
-        )
-        loads = {
-            "speeds": speeds,
-            "accelerations": np.diff(speeds, axis=0) / self._period,
-            "jerks": np.diff(references, 3, axis=0) / self._period**3,
-            "torques": torques,
-            "torque_rates": np.diff(torques, axis=0) / self._period,
+        samples = {
+            "speeds": (self._speeds, 0),
+            "accelerations": (self._speeds, 1),
+            "jerks": (self._references, 3),
+            "torques": (self._torques, 0),
+            "torque_rates": (self._torques, 1),
         }
-        return {name: np.abs(load).max(axis=0, initial=0.0) for name, load in loads.items()}
+        return arrays | {name: self._greatest(np.array(rows), rate) for name, (rows, rate) in samples.items()}
+
+    def _greatest(self, rows: np.ndarray, rate: int) -> np.ndarray:
+        """Return the (T, n) greatest values since the frame before of the rate-th derivative of what was felt."""
+        greatest = np.zeros((len(self._frames), len(self._dofs)))
+        if len(rows):
+            # Nothing moves before the first step.
+            rows = np.vstack([np.repeat(rows[:1], rate, axis=0), rows])
+            loads = np.abs(np.diff(rows, rate, axis=0)) / self._period**rate
+            greatest[1:] = np.maximum.reduceat(loads, self._felt[:-1])
+        return greatest
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
         """Return the (2,) contact forces on the left and the right pad, N."""

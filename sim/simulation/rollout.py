@@ -11,6 +11,9 @@ from prefplan.exact_costs import Number
 from prefplan.models.manipulation.model import ManipulationState
 from sim.robots.robot import Robot
 
+REST_SPEED_RAD_S = 0.02
+"""The arm rests while every joint is slower than this, whatever the fingers do: at 0.5 m that is 1 cm/s."""
+
 FRAME_RATE = 30
 """Recorded (and rendered) states a simulated second."""
 
@@ -127,6 +130,11 @@ class Rollout(Frames):
     wall_seconds: float
     placement_error: float
     robot: Robot
+
+    @property
+    def rest_share(self) -> float:
+        """Share of the time between frames in which the arm rested throughout."""
+        return float((self.speeds[1:] < REST_SPEED_RAD_S).all(axis=1).mean())
 
     @property
     def load_shares(self) -> dict[str, np.ndarray]:

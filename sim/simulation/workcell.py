@@ -11,6 +11,7 @@ import numpy as np
 from sim.errors import SimulationError
 from sim.motion.joint_trajectory import JointTrajectory, through
 from sim.motion.kinematics import Arm
+from sim.motion.timing import braking_time, summed
 from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import (
     OBSERVATION_TIMEOUT_S,
@@ -167,11 +168,7 @@ class Workcell:
 
     def blended(self, references: np.ndarray) -> np.ndarray:
         """Return (N, n) references with what is left of the movement before added, as the arm follows them, rad."""
-        ending = self.ending
-        extra = np.repeat(references[-1:], max(0, len(ending) - len(references)), axis=0)
-        references = np.vstack([references, extra])
-        references[: len(ending)] += ending
-        return references
+        return summed(references, self.ending)
 
     def follow(self, references: np.ndarray, *, within: float = 0.0, watch: Callable[[], None] = lambda: None) -> None:
         """Drive the arm along (N, n) references, rad, one a control period; it brakes early if it loses its load.
@@ -206,7 +203,7 @@ class Workcell:
     def brake(self) -> None:
         """Stop the arm on its path, within its limits."""
         if len(self._ending):
-            periods = np.ceil(self.arm.braking_time(self._ending.velocities[0]) / CONTROL_PERIOD_S)
+            periods = np.ceil(braking_time(self.scene.robot, self._ending.velocities[0]) / CONTROL_PERIOD_S)
             self._ending = self._ending.braked(int(periods) * self._substeps)
             self.reference = self._ending.positions[-1]
             self.settle()

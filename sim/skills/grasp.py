@@ -16,11 +16,14 @@ from sim.skills.skill import Skill, SkillError
 from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.shapes import Grip
 
-CLOSE_DURATION_S = 0.35
-"""Duration of closing the hand."""
-
-CLOSING_DISTANCE_M = 0.003
+CLOSING_DISTANCE_M = 0.015
 """Distance of the tool from its goal at which the hand begins to close."""
+
+NEARLY_CLOSED_M = 0.008
+"""By how much the hand is wider than the object when the arm has come to rest."""
+
+CLOSE_DURATION_S, SQUEEZE_DURATION_S = 0.2, 0.3
+"""Durations of closing the hand so far, and of closing it on the object: a pad that comes first pushes it gently."""
 
 FIRM_DURATION_S = 0.1
 """How long a grip must stay firm."""
@@ -49,7 +52,9 @@ class GraspSkill(Grasp, Skill):
         cell.set_width(grip.opening, OPEN_DURATION_S)
         yaw = move_tool(cell, above, [line, line + np.pi], within=BLEND_M)
         move_tool(cell, target, [yaw], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
-        cell.set_width(grip.width - cell.scene.robot.gripper.squeeze_m, CLOSE_DURATION_S)
+        cell.grip(grip.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
+        cell.settle()
+        cell.set_width(grip.width - cell.scene.robot.gripper.squeeze_m, SQUEEZE_DURATION_S)
         forces = _await_firm_grip(cell)
         if forces is None:
             cell.grip(grip.opening, OPEN_DURATION_S)
@@ -83,7 +88,7 @@ def _check_still(cell: Workcell, obj: str, pose: ObjectPose) -> None:
 def _await_firm_grip(cell: Workcell) -> np.ndarray | None:
     """Wait until the grip is firm; return the pads' contact forces in N, or None after a timeout."""
     periods = 0
-    for _ in range(round((CLOSE_DURATION_S + GRIP_TIMEOUT_S) / CONTROL_PERIOD_S)):
+    for _ in range(round((SQUEEZE_DURATION_S + GRIP_TIMEOUT_S) / CONTROL_PERIOD_S)):
         cell.wait(CONTROL_PERIOD_S)
         periods = periods + 1 if cell.contacts.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
         if periods >= FIRM_DURATION_S / CONTROL_PERIOD_S:
