@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import jinja2
 import vl_convert
+from markupsafe import escape
 
 from experiments.cli.files import make_folder, write_bytes
 from experiments.cli.output import number
 from experiments.cli.overview import introduction
-from experiments.figures import automaton as automaton_picture
 from experiments.figures import grid_map
+from experiments.figures.diagrams import automaton as automaton_picture
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from prefplan.front import Front
+from prefplan.logic.dfa import Automaton
 from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 
@@ -85,8 +87,7 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
     )
     environment.filters["number"] = number
     pictures = {
-        task.name: automaton_picture.svg(automaton)
-        for task, automaton in zip(problem.tasks, problem.automata, strict=True)
+        task.name: _automaton(automaton) for task, automaton in zip(problem.tasks, problem.automata, strict=True)
     }
     return environment.get_template("index.html").render(
         name=scenario.name,
@@ -102,6 +103,14 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         data=data,
         scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
     )
+
+
+def _automaton(automaton: Automaton) -> str:
+    """Return an automaton's picture, or a sentence where it has too many states for one."""
+    try:
+        return automaton_picture.svg(automaton)
+    except automaton_picture.AutomatonSizeError as error:
+        return f'<p class="small">No picture: {escape(str(error))}.</p>'
 
 
 def _trade_off(front: Front, data: Mapping[str, Any]) -> str:

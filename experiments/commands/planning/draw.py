@@ -60,7 +60,7 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
 
 
 def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures import automaton as picture
+    from experiments.figures.diagrams import automaton as picture
 
     scenario.problem()
     picture.draw({f"{task.name}: {task.formula}": automaton(task.formula) for task in scenario.tasks}, path)
@@ -68,7 +68,7 @@ def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> in
 
 
 def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures import node_link, system
+    from experiments.figures.diagrams import node_link, system
 
     try:
         diagram = system.diagram(scenario.problem().system)

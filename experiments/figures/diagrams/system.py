@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 
 from experiments.cli.output import number
-from experiments.figures import node_link
-from experiments.figures.node_link import Diagram, Edge, Node
+from experiments.figures.diagrams import node_link
+from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.errors import PrefplanError
 from prefplan.models.transition_system import TransitionSystem
 
