@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from experiments.cli.output import number, plan_json
+from experiments.figures.front import cost_unit
 from experiments.figures.grid_map import path_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
@@ -49,6 +50,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
     ]
     return {
         "scenario": scenario.name,
+        "cost_unit": cost_unit(scenario),
         "map": {"size": list(scenario.model.size)} if isinstance(scenario.model, GridModel) else None,
         "tasks": [
             _task(task, named[task.name], automaton.accepting, automaton.dead)

@@ -35,6 +35,18 @@ VEGA = "vega.js"
 
 INDEX = "index.html"
 
+SCRIPTS = (
+    "clock.js",
+    "scroll_box.js",
+    "chart.js",
+    "timeline.js",
+    "map.js",
+    "automata.js",
+    "panel.js",
+    "report.js",
+)
+"""The page's scripts, each after those that it uses."""
+
 
 def write_page(
     scenario: Scenario,
@@ -101,7 +113,7 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         maps=[grid_map.svg(model, plan) for plan in front] if isinstance(model, GridModel) else [],
         notices=notices,
         data=data,
-        scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
+        scripts=SCRIPTS,
     )
 
 

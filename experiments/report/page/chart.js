@@ -7,7 +7,21 @@ function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-function frontSpec(plans, height) {
+// Ticks stand only at values that occur; labels are exact, and left out where they would overlap.
+function axisOf(values, title, style) {
+  const distinct = [...new Set(values)].sort((a, b) => a - b);
+  const low = distinct[0], high = distinct[distinct.length - 1], margin = 0.07 * (high - low) || 1;
+  return {
+    type: "quantitative", title,
+    scale: { zero: false, nice: false, domain: [low - margin, high + margin] },
+    axis: {
+      ...style, values: distinct, labelExpr: "'' + round(datum.value * 1e6) / 1e6", labelOverlap: "greedy",
+      labelSeparation: 4, labelBound: false, grid: distinct.length <= LABELLED,
+    },
+  };
+}
+
+function frontSpec(plans, unit, height) {
   const ink = colour("--ink"), soft = colour("--soft"), line = colour("--line");
   const first = colour("--first"), second = colour("--second"), paper = colour("--paper");
   const many = plans.length > LABELLED;
@@ -15,10 +29,10 @@ function frontSpec(plans, height) {
     index: plan.index, cost: plan.cost, preference: plan.preference,
     words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
   }));
-  const axis = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
-  const scale = { zero: false, nice: true, padding: 14 };
-  const x = { field: "cost", type: "quantitative", title: "Total cost →", scale, axis: { ...axis, tickCount: 6 } };
-  const y = { field: "preference", type: "quantitative", title: "← Preference (lower is better)", scale, axis: { ...axis, tickCount: 5 } };
+  const style = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
+  const costs = plans.map((plan) => plan.cost), preferences = plans.map((plan) => plan.preference);
+  const x = { field: "cost", ...axisOf(costs, `Total cost${unit ? ` (${unit})` : ""} →`, style) };
+  const y = { field: "preference", ...axisOf(preferences, "← Preference (lower is better)", style) };
   const tests = [
     { test: "datum.index === chosen", value: first },
     { test: "datum.index === other", value: second },
@@ -27,7 +41,7 @@ function frontSpec(plans, height) {
     width: "container", height, background: "transparent", data: { values },
     description: `The Pareto front: ${plans.length} plans, cost against preference.`,
     params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }],
-    config: { view: { stroke: null }, font: "inherit", axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
+    config: { view: { stroke: null }, font: getComputedStyle(document.body).fontFamily, axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
     layer: [
       { mark: { type: "line", interpolate: "step-after", color: soft, strokeWidth: 1.5, aria: false }, encoding: { x, y } },
       {
@@ -54,8 +68,10 @@ function frontSpec(plans, height) {
 }
 
 class FrontChart {
-  constructor(place, plans, choose) {
+  // `unit`: what costs were measured in, or null.
+  constructor(place, plans, unit, choose) {
     this.place = place;
+    this.unit = unit;
     this.plans = plans;
     this.choose = choose;
     this.chosen = [-1, -1];
@@ -66,7 +82,7 @@ class FrontChart {
 
   async draw() {
     if (this.view) this.view.finalize();
-    const spec = frontSpec(this.plans, matchMedia("(max-width: 600px)").matches ? 240 : 320);
+    const spec = frontSpec(this.plans, this.unit, matchMedia("(max-width: 600px)").matches ? 240 : 320);
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     const { view } = await vegaEmbed(this.place, spec, { actions: false, renderer: "svg", tooltip: { theme: dark ? "dark" : "light" } });
     this.view = view;

@@ -85,7 +85,7 @@ class Panel {
         shared ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
     });
     const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to preference"] : [])];
-    return make("div", { class: "scroll" }, make("table", { class: "costs" },
+    return scrollBox(`Costs of the tasks in plan ${plan.index}`, "", make("table", { class: "costs" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)));
   }
@@ -105,7 +105,7 @@ class Panel {
     });
     return make("details", { class: "steps" },
       make("summary", {}, actions.length ? `All ${actions.length} actions, one by one` : "There is nothing to do"),
-      make("div", { class: "scroll" }, make("table", {},
+      scrollBox(`Actions of plan ${plan.index}`, "", make("table", {},
         make("thead", {}, make("tr", {}, ...["#", "Action", "Costs", "Spent", "Tasks"].map((head) => make("th", { scope: "col" }, head)))),
         make("tbody", {}, ...rows))));
   }
