@@ -11,6 +11,7 @@ from experiments.figures.front import cost_unit
 from experiments.figures.grid_map import path_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
+from experiments.report.pictures import graph_data
 from experiments.report.preference_words import shares
 from experiments.runs.formula_words import titles, words_of
 from prefplan.claims import Check, Claims, judge
@@ -106,6 +107,7 @@ def _plan(
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
         "path": path_of(plan).states.tolist() if isinstance(scenario.model, GridModel) else None,
+        "graph": graph_data(scenario, plan),
         "map_words": _map_words(scenario, planned),
         "checks": [asdict(check) for check in check_plan(problem, plan, planned)],
         "run": run,

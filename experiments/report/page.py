@@ -10,18 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import jinja2
 import vl_convert
-from markupsafe import escape
 
 from experiments.cli.files import make_folder, write_bytes
 from experiments.cli.output import number
 from experiments.cli.overview import introduction
-from experiments.figures import grid_map
-from experiments.figures.diagrams import automaton as automaton_picture
+from experiments.report import pictures
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from prefplan.front import Front
-from prefplan.logic.dfa import Automaton
-from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
@@ -41,6 +37,7 @@ SCRIPTS = (
     "chart.js",
     "timeline.js",
     "map.js",
+    "graph.js",
     "automata.js",
     "panel.js",
     "report.js",
@@ -89,7 +86,7 @@ def _library() -> bytes:
 
 
 def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...]) -> str:
-    problem, model = scenario.problem(), scenario.model
+    problem = scenario.problem()
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: files(__package__).joinpath(PARTS, name).read_text("utf-8")),
         autoescape=True,
@@ -98,9 +95,6 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["number"] = number
-    pictures = {
-        task.name: _automaton(automaton) for task, automaton in zip(problem.tasks, problem.automata, strict=True)
-    }
     return environment.get_template("index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
@@ -109,20 +103,12 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         front=front,
         reason=front.reason,
         tasks=data["tasks"],
-        pictures=pictures,
-        maps=[grid_map.svg(model, plan) for plan in front] if isinstance(model, GridModel) else [],
+        pictures=pictures.automata(problem),
+        maps=pictures.plans(scenario, front),
         notices=notices,
         data=data,
         scripts=SCRIPTS,
     )
-
-
-def _automaton(automaton: Automaton) -> str:
-    """Return an automaton's picture, or a sentence where it has too many states for one."""
-    try:
-        return automaton_picture.svg(automaton)
-    except automaton_picture.AutomatonSizeError as error:
-        return f'<p class="small">No picture: {escape(str(error))}.</p>'
 
 
 def _trade_off(front: Front, data: Mapping[str, Any]) -> str:

@@ -38,6 +38,9 @@ FILL = {"plain": "#ffffff", "accepting": "#d9efdc", "dead": "#f2f2f2"}
 
 FONT: dict[str, Any] = {"family": "monospace", "fontsize": LETTER, "color": INK}
 
+TAKEN: dict[str, Any] = {"color": "#0072b2", "linewidth": 2.4}
+"""Style of the edges of a plan."""
+
 RADIUS = 17.0
 """Radius of a node with a short name; a node with a long name is a box with ends of this radius."""
 
@@ -86,11 +89,12 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """An edge between two nodes, given by number, with its label."""
+    """An edge between two nodes, given by number, with its label; `kind` is `plain` or `taken`, by a plan."""
 
     source: int
     target: int
     label: str
+    kind: str = "plain"
 
 
 @dataclass(frozen=True)
@@ -214,8 +218,11 @@ def _draw(axes: Axes, diagram: Diagram) -> None:
     _draw_arrow(axes, diagram.start, "start")
     for arrow in diagram.arrows:
         ends = "-".join(diagram.nodes[end].name for end in (arrow.edge.source, arrow.edge.target))
-        _draw_arrow(axes, arrow.curve, f"edge {ends}")
-        _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=f"edge {ends}")
+        of_plan = arrow.edge.kind == "taken"
+        style = TAKEN if of_plan else {}
+        _draw_arrow(axes, arrow.curve, f"edge {ends}{' taken' if of_plan else ''}", **style)
+        colour = {"color": TAKEN["color"]} if of_plan else {}
+        _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=f"edge {ends}{' taken' if of_plan else ''}", **colour)
     below = diagram.size[1] - MARGIN - LINE * (len(diagram.notes) - 1)
     for i, line in enumerate(diagram.notes):
         axes.text(MARGIN, below + i * LINE, line, ha="left", va="bottom", gid="note", parse_math=False, **FONT)
@@ -227,13 +234,13 @@ def _draw(axes: Axes, diagram: Diagram) -> None:
 
 
 def _draw_text(axes: Axes, at: np.ndarray, lines: Sequence[str], **place: Any) -> None:
-    axes.text(at[0], at[1], "\n".join(lines), ha="center", linespacing=SPACING, parse_math=False, **FONT, **place)
+    axes.text(at[0], at[1], "\n".join(lines), ha="center", linespacing=SPACING, parse_math=False, **FONT | place)
 
 
-def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str) -> None:
+def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str, **line: Any) -> None:
     path = Path2D(curve, [Path2D.MOVETO, *[Path2D.CURVE4] * (len(curve) - 1)])
     style = f"-|>,head_length={HEAD[0]},head_width={HEAD[1]}"
-    axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, color=INK, gid=gid))
+    axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, gid=gid, **{"color": INK} | line))
 
 
 def _draw_box(axes: Axes, middle: np.ndarray, size: np.ndarray, *, kind: str, gid: str) -> None:

@@ -37,14 +37,6 @@ class TaskCard {
     for (const part of this.box.querySelectorAll(".here")) part.classList.remove("here");
     const entered = done && states && states[done - 1] !== state ? `, .q${states[done - 1]}-q${state}` : "";
     for (const part of this.box.querySelectorAll(`.q${state}${entered}`)) part.classList.add("here");
-    this.scrollTo(this.box.querySelector(".node.here"));
-  }
-
-  // Where an automaton is wider than its box, scroll to its present state.
-  scrollTo(node) {
-    if (!node || this.box.scrollWidth <= this.box.clientWidth) return;
-    const frame = this.box.getBoundingClientRect(), here = node.getBoundingClientRect();
-    if (here.left >= frame.left && here.right <= frame.right) return;
-    this.box.scrollLeft += (here.left + here.right - frame.left - frame.right) / 2;
+    bringIntoView(this.box, this.box.querySelector(".node.here"));
   }
 }

@@ -20,3 +20,11 @@ function watchEdges(box) {
 function scrollBox(name, kind, content) {
   return watchEdges(make("div", { class: `scroll ${kind}`, role: "region", "aria-label": name }, content));
 }
+
+// Where a picture is wider than its box, scroll to the part that matters now.
+function bringIntoView(box, part) {
+  if (!part || box.scrollWidth <= box.clientWidth) return;
+  const frame = box.getBoundingClientRect(), here = part.getBoundingClientRect();
+  if (here.left >= frame.left && here.right <= frame.right) return;
+  box.scrollLeft += (here.left + here.right - frame.left - frame.right) / 2;
+}

@@ -13,6 +13,7 @@ from selenium import webdriver
 from selenium.webdriver.common.keys import Keys
 
 from experiments.commands.command_line import main
+from experiments.starters import starter
 
 CUPS = """# Two cups; the hand begins over the one that should be cleared away last.
 [model]
@@ -154,6 +155,17 @@ def test_everything_can_be_done_by_keyboard(make: Make, chrome: webdriver.Chrome
     page.browser.execute_script("arguments[0].focus()", button)
     page.press(Keys.ENTER)
     assert page.one("#plan").text == "Plans 1 and 0"
+    assert page.complaints() == []
+
+
+def test_the_present_state_of_a_graph_goes_along(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("town", starter("graph", file="town.toml")), chosen="#plan=1")
+    plan = page.run("JSON.parse(document.getElementById('data').textContent).plans[1]")
+    shown = []
+    for k in range(len(plan["plan"]) + 1):
+        page.scrub(k + 0.01)
+        shown.append(page.one(".graph .node.here").get_attribute("class"))
+    assert shown == [f"node plain s{node} here" for node in plan["graph"]["at"]] and len(set(shown)) > 2
     assert page.complaints() == []
 
 
