@@ -27,11 +27,20 @@ const audit = (() => {
     return found;
   }
 
+  let framed = new Map(); // by element, the boxes around it that cut what they hold
+
+  function frames(element) {
+    if (!element || element === document.body) return [];
+    if (!framed.has(element)) {
+      const own = getComputedStyle(element).overflow === "visible" ? [] : [element.getBoundingClientRect()];
+      framed.set(element, [...own, ...frames(element.parentElement)]);
+    }
+    return framed.get(element);
+  }
+
   function cut(rect, element) {
     let { left, top, right, bottom } = rect;
-    for (let at = element.closest("svg") || element; at; at = at.parentElement) {
-      if (getComputedStyle(at).overflow === "visible" || at === document.body || at === document.documentElement) continue;
-      const box = at.getBoundingClientRect();
+    for (const box of frames(element.closest("svg") || element)) {
       [left, top] = [Math.max(left, box.left), Math.max(top, box.top)];
       [right, bottom] = [Math.min(right, box.right), Math.min(bottom, box.bottom)];
     }
@@ -163,11 +172,17 @@ const audit = (() => {
     scrollTo(0, 0);
   }
 
-  const layout = () => { const all = lines(); return [...cutOff(all), ...covered(all)]; };
+  function layout() {
+    framed = new Map();
+    const all = lines();
+    return [...cutOff(all), ...covered(all)];
+  }
+
   return {
     layout,
     contrast: () => [...faint(lines())],
-    access: () => [...unnamed(), ...unreachable(), ...outOfReach()],
+    access: () => [...unnamed(), ...unreachable()],
+    playback: () => [...outOfReach()],
     settled: (done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 60))),
   };
 })();
