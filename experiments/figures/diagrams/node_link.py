@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import BoxStyle, Ellipse, FancyArrowPatch, FancyBboxPatch
 from matplotlib.path import Path as Path2D
 
+from experiments.figures.diagrams.curves import LOOP, RADIUS, curve_between, loop_above
 from experiments.figures.diagrams.edge_labels import edge_labels, wrapped
 from experiments.figures.diagrams.layered import Box, place
 from experiments.figures.figures import drawing, inline_svg, write_figure
@@ -38,14 +39,9 @@ FILL = {"plain": "#ffffff", "accepting": "#d9efdc", "dead": "#f2f2f2"}
 
 FONT: dict[str, Any] = {"family": "monospace", "fontsize": LETTER, "color": INK}
 
+PLAIN: dict[str, Any] = {"color": INK}
 TAKEN: dict[str, Any] = {"color": "#0072b2", "linewidth": 2.4}
-"""Style of the edges of a plan."""
-
-RADIUS = 17.0
-"""Radius of a node with a short name; a node with a long name is a box with ends of this radius."""
-
-LOOP = 30.0
-"""Height of a self-loop above its node, px."""
+"""Styles of edges: of any, and of those of a plan."""
 
 HEAD = (9.0, 3.6)
 """Length and half the width of an arrow head, px."""
@@ -158,11 +154,11 @@ def arrange(nodes: Sequence[Node], edges: Sequence[Edge]) -> Diagram:
     for edge, route, lines, at in zip(straight, layout.routes, labels, layout.labels, strict=False):
         a, b = edge.source, edge.target
         clear = [boxes[end].width / 2 if end in loops else 0.0 for end in (a, b)]
-        curve = _through(middles[a], halves[a], route + origin, middles[b], halves[b], clear)
+        curve = curve_between(middles[a], halves[a], route + origin, middles[b], halves[b], clear)
         arrows.append(Arrow(edge, curve, lines, at + origin - [0, 2]))
     for edge in round_edges:
         top = middles[edge.source] - [0, halves[edge.source][1]]
-        arrows.append(Arrow(edge, _loop(top), loops[edge.source], top - [0, LOOP - 1]))
+        arrows.append(Arrow(edge, loop_above(top), loops[edge.source], top - [0, LOOP - 1]))
     entry = middles[0] - [halves[0][0], 0]
     start = entry - np.outer([START, START / 2, START / 2, 0], [1, 0])
     size = (layout.size[0] + START + 2 * MARGIN, layout.size[1] + 2 * MARGIN)
@@ -215,14 +211,14 @@ def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
 def _draw(axes: Axes, diagram: Diagram) -> None:
     axes.set(xlim=(0, diagram.size[0]), ylim=(diagram.size[1], 0))
     axes.set_axis_off()
-    _draw_arrow(axes, diagram.start, "start")
+    _draw_arrow(axes, diagram.start, "start", PLAIN)
     for arrow in diagram.arrows:
         ends = "-".join(diagram.nodes[end].name for end in (arrow.edge.source, arrow.edge.target))
-        of_plan = arrow.edge.kind == "taken"
-        style = TAKEN if of_plan else {}
-        _draw_arrow(axes, arrow.curve, f"edge {ends}{' taken' if of_plan else ''}", **style)
-        colour = {"color": TAKEN["color"]} if of_plan else {}
-        _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=f"edge {ends}{' taken' if of_plan else ''}", **colour)
+        gid, style = f"edge {ends}", PLAIN
+        if arrow.edge.kind == "taken":
+            gid, style = f"edge {ends} taken", TAKEN
+        _draw_arrow(axes, arrow.curve, gid, style)
+        _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=gid, color=style["color"])
     below = diagram.size[1] - MARGIN - LINE * (len(diagram.notes) - 1)
     for i, line in enumerate(diagram.notes):
         axes.text(MARGIN, below + i * LINE, line, ha="left", va="bottom", gid="note", parse_math=False, **FONT)
@@ -237,10 +233,10 @@ def _draw_text(axes: Axes, at: np.ndarray, lines: Sequence[str], **place: Any) -
     axes.text(at[0], at[1], "\n".join(lines), ha="center", linespacing=SPACING, parse_math=False, **FONT | place)
 
 
-def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str, **line: Any) -> None:
+def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str, line: Mapping[str, Any]) -> None:
     path = Path2D(curve, [Path2D.MOVETO, *[Path2D.CURVE4] * (len(curve) - 1)])
     style = f"-|>,head_length={HEAD[0]},head_width={HEAD[1]}"
-    axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, gid=gid, **{"color": INK} | line))
+    axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, gid=gid, **line))
 
 
 def _draw_box(axes: Axes, middle: np.ndarray, size: np.ndarray, *, kind: str, gid: str) -> None:
@@ -251,55 +247,3 @@ def _draw_box(axes: Axes, middle: np.ndarray, size: np.ndarray, *, kind: str, gi
     corner, radius = middle - size / 2, min(RADIUS, size[1] / 2)
     rounded = BoxStyle.Round(pad=0, rounding_size=radius)
     axes.add_patch(FancyBboxPatch((corner[0], corner[1]), size[0], size[1], rounded, gid=gid, **style))
-
-
-def _through(
-    source: np.ndarray,
-    half: np.ndarray,
-    route: np.ndarray,
-    target: np.ndarray,
-    other: np.ndarray,
-    clear: Sequence[float],
-) -> np.ndarray:
-    """Return a smooth curve from node to node that is level in given points between them.
-
-    It is level within the distances `clear` from the middles of both nodes too, where it would cross their labels.
-    """
-    first, last = _border(source, half, route[0]), _border(target, other, route[-1])
-    side, far_side = (np.sign(end[0] - middle[0]) for end, middle in ((first, source), (last, target)))
-    near = [[source[0] + side * clear[0], first[1]]] if clear[0] > half[0] else []
-    far = [[target[0] + far_side * clear[1], last[1]]] if clear[1] > other[0] else []
-    between = [*near, *route, *far]
-    points = np.array([first, *between, last])
-    level = np.array([np.sign(route[-1][0] - route[0][0]) or np.sign(target[0] - source[0]), 0.0])
-    out, into = level if near else _outwards(source, first), level if far else -_outwards(target, last)
-    tangents = [out, *([level] * len(between)), into]
-    curve = [first]
-    for (a, b), (u, v) in zip(
-        zip(points, points[1:], strict=False), zip(tangents, tangents[1:], strict=False), strict=True
-    ):
-        reach = 0.55 * abs(b[0] - a[0])
-        curve += [a + reach * u / max(abs(u[0]), 0.7), b - reach * v / max(abs(v[0]), 0.7), b]
-    return np.array(curve)
-
-
-def _border(middle: np.ndarray, half: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    """Return where a curve that comes from some point meets a node: on its side, less steeply than it comes."""
-    apart = towards - middle
-    up = half[1] * np.sin(np.clip(np.arctan2(apart[1], abs(apart[0])), -1.0, 1.0))
-    round_part = max(0.0, abs(up) - (half[1] - RADIUS))
-    across = half[0] - RADIUS + np.sqrt(RADIUS**2 - round_part**2)
-    return middle + [(np.sign(apart[0]) or 1.0) * across, up]
-
-
-def _outwards(middle: np.ndarray, border: np.ndarray) -> np.ndarray:
-    apart = border - middle
-    apart = np.array([apart[0], apart[1] * 0.6])
-    return apart / np.linalg.norm(apart)
-
-
-def _loop(top: np.ndarray) -> np.ndarray:
-    """Return a self-loop above a node."""
-    a, b = top + [-8.5, 2.4], top + [8.5, 2.4]
-    rise = 1.25 * LOOP
-    return np.array([a, a + [-9, -rise], b + [9, -rise], b])
