@@ -14,12 +14,10 @@ import vl_convert
 from experiments.cli.files import make_folder, write_bytes
 from experiments.cli.output import number
 from experiments.cli.overview import introduction
-from experiments.figures import automaton as automaton_picture
-from experiments.figures import grid_map
+from experiments.report import pictures
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from prefplan.front import Front
-from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
@@ -32,6 +30,19 @@ VEGA = "vega.js"
 """The chart library's file: Vega and Vega-Lite, BSD-3-Clause, University of Washington Interactive Data Lab."""
 
 INDEX = "index.html"
+
+SCRIPTS = (
+    "clock.js",
+    "scroll_box.js",
+    "chart.js",
+    "timeline.js",
+    "map.js",
+    "graph.js",
+    "automata.js",
+    "panel.js",
+    "report.js",
+)
+"""The page's scripts, each after those that it uses."""
 
 
 def write_page(
@@ -75,7 +86,7 @@ def _library() -> bytes:
 
 
 def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...]) -> str:
-    problem, model = scenario.problem(), scenario.model
+    problem = scenario.problem()
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: files(__package__).joinpath(PARTS, name).read_text("utf-8")),
         autoescape=True,
@@ -84,10 +95,6 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["number"] = number
-    pictures = {
-        task.name: automaton_picture.svg(automaton)
-        for task, automaton in zip(problem.tasks, problem.automata, strict=True)
-    }
     return environment.get_template("index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
@@ -96,11 +103,11 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         front=front,
         reason=front.reason,
         tasks=data["tasks"],
-        pictures=pictures,
-        maps=[grid_map.svg(model, plan) for plan in front] if isinstance(model, GridModel) else [],
+        pictures=pictures.automata(problem),
+        maps=pictures.plans(scenario, front),
         notices=notices,
         data=data,
-        scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
+        scripts=SCRIPTS,
     )
 
 

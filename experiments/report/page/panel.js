@@ -10,7 +10,7 @@ class Panel {
   constructor(data, plan, { other, part, most, side, seek }) {
     this.plan = plan;
     this.video = this.makeVideo(plan);
-    this.map = data.map ? new GridMap(data.map, plan) : null;
+    this.map = data.map ? new GridMap(data.map, plan) : plan.graph ? new PlanGraph(plan) : null;
     this.caption = make("p", { class: "caption" });
     const timeline = new Timeline(plan, ordered(data.tasks, plan), {
       most, seek, part: other ? plan.ledger.spent[part] : null,
@@ -25,7 +25,7 @@ class Panel {
     const picture = this.video || (this.map && this.map.element) || null;
     this.view = make("article", { class: `panel view ${side}${picture ? "" : " bare"}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
       title,
-      make("div", { class: "watch" }, picture, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.videoNote(plan)),
+      make("div", { class: "watch" }, picture, this.caption, this.map ? make("p", { class: "small" }, this.map.words || MAP) : null, this.videoNote(plan)),
       timeline.element,
       make("p", { class: "headline" }, first.headline));
     this.element = make("article", { class: `panel more ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index} in detail` },
@@ -85,7 +85,7 @@ class Panel {
         shared ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
     });
     const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to preference"] : [])];
-    return make("div", { class: "scroll" }, make("table", { class: "costs" },
+    return scrollBox(`Costs of the tasks in plan ${plan.index}`, "", make("table", { class: "costs" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)));
   }
@@ -105,7 +105,7 @@ class Panel {
     });
     return make("details", { class: "steps" },
       make("summary", {}, actions.length ? `All ${actions.length} actions, one by one` : "There is nothing to do"),
-      make("div", { class: "scroll" }, make("table", {},
+      scrollBox(`Actions of plan ${plan.index}`, "", make("table", {},
         make("thead", {}, make("tr", {}, ...["#", "Action", "Costs", "Spent", "Tasks"].map((head) => make("th", { scope: "col" }, head)))),
         make("tbody", {}, ...rows))));
   }

@@ -7,7 +7,7 @@
   const byId = (id) => document.getElementById(id);
   const clock = new Clock(() => update());
   let chosen = 0, other = null, panels = [];
-  const chart = new FrontChart(byId("chart"), plans, (index, compare) => (compare ? select(chosen, index) : select(index, other)));
+  const chart = new FrontChart(byId("chart"), plans, data.cost_unit, (index, compare) => (compare ? select(chosen, index) : select(index, other)));
 
   function select(plan, against) {
     chosen = plan;
@@ -85,6 +85,7 @@
     byId("play").textContent = clock.playing ? "Pause" : "Play";
   }
 
+  for (const box of document.querySelectorAll(".scroll")) watchEdges(box);
   byId("play").addEventListener("click", () => clock.toggle());
   byId("back").addEventListener("click", () => step(-1));
   byId("on").addEventListener("click", () => step(1));

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from report_browser import Page
 from report_pages import ERRANDS, pictures_for_tests
 from selenium import webdriver
-from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.remote.webelement import WebElement
-from selenium.webdriver.support.ui import WebDriverWait
 
 from experiments.commands.command_line import main
-
-TIMEOUT_S = 30
-"""Longest wait for the browser."""
+from experiments.starters import starter
 
 CUPS = """# Two cups; the hand begins over the one that should be cleared away last.
 [model]
@@ -95,66 +89,6 @@ def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
     return once
 
 
-@pytest.fixture(scope="module")
-def chrome(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
-    options = webdriver.ChromeOptions()
-    options.binary_location, driver = chromium
-    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield browser
-    browser.quit()
-
-
-class Page:
-    """A report that is open."""
-
-    def __init__(
-        self, browser: webdriver.Chrome, path: Path, *, chosen: str = "", width: int = 1280, scheme: str = "light"
-    ) -> None:
-        self.browser = browser
-        size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 600}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
-        browser.get("about:blank")
-        browser.get_log("browser")
-        browser.get(path.as_uri() + chosen)
-
-    def wait(self, happens: Callable[[], Any]) -> Any:
-        return WebDriverWait(self.browser, TIMEOUT_S, 0.05).until(lambda _: happens())
-
-    def all(self, selector: str) -> list[WebElement]:
-        return self.browser.find_elements(By.CSS_SELECTOR, selector)
-
-    def one(self, selector: str) -> WebElement:
-        (found,) = self.all(selector)
-        return found
-
-    def click(self, element: WebElement) -> None:
-        self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
-        element.click()
-
-    def run(self, script: str) -> Any:
-        return self.browser.execute_script(f"return {script}")
-
-    def scrub(self, time: float) -> None:
-        """Move the slider of the playback to a time, s."""
-        slider = "document.getElementById('scrub')"
-        self.run(f"({slider}.value = {time}, {slider}.dispatchEvent(new Event('input')))")
-
-    def points(self, number: int) -> list[WebElement]:
-        self.wait(lambda: len(self.all("#chart path[data-plan]")) == number)
-        return self.all("#chart path[data-plan]")
-
-    def press(self, *keys: str) -> None:
-        ActionChains(self.browser).send_keys(*keys).perform()
-
-    def complaints(self) -> list[Any]:
-        return [entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
-
-
 def here(page: Page, panel: str, task: str) -> str:
     """Return the class of the automaton's node that is lit."""
     return page.one(f"{panel} .task[data-task={task}] .node.here").get_attribute("class") or ""
@@ -221,6 +155,17 @@ def test_everything_can_be_done_by_keyboard(make: Make, chrome: webdriver.Chrome
     page.browser.execute_script("arguments[0].focus()", button)
     page.press(Keys.ENTER)
     assert page.one("#plan").text == "Plans 1 and 0"
+    assert page.complaints() == []
+
+
+def test_the_present_state_of_a_graph_goes_along(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("town", starter("graph", file="town.toml")), chosen="#plan=1")
+    plan = page.run("JSON.parse(document.getElementById('data').textContent).plans[1]")
+    shown = []
+    for k in range(len(plan["plan"]) + 1):
+        page.scrub(k + 0.01)
+        shown.append(page.one(".graph .node.here").get_attribute("class"))
+    assert shown == [f"node plain s{node} here" for node in plan["graph"]["at"]] and len(set(shown)) > 2
     assert page.complaints() == []
 
 
