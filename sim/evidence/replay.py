@@ -47,7 +47,8 @@ class RecordedWorld:
     Attributes:
         scenario: read from the log.
         model: its manipulation model.
-        mujoco: the scene's MuJoCo model, built from the log.
+        scene: built from the log.
+        mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
@@ -59,14 +60,14 @@ class RecordedWorld:
         """Build the scene that the log's scenario describes."""
         about = log.about
         self._log = log
-        self.scenario, self._scene, self.arm_shapes = _built(
+        self.scenario, self.scene, self.arm_shapes = _built(
             about.text, about.scenario, about.robot, about.meshes, len(about.joints)
         )
-        self.model = self._scene.model
-        self.mujoco = self._scene.mujoco
-        self.robot = self._scene.robot
+        self.model = self.scene.model
+        self.mujoco = self.scene.mujoco
+        self.robot = self.scene.robot
         self._data = mujoco.MjData(self.mujoco)
-        spares = (name for name in self._scene.spares if name in about.joints)
+        spares = (name for name in self.scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
         self._source, self._target = _places(log, self.robot, self.mujoco, objects)
         model = self.mujoco
@@ -88,6 +89,12 @@ class RecordedWorld:
     def arm(self) -> np.ndarray:
         """Return the (T, n) recorded angles of the arm's joints, rad."""
         return self._log.qpos[:, [self._log.about.joints[name] for name in self.robot.joints]]
+
+    def positions(self) -> np.ndarray:
+        """Return the (T, nq) recorded positions, in the order of the MuJoCo model."""
+        qpos = np.tile(self._data.qpos, (len(self._log.times), 1))
+        qpos[:, self._target] = self._log.qpos[:, self._source]
+        return qpos
 
     def path(self, obj: str) -> np.ndarray:
         """Return the (T, 3) recorded positions of an object's centre, m."""
@@ -188,7 +195,7 @@ class RecordedWorld:
         centre = self._data.geom_xpos[self._geom[obj]][:2]
         return {
             name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
-            for name, row in self._scene.slots.items()
+            for name, row in self.scene.slots.items()
         }
 
     def _carriers(self, obj: str) -> list[str]:
