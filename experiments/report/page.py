@@ -59,10 +59,16 @@ def write_page(
         if part.name.endswith((".js", ".css")):
             write_bytes(folder / PARTS / part.name, part.read_bytes())
     write_bytes(folder / PARTS / VEGA, _library())
+    if recordings:
+        # Loads MuJoCo, which the page of a grid does without.
+        from experiments.report.scene import write_scene
+
+        write_scene(recordings, folder / PARTS)
     if front.ended is not None:
         missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
         notices = (missing, *notices)
-    text = _render(scenario, front, page_data(scenario, front, recordings), notices)
+    data = page_data(scenario, front, recordings) | {"scene": bool(recordings)}
+    text = _render(scenario, front, data, notices)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX
 
@@ -100,7 +106,7 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         maps=[grid_map.svg(model, plan) for plan in front] if isinstance(model, GridModel) else [],
         notices=notices,
         data=data,
-        scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
+        scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "scene.js", "panel.js", "report.js"],
     )
 
 
