@@ -78,7 +78,7 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
     for body in np.flatnonzero(model.body_jntnum):
         node, turned = body_node(model, int(body)), quaternions[:, body]
         add(node, "translation", position_keys(times, positions[:, body]), positions[:, body])
-        add(node, "rotation", rotation_keys(times, _rotations(turned)), np.roll(turned, -1, axis=1))
+        add(node, "rotation", rotation_keys(times, turned), np.roll(turned, -1, axis=1))
     places = [place.name for place in world.model.locations]
     for geom, place in lamps(world.scene).items():
         shows = log.glow == places.index(place)

@@ -67,7 +67,11 @@ class Look:
     def material(self) -> PBRMaterial:
         """Return the material, with trimesh's default colour."""
         return PBRMaterial(
-            name=self.name, metallicFactor=0.0, roughnessFactor=self.roughness, baseColorTexture=self.texture
+            name=self.name,
+            metallicFactor=0.0,
+            roughnessFactor=self.roughness,
+            baseColorTexture=self.texture,
+            alphaMode="OPAQUE" if self.colour[3] == 1 else "BLEND",
         )
 
 
@@ -119,7 +123,7 @@ def solid_of(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
 
 def _texture(model: mujoco.MjModel, material: int) -> Image.Image | None:
     texture = int(model.mat_texid[material][mujoco.mjtTextureRole.mjTEXROLE_RGB])
-    if texture < 0:
+    if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
         return None
     size = (model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture])
     start = model.tex_adr[texture]
