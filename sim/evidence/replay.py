@@ -50,6 +50,7 @@ class RecordedWorld:
         scene: built from the log.
         mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
+        qpos: (T, nq) recorded positions, in the order of this scene.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
@@ -69,7 +70,9 @@ class RecordedWorld:
         self._data = mujoco.MjData(self.mujoco)
         spares = (name for name in self.scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
-        self._source, self._target = _places(log, self.robot, self.mujoco, objects)
+        source, target = _places(log, self.robot, self.mujoco, objects)
+        self.qpos = np.tile(self._data.qpos, (len(log.times), 1))
+        self.qpos[:, target] = log.qpos[:, source]
         model = self.mujoco
         self._is_robot = self.robot.bodies(model)[model.geom_bodyid]
         self._is_finger = self.robot.fingers(model)
@@ -90,12 +93,6 @@ class RecordedWorld:
         """Return the (T, n) recorded angles of the arm's joints, rad."""
         return self._log.qpos[:, [self._log.about.joints[name] for name in self.robot.joints]]
 
-    def positions(self) -> np.ndarray:
-        """Return the (T, nq) recorded positions, in the order of the MuJoCo model."""
-        qpos = np.tile(self._data.qpos, (len(self._log.times), 1))
-        qpos[:, self._target] = self._log.qpos[:, self._source]
-        return qpos
-
     def path(self, obj: str) -> np.ndarray:
         """Return the (T, 3) recorded positions of an object's centre, m."""
         first = self._log.about.joints[obj]
@@ -114,7 +111,7 @@ class RecordedWorld:
     def show(self, frame: int) -> None:
         """Set the positions of a frame."""
         self._frame = frame
-        self._data.qpos[self._target] = self._log.qpos[frame, self._source]
+        self._data.qpos[:] = self.qpos[frame]
         mujoco.mj_kinematics(self.mujoco, self._data)
 
     def held(self) -> str | None:

@@ -74,7 +74,7 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
         _unpack(tree["nodes"][nodes[node]])
         tree["nodes"][nodes[node]].setdefault(path, values[0].tolist())
 
-    positions, quaternions = local_poses(model, world.positions())
+    positions, quaternions = local_poses(model, world.qpos)
     for body in np.flatnonzero(model.body_jntnum):
         node, turned = body_node(model, int(body)), quaternions[:, body]
         add(node, "translation", position_keys(times, positions[:, body]), positions[:, body])

@@ -7,28 +7,21 @@ import io
 import re
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
+from report_browser import Page
 from report_pages import ERRANDS, pictures_for_tests
 from selenium import webdriver
-from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.remote.webelement import WebElement
-from selenium.webdriver.support.ui import WebDriverWait
 
 from experiments.commands.command_line import main
 from sim.evidence.log import read_log
 from sim.evidence.replay import RecordedWorld
 from sim.rendering.cameras import Camera
-
-TIMEOUT_S = 30
-"""Longest wait for the browser."""
 
 CUPS = """# Two cups; the hand begins over the one that should be cleared away last.
 [model]
@@ -102,67 +95,6 @@ def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
         return made[name]
 
     return once
-
-
-@pytest.fixture(scope="module")
-def chrome(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
-    options = webdriver.ChromeOptions()
-    options.binary_location, driver = chromium
-    software_gl = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", *software_gl):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield browser
-    browser.quit()
-
-
-class Page:
-    """A report that is open."""
-
-    def __init__(
-        self, browser: webdriver.Chrome, path: Path, *, chosen: str = "", width: int = 1280, scheme: str = "light"
-    ) -> None:
-        self.browser = browser
-        size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 600}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
-        browser.get("about:blank")
-        browser.get_log("browser")
-        browser.get(path.as_uri() + chosen)
-
-    def wait(self, happens: Callable[[], Any]) -> Any:
-        return WebDriverWait(self.browser, TIMEOUT_S, 0.05).until(lambda _: happens())
-
-    def all(self, selector: str) -> list[WebElement]:
-        return self.browser.find_elements(By.CSS_SELECTOR, selector)
-
-    def one(self, selector: str) -> WebElement:
-        (found,) = self.all(selector)
-        return found
-
-    def click(self, element: WebElement) -> None:
-        self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
-        element.click()
-
-    def run(self, script: str) -> Any:
-        return self.browser.execute_script(f"return {script}")
-
-    def scrub(self, time: float) -> None:
-        """Move the slider of the playback to a time, s."""
-        slider = "document.getElementById('scrub')"
-        self.run(f"({slider}.value = {time}, {slider}.dispatchEvent(new Event('input')))")
-
-    def points(self, number: int) -> list[WebElement]:
-        self.wait(lambda: len(self.all("#chart path[data-plan]")) == number)
-        return self.all("#chart path[data-plan]")
-
-    def press(self, *keys: str) -> None:
-        ActionChains(self.browser).send_keys(*keys).perform()
-
-    def complaints(self) -> list[Any]:
-        return [entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
 
 
 def here(page: Page, panel: str, task: str) -> str:
