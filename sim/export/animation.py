@@ -62,31 +62,51 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
         log: of the run.
     """
     model, times = world.mujoco, log.times
-    nodes = {node["name"]: index for index, node in enumerate(tree["nodes"])}
-    animation: dict[str, Any] = {"name": name, "channels": [], "samplers": []}
-
-    def add(node: str, path: str, keys: np.ndarray, values: np.ndarray, interpolation: str = "LINEAR") -> None:
-        when, what = (_accessor(tree, items, part) for part in (times[keys], values[keys]))
-        sampler = {"input": when, "output": what, "interpolation": interpolation}
-        target = {"node": nodes[node], "path": path}
-        animation["channels"].append({"sampler": len(animation["samplers"]), "target": target})
-        animation["samplers"].append(sampler)
-        _unpack(tree["nodes"][nodes[node]])
-        tree["nodes"][nodes[node]].setdefault(path, values[0].tolist())
-
+    channels = _Channels(tree, items, times)
     positions, quaternions = local_poses(model, world.qpos)
     for body in np.flatnonzero(model.body_jntnum):
         node, turned = body_node(model, int(body)), quaternions[:, body]
-        add(node, "translation", position_keys(times, positions[:, body]), positions[:, body])
-        add(node, "rotation", rotation_keys(times, turned), np.roll(turned, -1, axis=1))
+        channels.add(node, "translation", position_keys(times, positions[:, body]), positions[:, body])
+        channels.add(node, "rotation", rotation_keys(times, turned), np.roll(turned, -1, axis=1))
     places = [place.name for place in world.model.locations]
     for geom, place in lamps(world.scene).items():
-        shows = log.glow == places.index(place)
-        changes = np.concatenate([[0], 1 + np.flatnonzero(np.diff(shows))])
-        for ending, visible in ((ON, shows), (OFF, ~shows)):
+        shines = log.glow == places.index(place)
+        changes = np.concatenate([[0], 1 + np.flatnonzero(np.diff(shines))])
+        for ending, visible in ((ON, shines), (OFF, ~shines)):
             scales = np.repeat(visible.astype(float)[:, None], 3, axis=1)
-            add(geom_node(model, geom) + ending, "scale", changes, scales, "STEP")
+            channels.add(geom_node(model, geom) + ending, "scale", changes, scales, interpolation="STEP")
+    animation = {"name": name, "channels": channels.channels, "samplers": channels.samplers}
     tree.setdefault("animations", []).append(animation)
+
+
+class _Channels:
+    """The channels of one animation, and their samplers.
+
+    Attributes:
+        channels: in glTF's words.
+        samplers: the same.
+    """
+
+    def __init__(self, tree: dict[str, Any], items: Items, times: np.ndarray) -> None:
+        """Begin with none, for samples at (T,) times, s."""
+        self.channels: list[dict[str, Any]] = []
+        self.samplers: list[dict[str, Any]] = []
+        self._tree, self._items, self._times = tree, items, times
+        self._nodes = {node["name"]: index for index, node in enumerate(tree["nodes"])}
+
+    def add(self, name: str, path: str, keys: np.ndarray, values: np.ndarray, *, interpolation: str = "LINEAR") -> None:
+        """Add a channel with the (T, n) values of a node at some keyframes; its first value is the node's at rest."""
+        node = self._tree["nodes"][self._nodes[name]]
+        _unpack(node)
+        node.setdefault(path, values[0].tolist())
+        self.channels.append({"sampler": len(self.samplers), "target": {"node": self._nodes[name], "path": path}})
+        self.samplers.append(
+            {
+                "input": _accessor(self._tree, self._items, self._times[keys]),
+                "output": _accessor(self._tree, self._items, values[keys]),
+                "interpolation": interpolation,
+            }
+        )
 
 
 def _unpack(node: dict[str, Any]) -> None:

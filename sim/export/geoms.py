@@ -43,7 +43,7 @@ SHAPES: dict[int, Callable[[np.ndarray], trimesh.Trimesh]] = {
 
 
 @dataclass(frozen=True)
-class Look:
+class Appearance:
     """How the surface of a geom looks.
 
     Attributes:
@@ -60,7 +60,7 @@ class Look:
     roughness: float
     texture: Image.Image | None = None
 
-    def glowing(self, colour: Rgba) -> Look:
+    def glowing(self, colour: Rgba) -> Appearance:
         """Return the same with the colour (sRGB) of a light that is on."""
         return replace(self, name=f"{self.name} on", colour=linear(colour), emission=linear(colour)[:3])
 
@@ -81,19 +81,19 @@ def linear(colour: Sequence[float] | np.ndarray) -> tuple[float, ...]:
     return *map(float, light), *map(float, colour[3:])
 
 
-def look_of(model: mujoco.MjModel, geom: int) -> Look:
+def appearance_of(model: mujoco.MjModel, geom: int) -> Appearance:
     """Return how a geom looks."""
     material, rgba = int(model.geom_matid[geom]), model.geom_rgba[geom]
     if material < 0:
         name = "plain " + " ".join(f"{value:.3g}" for value in rgba)
-        return Look(name, linear(rgba), (0.0, 0.0, 0.0), roughness=_roughness(DEFAULT_SHININESS))
+        return Appearance(name, linear(rgba), (0.0, 0.0, 0.0), roughness=_roughness(DEFAULT_SHININESS))
     name = str(model.mat(material).name)
     if np.allclose(rgba, UNSET):
         rgba = model.mat_rgba[material]
     else:
         name += " " + " ".join(f"{value:.3g}" for value in rgba)
     emission = model.mat_emission[material] * np.array(linear(rgba[:3]))
-    return Look(
+    return Appearance(
         name,
         linear(rgba),
         tuple(emission.tolist()),

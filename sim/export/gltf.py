@@ -18,7 +18,7 @@ from trimesh.visual.texture import TextureVisuals
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.export.animation import Items, add_animation, local_poses
-from sim.export.geoms import Look, look_of, solid_of
+from sim.export.geoms import Appearance, appearance_of, solid_of
 from sim.export.names import OFF, ON, ROOT, body_node, geom_node, lamps
 from sim.export.studio import add_studio
 from sim.geometry.mjcf import VISIBLE
@@ -63,7 +63,7 @@ def encode_glb(logs: Mapping[str, Log]) -> bytes:
     )
 
 
-def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, Look]]:
+def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, Appearance]]:
     """Return all that is drawn of a scene, with its bodies where (1, nq) positions put them, and the looks by name."""
     model, looks = scene.mujoco, {}
     stage = trimesh.Scene(base_frame=BASE)
@@ -76,7 +76,7 @@ def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, Loo
     for geom in map(int, np.flatnonzero(model.geom_group <= VISIBLE)):
         if (solid := solid_of(model, geom)) is None:
             continue
-        look = look_of(model, geom)
+        look = appearance_of(model, geom)
         place = lit.get(geom)
         variants = {"": look}
         if place is not None:
@@ -93,7 +93,7 @@ def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, Loo
     return stage, looks
 
 
-def _add_mesh(stage: trimesh.Scene, model: mujoco.MjModel, geom: int, solid: trimesh.Trimesh, look: Look) -> str:
+def _add_mesh(stage: trimesh.Scene, model: mujoco.MjModel, geom: int, solid: trimesh.Trimesh, look: Appearance) -> str:
     """Add the mesh of a geom unless it is there already, as of the second finger, and return its name."""
     mesh = int(model.geom_dataid[geom])
     name = f"{model.mesh(mesh).name if mesh >= 0 else geom_node(model, geom)}, {look.name}"

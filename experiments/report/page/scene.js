@@ -55,7 +55,7 @@ class Stage {
     this.mixer = new THREE.AnimationMixer(gltf.scene);
     this.clips = new Map(gltf.animations.map((clip) => [clip.name, clip]));
     this.setCamera(gltf.scene.getObjectByName("camera"));
-    this.setShadows(gltf.scene);
+    this.setSurfaces(gltf.scene);
   }
 
   // Begin with the view of the videos, and turn about what is in its middle.
@@ -68,9 +68,11 @@ class Stage {
     this.reset();
   }
 
-  setShadows(scene) {
+  // Let surfaces and the key light have shadows, and print stay sharp from the side.
+  setSurfaces(scene) {
     scene.traverse((node) => {
       if (node.isMesh) node.castShadow = node.receiveShadow = true;
+      if (node.isMesh && node.material.map) node.material.map.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
       if (!node.isDirectionalLight) return;
       // A directional light of the file shines along its -z.
       node.castShadow = node.name.includes("key");

@@ -99,6 +99,15 @@ def test_the_file_obeys_the_specification_and_is_small(file: GlbFile, data: byte
     assert len(data) < 2_000_000
 
 
+def test_objects_have_their_colours_in_linear_light(file: GlbFile, scene: Scene) -> None:
+    for obj in scene.model.objects:
+        assert obj.rgba is not None
+        (node,) = (node for name, node in file.nodes.items() if name.startswith(f"{obj.name}, geom"))
+        material = file.tree["materials"][file.tree["meshes"][node["mesh"]]["primitives"][0]["material"]]
+        colour = material["pbrMetallicRoughness"]["baseColorFactor"]
+        assert np.allclose(np.array(colour[:3]) ** (1 / 2.2), obj.rgba[:3], atol=0.03) and colour[3] == 1
+
+
 def test_keyframes_are_few_where_little_happens(file: GlbFile, arch_log: Log) -> None:
     channels = file.channels("whole")
     counts = {key: len(times) for key, (times, _, _) in channels.items()}
