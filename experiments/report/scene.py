@@ -6,7 +6,6 @@ import base64
 import gzip
 import re
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 
 from trimesh.creation import box
@@ -26,8 +25,8 @@ LIBRARY_END = "THREE.GLTFLoader=GLTFLoader;})();"
 """What the library ends with in the page that trimesh makes of a scene."""
 
 
-def write_scene(recordings: Mapping[int, Recording], folder: Path) -> None:
-    """Write the scene of some runs and the library that shows it.
+def write_scene(recordings: Mapping[int, Recording], folder: Path) -> bool:
+    """Write the scene of some runs and the library that shows it; return whether the library could be had.
 
     Args:
         recordings: of the runs, one at least, by the plans' numbers.
@@ -36,17 +35,19 @@ def write_scene(recordings: Mapping[int, Recording], folder: Path) -> None:
     Raises:
         PrefplanError: a file cannot be written.
     """
+    library = _library()
+    if library is None:
+        return False
     scene = encode_glb({f"plan {i}": recording.log for i, recording in recordings.items()})
     text = base64.b64encode(gzip.compress(scene, mtime=0)).decode()
     write_bytes(folder / SCENE, f'window.sceneData = "{text}";\n'.encode())
-    write_bytes(folder / LIBRARY, _library())
+    write_bytes(folder / LIBRARY, library.encode())
+    return True
 
 
-@cache
-def _library() -> bytes:
-    """Return the library as it comes with trimesh, its licence included."""
+def _library() -> str | None:
+    """Return the library as it comes with trimesh, with its licence; None if trimesh has another viewer."""
     page = scene_to_html(box().scene())
     script = re.search(r"<script>(.*?)</script>", page, re.DOTALL)
     library, end, _ = (script[1] if script else "").partition(LIBRARY_END)
-    assert end, "this version of trimesh comes with another viewer"
-    return (library + end).encode()
+    return library + end if end else None

@@ -215,7 +215,7 @@ class Pictures {
     this.inScene = inScene && data.scene;
     const both = data.scene && data.plans.some((plan) => plan.run && plan.run.video);
     if (!data.scene) return;
-    const hint = make("span", { class: "small" }, "Drag to turn the scene; click it, and the wheel zooms. Keys: arrows, + and −, Home.");
+    const hint = make("span", { class: "small" }, "Drag to turn; after a click the wheel zooms, and so do two fingers. Keys: arrows, + and −, Home.");
     const buttons = [["Video", false], ["3-D", true]].map(([name, scene]) => {
       const button = make("button", { type: "button" }, name);
       button.addEventListener("click", () => {

@@ -19,6 +19,10 @@ from selenium import webdriver
 from selenium.webdriver.common.keys import Keys
 
 from experiments.commands.command_line import main
+from experiments.report import recordings, scene
+from experiments.report.page import write_page
+from prefplan import pareto_front
+from prefplan.scenario.decode import loads
 from sim.evidence.log import read_log
 from sim.evidence.replay import RecordedWorld
 from sim.rendering.cameras import Camera
@@ -283,6 +287,20 @@ def test_without_videos_the_scene_is_shown_and_without_webgl_a_sentence(
     finally:
         chrome.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
     assert page.complaints() == []
+
+
+@pytest.mark.slow
+def test_where_the_library_is_missing_the_page_is_complete_without_a_scene(
+    make: Make, chrome: webdriver.Chrome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = loads(CUPS, name="cups")
+    recording = recordings.read(make("cups", CUPS).with_name("plan_0"))
+    assert recording is not None
+    monkeypatch.setattr(scene, "LIBRARY_END", "nowhere")
+    page = Page(chrome, write_page(scenario, pareto_front(scenario.problem()), {0: recording}, tmp_path))
+    assert page.one(".notice").text.startswith("No 3-D scene: ")
+    assert not page.all("canvas") and page.all(".panel .bar") and not (tmp_path / "page" / scene.SCENE).exists()
+    assert [entry for entry in page.complaints() if ".mp4" not in entry["message"]] == []
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])
