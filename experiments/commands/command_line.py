@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import prefplan
 from experiments.cli.arguments import Command, Parser, add_quiet
 from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from experiments.commands.execution import demo, film, measure, report, run, sweep, verify, view
+from experiments.commands.execution import demo, export, film, measure, report, run, sweep, verify, view
 from experiments.commands.machine import completion, doctor
 from experiments.commands.planning import automaton, check, draw, front, init, plan
 from experiments.commands.planning import list as list_command
@@ -27,6 +27,7 @@ COMMANDS = (
     run,
     report,
     film,
+    export,
     view,
     verify,
     sweep,

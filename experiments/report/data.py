@@ -156,6 +156,7 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
     return {
         "video": recording.video.name if recording.video else None,
         "no_video": recording.no_video,
+        "begin": float(recording.log.times[0]),
         "log": recording.log_path.name,
         "completed": outcome["completed"],
         "reason": outcome.get("reason"),

@@ -70,10 +70,19 @@ def write_page(
         if part.name.endswith((".js", ".css")):
             write_bytes(folder / PARTS / part.name, part.read_bytes())
     write_bytes(folder / PARTS / VEGA, _library())
+    has_scene = False
+    if recordings:
+        # Loads MuJoCo, which the page of a grid does without.
+        from experiments.report.scene import write_scene
+
+        has_scene = write_scene(recordings, folder / PARTS)
+        if not has_scene:
+            notices = (*notices, "No 3-D scene: trimesh comes with another viewer than expected.")
     if front.ended is not None:
         missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
         notices = (missing, *notices)
-    text = _render(scenario, front, page_data(scenario, front, recordings), notices)
+    data = page_data(scenario, front, recordings) | {"scene": has_scene}
+    text = _render(scenario, front, data, notices)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX
 

@@ -47,8 +47,10 @@ class RecordedWorld:
     Attributes:
         scenario: read from the log.
         model: its manipulation model.
-        mujoco: the scene's MuJoCo model, built from the log.
+        scene: built from the log.
+        mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
+        qpos: (T, nq) recorded positions, in the order of this scene.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
@@ -59,16 +61,18 @@ class RecordedWorld:
         """Build the scene that the log's scenario describes."""
         about = log.about
         self._log = log
-        self.scenario, self._scene, self.arm_shapes = _built(
+        self.scenario, self.scene, self.arm_shapes = _built(
             about.text, about.scenario, about.robot, about.meshes, len(about.joints)
         )
-        self.model = self._scene.model
-        self.mujoco = self._scene.mujoco
-        self.robot = self._scene.robot
+        self.model = self.scene.model
+        self.mujoco = self.scene.mujoco
+        self.robot = self.scene.robot
         self._data = mujoco.MjData(self.mujoco)
-        spares = (name for name in self._scene.spares if name in about.joints)
+        spares = (name for name in self.scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
-        self._source, self._target = _places(log, self.robot, self.mujoco, objects)
+        source, target = _places(log, self.robot, self.mujoco, objects)
+        self.qpos = np.tile(self._data.qpos, (len(log.times), 1))
+        self.qpos[:, target] = log.qpos[:, source]
         model = self.mujoco
         self._is_robot = self.robot.bodies(model)[model.geom_bodyid]
         self._is_finger = self.robot.fingers(model)
@@ -107,7 +111,7 @@ class RecordedWorld:
     def show(self, frame: int) -> None:
         """Set the positions of a frame."""
         self._frame = frame
-        self._data.qpos[self._target] = self._log.qpos[frame, self._source]
+        self._data.qpos[:] = self.qpos[frame]
         mujoco.mj_kinematics(self.mujoco, self._data)
 
     def held(self) -> str | None:
@@ -188,7 +192,7 @@ class RecordedWorld:
         centre = self._data.geom_xpos[self._geom[obj]][:2]
         return {
             name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
-            for name, row in self._scene.slots.items()
+            for name, row in self.scene.slots.items()
         }
 
     def _carriers(self, obj: str) -> list[str]:

@@ -12,7 +12,8 @@ from selenium import webdriver
 def chrome(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
     options = webdriver.ChromeOptions()
     options.binary_location, driver = chromium
-    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"):
+    software_gl = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", *software_gl):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))

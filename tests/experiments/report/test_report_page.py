@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+import base64
+import io
+import re
+import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from report_browser import Page
 from report_pages import ERRANDS, pictures_for_tests
 from selenium import webdriver
 from selenium.webdriver.common.keys import Keys
 
 from experiments.commands.command_line import main
+from experiments.report import recordings, scene
+from experiments.report.page import write_page
 from experiments.starters import starter
+from prefplan import pareto_front
+from prefplan.scenario.decode import loads
+from sim.evidence.log import read_log
+from sim.evidence.replay import RecordedWorld
+from sim.rendering.cameras import Camera
 
 CUPS = """# Two cups; the hand begins over the one that should be cleared away last.
 [model]
@@ -212,6 +225,94 @@ def test_videos_play_and_two_of_them_in_step(make: Make, chrome: webdriver.Chrom
     duration = page.run("Number(document.getElementById('scrub').max)")
     page.wait(lambda: max(page.run(times)) > duration + 1 / 60 - 1e-3)
     assert page.complaints() == []
+
+
+def pictures(page: Page, time_shown: float) -> list[np.ndarray]:
+    """Return what the panels' 3-D scenes show at a time, each (height, width, 3) int."""
+    page.scrub(time_shown)
+    page.wait(lambda: times_drawn(page) == [pytest.approx(time_shown, abs=1e-3)] * 2)
+    links = page.run("[...document.querySelectorAll('canvas.scene')].map((canvas) => canvas.toDataURL())")
+    images = [Image.open(io.BytesIO(base64.b64decode(link.partition(",")[2]))) for link in links]
+    return [np.asarray(image.convert("RGB")).astype(int) for image in images]
+
+
+def times_drawn(page: Page) -> list[float]:
+    return [float(scene.get_attribute("data-time") or "nan") for scene in page.all("canvas.scene")]
+
+
+@pytest.mark.slow
+def test_two_plans_in_step_are_seen_in_3d_as_their_logs_say(make: Make, chrome: webdriver.Chrome) -> None:
+    path = make("cups", CUPS)
+    page = Page(chrome, path, chosen="#plan=0&with=1")
+    library = "[...document.scripts].filter((script) => /three|scene_data/.test(script.src)).length"
+    assert page.run(library) == 0 and not page.all("canvas.scene")[0].is_displayed()
+    page.click(page.all("#pictures button")[1])
+    page.wait(lambda: times_drawn(page) == [0, 0])
+    assert page.run(library) == 2 and not page.all(".panel video")[0].is_displayed()
+    logs = [read_log(path.with_name(f"plan_{i}.npz")) for i in (0, 1)]
+    worlds = [RecordedWorld(log) for log in logs]
+    ends = [action.end for action in logs[0].about.actions]
+    for time_shown in (0.0, ends[3], ends[-1]):
+        for world, picture in zip(worlds, pictures(page, time_shown), strict=True):
+            camera = Camera(world.scene, "fixed", picture.shape[1::-1])
+            for obj, channel in (("red", 2), ("yellow", 0)):  # a blue cube and a pink one
+                path_seen = camera.pixels(world.path(obj)[[0, world.frame_at(time_shown)]])
+                was, now = (picture[y, x] for x, y in path_seen.round().astype(int))
+                assert now.argmax() == channel and np.ptp(now) > 90, (time_shown, obj, now)
+                moved = np.linalg.norm(path_seen[1] - path_seen[0]) > 30
+                assert moved == (np.abs(was - now).max() > 30), (time_shown, obj, was, now)
+    page.browser.execute_script("document.querySelector('.first canvas').focus()")
+    before = pictures(page, 1.0)
+    page.press(Keys.ARROW_LEFT, "-")
+    page.wait(lambda: (pictures(page, 1.0)[1] != before[1]).mean() > 0.2)
+    page.press(Keys.HOME)
+    page.wait(lambda: np.array_equal(pictures(page, 1.0), before))
+    page.press(Keys.SPACE)
+    page.wait(lambda: times_drawn(page)[0] > 1.2)
+    page.press(Keys.SPACE)
+    one, two = times_drawn(page)
+    assert one == two
+    assert page.complaints() == []
+
+
+@pytest.mark.slow
+def test_without_videos_the_scene_is_shown_and_without_webgl_a_sentence(
+    make: Make, chrome: webdriver.Chrome, tmp_path: Path
+) -> None:
+    shutil.copytree(make("cups", CUPS).parent, tmp_path / "out")
+    path = tmp_path / "out" / "index.html"
+    path.write_text(re.sub(r'"video": "plan_\d.mp4"', '"video": null', path.read_text(encoding="utf-8")))
+    page = Page(chrome, path, width=390)
+    page.wait(lambda: times_drawn(page) == [0, 0])
+    assert not page.all("#pictures button") and not page.all("video")
+    assert page.run("document.documentElement.scrollWidth") <= 390
+    assert page.all("canvas.scene")[0].is_displayed() and not page.all(".scene-note")[0].is_displayed()
+    assert page.complaints() == []
+    none = "HTMLCanvasElement.prototype.getContext = () => null"
+    script = chrome.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": none})
+    try:
+        page = Page(chrome, path)
+        sentence = "No 3-D scene: this browser has no WebGL, or it is switched off."
+        page.wait(lambda: [note.text for note in page.all(".scene-note")] == [sentence] * 2)
+        page.scrub(1.0)
+        assert page.all(".caption")[0].text.startswith("1 of ")
+    finally:
+        chrome.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+    assert page.complaints() == []
+
+
+@pytest.mark.slow
+def test_where_the_library_is_missing_the_page_is_complete_without_a_scene(
+    make: Make, chrome: webdriver.Chrome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = loads(CUPS, name="cups")
+    recording = recordings.read(make("cups", CUPS).with_name("plan_0"))
+    assert recording is not None
+    monkeypatch.setattr(scene, "LIBRARY_END", "nowhere")
+    page = Page(chrome, write_page(scenario, pareto_front(scenario.problem()), {0: recording}, tmp_path))
+    assert page.one(".notice").text.startswith("No 3-D scene: ")
+    assert not page.all("canvas") and page.all(".panel .bar") and not (tmp_path / "page" / scene.SCENE).exists()
+    assert [entry for entry in page.complaints() if ".mp4" not in entry["message"]] == []
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])
