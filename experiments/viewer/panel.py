@@ -117,7 +117,7 @@ class Panel:
             )
             for run, index, colour in zip(playback.runs, shown, COLOURS.values(), strict=False)
         ]
-        _set(self._text, content="\n".join(parts))
+        _set(self._text, content="\n".join(["<div class='statuses'>", *parts, "</div>"]))
 
     def _add_playback(self, actions: Actions) -> None:
         gui, playback = self._gui, self._playback

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from importlib.resources import files
 
+import numpy as np
 import viser
 from viser import _messages
 
@@ -22,6 +23,7 @@ from experiments.viewer.viewpoint import Viewpoint
 from prefplan.errors import PrefplanError
 from prefplan.front import Plan
 from prefplan.problem import Problem
+from sim.rendering.cameras import AZIMUTH_DEG
 from sim.world.scene import Scene
 
 HOST = "127.0.0.1"
@@ -32,8 +34,8 @@ DEFAULT_PORT = 8080
 REFRESH_S = 1 / 30
 """Time between two updates of the picture."""
 
-GAP_M = 0.35
-"""Distance of two tables beside each other."""
+GAP_M = 0.1
+"""Distance of two tables beside each other, seen from in front."""
 
 Start = Callable[[int], Begin]
 """Returns how to begin a plan of the front, by index."""
@@ -96,7 +98,7 @@ class Session:
         with self._changing:
             both = index is not None
             if both and len(self.stages) == 1:
-                self.stages.append(Stage(self._server, self._scene, root="/right", beside=self._offset))
+                self.stages.append(Stage(self._server, self._scene, root="/right", offset=beside(self._scene)))
                 self._attend(1)
             for stage in self.stages[1:]:
                 stage.set_visible(both)
@@ -136,12 +138,6 @@ class Session:
         for run in self.playback.runs:
             run.stop()
 
-    @property
-    def _offset(self) -> float:
-        """How far the second scene is to the side, m."""
-        # Seen from in front of the robot, its left is on the right.
-        return 2 * float(self._scene.table.half.max()) + GAP_M
-
     def _begin(self, indices: tuple[int, ...], *, playing: bool) -> None:
         with self._changing:
             for run in self.playback.runs:
@@ -154,15 +150,23 @@ class Session:
 
     def _attend(self, side: int) -> None:
         """Listen to what a user does with the mouse in one of the scenes."""
-        stage = self.stages[side]
 
-        def knock(obj: str) -> None:
+        def run() -> LiveRun:
             self.playback.catch_up()
-            self.playback.runs[side].meddle("knock", target=obj)
+            return self.playback.runs[side]
 
-        stage.on_knock = knock
-        stage.on_pull = lambda obj, target: self.playback.runs[side].pull(obj, target)
-        stage.on_let_go = lambda: self.playback.runs[side].let_go()
+        stage = self.stages[side]
+        stage.on_knock = lambda obj: run().meddle("knock", target=obj)
+        stage.on_pull = lambda obj, target: run().pull(obj, target)
+        stage.on_let_go = lambda: run().let_go()
+
+
+def beside(scene: Scene) -> tuple[float, float, float]:
+    """Return the offset, m, of a scene that is on the right of another as `fixed` sees them, both equally near."""
+    heading = np.radians(AZIMUTH_DEG)
+    right = np.array([np.sin(heading), -np.cos(heading)])
+    x, y = right * (2 * float(np.abs(scene.table.axes @ right) @ scene.table.half) + GAP_M)
+    return float(x), float(y), 0.0
 
 
 def watch(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import mujoco
@@ -24,8 +24,6 @@ LIGHT_CD = 0.6
 PULL_COLOUR, PULL_THICKNESS_M = (230, 60, 30), 0.004
 """Of the line from an object to the pointer that pulls it."""
 
-Drag = viser.SceneNodeDragEvent[Any]
-
 
 class Stage:
     """One scene on one server, for every browser that looks at it.
@@ -37,19 +35,21 @@ class Stage:
         on_let_go: called when the user lets it go.
     """
 
-    def __init__(self, server: viser.ViserServer, scene: Scene, *, root: str = "/left", beside: float = 0.0) -> None:
+    def __init__(
+        self, server: viser.ViserServer, scene: Scene, *, root: str = "/left", offset: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> None:
         """Set it up.
 
         Args:
             server: where to.
             scene: the scene.
             root: the node of the page that everything is below.
-            beside: how far to the side it is, m.
+            offset: (3,) where its origin is on the page, m.
         """
         self.on_knock: Callable[[str], None] = lambda obj: None
         self.on_pull: Callable[[str, np.ndarray], None] = lambda obj, target: None
         self.on_let_go: Callable[[], None] = lambda: None
-        self.offset = np.array([0.0, beside, 0.0])
+        self.offset = np.array(offset)
         self._tree = Subtree(server, root, self.offset)
         server = cast(viser.ViserServer, self._tree)
         self._server, self._objects = server, [*scene.shapes]
@@ -102,10 +102,10 @@ class Stage:
         self._tree.show(visible)
 
     # viser keeps the events of a drag in order for coroutines only.
-    async def _drag(self, event: Drag) -> None:
+    async def _drag(self, event: viser.SceneNodeDragEvent[Any]) -> None:
         pointed = np.array(event.end_position) - self.offset
         if event.phase == "start":
-            obj = self._nearest(event.start_position)
+            obj = self._object_at(event.target.batched_positions[event.instance_index or 0])
             self._grip = np.array(event.start_position) - self.offset - self._position(obj)
         elif self._pulled is not None:
             obj = self._pulled[0]
@@ -118,15 +118,13 @@ class Stage:
             self.on_pull(*self._pulled)
 
     async def _click(self, event: viser.SceneNodePointerEvent[Any]) -> None:
-        origin, ahead = np.array(event.ray_origin) - self.offset, np.array(event.ray_direction)
-        places = np.array([self._position(obj) for obj in self._objects]) - origin
-        beside = np.linalg.norm(np.cross(places, ahead), axis=1)
-        self.on_knock(self._objects[int(beside.argmin())])
+        # A node may stand for several objects that look the same.
+        places = event.target.batched_positions
+        missed_by = np.linalg.norm(np.cross(places + self.offset - event.ray_origin, event.ray_direction), axis=1)
+        self.on_knock(self._object_at(places[missed_by.argmin()]))
 
-    def _nearest(self, point: tuple[float, float, float]) -> str:
-        """Return the object nearest to a point on the page: a node may stand for several that look the same."""
-        local = np.array(point) - self.offset
-        return min(self._objects, key=lambda obj: float(np.linalg.norm(self._position(obj) - local)))
+    def _object_at(self, place: np.ndarray) -> str:
+        return min(self._objects, key=lambda obj: float(np.linalg.norm(self._position(obj) - place)))
 
     def _position(self, obj: str) -> np.ndarray:
         return self._data.body(obj).xpos

@@ -7,6 +7,7 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -64,8 +65,16 @@ def news(session: Session, side: int = 0) -> str:
 
 
 def drag(session: Session, side: int, phase: str, start: np.ndarray, end: np.ndarray) -> None:
-    event = SimpleNamespace(phase=phase, start_position=tuple(start), end_position=tuple(end))
+    event = SimpleNamespace(
+        phase=phase, start_position=tuple(start), end_position=tuple(end), target=cup(session, side), instance_index=0
+    )
     asyncio.run(session.stages[side]._drag(event))  # type: ignore[arg-type]
+
+
+def cup(session: Session, side: int = 0) -> Any:
+    """Return the cup's node on the page."""
+    nodes = session.stages[side]._tree.nodes
+    return next(node for name, node in nodes.items() if name.startswith("/bodies/cup/") and node.visible)
 
 
 def cup_at(session: Session, side: int = 0) -> np.ndarray:
@@ -134,7 +143,7 @@ def test_a_cup_is_dragged_with_the_mouse_and_fetched_from_there(session: Session
 def test_a_click_with_shift_knocks_over_what_is_under_the_pointer(session: Session) -> None:
     play(session, lambda: bool(session.playback.runs[0].frames))
     eye = np.array([1.0, 0.5, 1.0])
-    event = SimpleNamespace(ray_origin=tuple(eye), ray_direction=tuple((cup_at(session) - eye) / 2))
+    event = SimpleNamespace(target=cup(session), ray_origin=tuple(eye), ray_direction=tuple(cup_at(session) - eye))
     asyncio.run(session.stages[0]._click(event))  # type: ignore[arg-type]
     assert [(fault.kind, fault.target) for fault in session.playback.runs[0].waiting] == [("knock", "cup")]
 
