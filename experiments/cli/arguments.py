@@ -154,14 +154,9 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_video(parser: argparse.ArgumentParser) -> None:
+def add_video(parser: argparse._ActionsContainer) -> None:
     """Add whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
     parser.add_argument("--no-video", action="store_true", help="render no video")
-    add_look(parser)
-
-
-def add_look(parser: argparse._ActionsContainer) -> None:
-    """Add how videos look."""
     parser.add_argument(
         "--quality",
         metavar="NAME",

@@ -84,7 +84,7 @@ class Session:
         self.stages = [Stage(server, scene)]
         self._attend(0)
         actions = Actions(self.choose, self.beside, self.restart, self.meddle)
-        objects = [obj.name for obj in scene.model.objects if not obj.fixed]
+        objects = [obj.name for obj in scene.model.objects]
         self._panel = Panel(server, title, self.playback, plans=plans, objects=objects, actions=actions)
         self._changing = threading.RLock()
         self._begin((chosen,), playing=False)

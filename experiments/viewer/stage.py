@@ -59,11 +59,7 @@ class Stage:
         model.site_group[:] = HIDDEN
         self._data = mujoco.MjData(model)
         self._places = [place.name for place in scene.model.locations]
-        self._lamps = {}
-        for place in scene.model.locations:
-            material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")
-            if material >= 0:
-                self._lamps[place.name] = _Lamp(server, model, place.name, material, glow_of(place.kind))
+        self._lamps = _add_lamps(server, model, scene)
         self._scene = ViserMujocoScene(server, model, num_envs=1)
         self._scene.camera_tracking_enabled = False
         self._pulled: tuple[str, np.ndarray] | None = None
@@ -169,6 +165,16 @@ class _Lamp:
         self._light.intensity = LIGHT_CD if lit else 0.0
         for mesh in self._meshes:
             mesh.color = _pixel(self._glow.on if lit else self._glow.off)
+
+
+def _add_lamps(server: viser.ViserServer, model: mujoco.MjModel, scene: Scene) -> dict[str, _Lamp]:
+    """Add what glows at each location that marks."""
+    lamps = {}
+    for place in scene.model.locations:
+        material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")
+        if material >= 0:
+            lamps[place.name] = _Lamp(server, model, place.name, material, glow_of(place.kind))
+    return lamps
 
 
 def _pixel(colour: tuple[float, ...]) -> tuple[int, int, int]:

@@ -21,12 +21,12 @@ from experiments.cli.arguments import (
     add_command,
     add_jobs,
     add_json,
-    add_look,
     add_out,
     add_perturb,
     add_plan,
     add_robot,
     add_scenario,
+    add_video,
     positive,
     whole,
 )
@@ -76,8 +76,8 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="carry out the K-th finished rollout of the sweep in that folder again, from 0, with its recorded seed, "
         "differences, faults and robot, and render a video into DIR/rollout_K",
     )
-    add_look(replay)
-    parser.set_defaults(look={name: parser.get_default(name) for name in ("quality", "camera", "size")})
+    add_video(replay)
+    parser.set_defaults(unseen={name: parser.get_default(name) for name in ("no_video", "quality", "camera", "size")})
 
 
 def sweep(options: argparse.Namespace) -> int:
@@ -92,9 +92,9 @@ def sweep(options: argparse.Namespace) -> int:
     folder = options.out or Path("out", scenario.name, f"sweep_{options.plan}")
     if options.replay is not None:
         return replay(options, scenario, folder)
-    for name, default in options.look.items():
+    for name, default in options.unseen.items():
         if getattr(options, name) != default:
-            raise PrefplanError(f"--{name}: a sweep renders no videos; it goes with --replay K")
+            raise PrefplanError(f"--{name.replace('_', '-')}: a sweep renders no videos; it goes with --replay K")
     perturbation, robot = perturbation_of(options.perturb, seed=options.seed), robot_of(options.robot)
     tell_if_compiling(quiet=options.quiet)
     interrupted = False
@@ -208,8 +208,7 @@ def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int
     _, command, _, *conditions = shlex.split(record["replay"])
     look = ["--camera", options.camera, "--quality", options.quality]
     look += ["--size", "{}x{}".format(*options.size)] if options.size else []
-    look += ["--json"] if options.json else []
-    look += ["--quiet"] if options.quiet else []
+    look += [f"--{name.replace('_', '-')}" for name in ("no_video", "json", "quiet") if getattr(options, name)]
     again = options.program.parse_args([command, options.scenario, *conditions, "--out", str(into), *look])
     status: int = again.command(again)
     if status not in (DONE, FAILED):

@@ -265,8 +265,10 @@ def test_replay_repeats_a_recorded_rollout_with_a_video(call: Any, cup: Path, mo
 
     told = (sweep / "rollouts.jsonl").read_text()
     (sweep / "rollouts.jsonl").write_text(told.replace(f'"sim_seconds": {record["sim_seconds"]}', '"sim_seconds": 1'))
+    assert "video:" not in call("--replay", "1", "--no-video")[1]
     status, _, err = call("--replay", "1")
-    assert status == 0 and "rollout 1 ended otherwise than recorded" in err and "recorded 1\n" in err
+    assert (status, len(videos)) == (0, 3)
+    assert "rollout 1 ended otherwise than recorded" in err and "recorded 1\n" in err
     status, out, err = call("--replay", "2")
     assert (status, out) == (2, "")
     assert err.endswith("--replay 2: no such rollout in out/cup/sweep_cost/rollouts.jsonl; valid: 0 to 1\n")

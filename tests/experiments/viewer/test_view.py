@@ -13,14 +13,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from scenario_texts import CUP
+from scenario_texts import CUP, shipped
 from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
 from experiments.commands.command_line import main
+from experiments.commands.execution.view import front_with
 from experiments.viewer import session
+from prefplan.planner import Planner
+from prefplan.scenario.decode import loads
 
 PROGRAM = [sys.executable, "-c", "import sys; from experiments.commands.command_line import main; sys.exit(main())"]
 
@@ -164,6 +167,17 @@ def test_without_its_libraries_it_names_the_command_that_installs_them(
     told = refuse(capsys, str(cup))
     install = "pip install '.[sim,viewer]', in a clone of prefplan"
     assert told == f"prefplan: view needs the libraries viser and mjviser: {install}\n"
+
+
+def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
+    planner = Planner(shipped("case_study_3").problem())
+    preferred = planner.preferred()
+    assert [plan.cost for plan in front_with(preferred, planner, max_cost=None)] == [34, 41]
+    assert [plan.cost for plan in front_with(preferred, planner, max_cost=34)] == [34, 41]
+    product = 'kind = "expression"\nexpression = "tidy * tidy"\ncontract = "general"'
+    boundless = Planner(loads(CUP.replace('kind = "order"', product)).problem())
+    cheapest = boundless.cheapest()
+    assert front_with(cheapest, boundless, max_cost=None) == [cheapest], "its whole front may be infinite"
 
 
 @pytest.mark.parametrize(
