@@ -39,6 +39,7 @@ SCRIPTS = (
     "map.js",
     "graph.js",
     "automata.js",
+    "scene.js",
     "panel.js",
     "report.js",
 )

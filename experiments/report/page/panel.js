@@ -10,12 +10,8 @@ class Panel {
   constructor(data, plan, { other, part, most, side, seek, pictures }) {
     this.plan = plan;
     this.video = this.makeVideo(plan);
-<<<<<<< HEAD
-    this.map = data.map ? new GridMap(data.map, plan) : plan.graph ? new PlanGraph(plan) : null;
-=======
     this.scene = pictures.view(plan);
-    this.map = data.map ? new GridMap(data.map, plan) : null;
->>>>>>> x-glb
+    this.map = data.map ? new GridMap(data.map, plan) : plan.graph ? new PlanGraph(plan) : null;
     this.caption = make("p", { class: "caption" });
     const timeline = new Timeline(plan, ordered(data.tasks, plan), {
       most, seek, part: other ? plan.ledger.spent[part] : null,
@@ -30,11 +26,7 @@ class Panel {
     const shown = [this.video, this.scene && this.scene.element, this.map && this.map.element].filter(Boolean);
     this.view = make("article", { class: `panel view ${side}${shown.length ? "" : " bare"}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
       title,
-<<<<<<< HEAD
-      make("div", { class: "watch" }, picture, this.caption, this.map ? make("p", { class: "small" }, this.map.words || MAP) : null, this.videoNote(plan)),
-=======
-      make("div", { class: "watch" }, ...shown, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.videoNote(plan)),
->>>>>>> x-glb
+      make("div", { class: "watch" }, ...shown, this.caption, this.map ? make("p", { class: "small" }, this.map.words || MAP) : null, this.videoNote(plan)),
       timeline.element,
       make("p", { class: "headline" }, first.headline));
     this.element = make("article", { class: `panel more ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index} in detail` },
