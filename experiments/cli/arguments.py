@@ -117,7 +117,7 @@ def add_plan(parser: argparse.ArgumentParser) -> None:
         metavar="cost|preference|INDEX",
         help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
     )
-    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
+    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference penalty")
     add_max_cost(parser)
 
 

@@ -13,19 +13,19 @@ function frontSpec(plans, height) {
   const many = plans.length > LABELLED;
   const values = plans.map((plan) => ({
     index: plan.index, cost: plan.cost, preference: plan.preference,
-    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
   }));
   const axis = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
   const scale = { zero: false, nice: true, padding: 14 };
   const x = { field: "cost", type: "quantitative", title: "Total cost →", scale, axis: { ...axis, tickCount: 6 } };
-  const y = { field: "preference", type: "quantitative", title: "← Preference (lower is better)", scale, axis: { ...axis, tickCount: 5 } };
+  const y = { field: "preference", type: "quantitative", title: "← Preference penalty (lower is better)", scale, axis: { ...axis, tickCount: 5 } };
   const tests = [
     { test: "datum.index === chosen", value: first },
     { test: "datum.index === other", value: second },
   ];
   return {
     width: "container", height, background: "transparent", data: { values },
-    description: `The Pareto front: ${plans.length} plans, cost against preference.`,
+    description: `The Pareto front: ${plans.length} plans, cost against preference penalty.`,
     params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }],
     config: { view: { stroke: null }, font: "inherit", axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
     layer: [

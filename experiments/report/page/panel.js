@@ -19,7 +19,7 @@ class Panel {
     this.followers = [timeline, ...(this.map ? [this.map] : [])];
     this.cards = cards;
     const title = make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
-      ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+      ` Cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
       plan.rank ? make("span", { class: "rank" }, plan.rank) : null);
     const [first, ...others] = this.explanations(plan, other);
     const picture = this.video || (this.map && this.map.element) || null;
@@ -84,7 +84,7 @@ class Panel {
         shared ? make("td", {}, mine.map((share) => share.preferred).join("; ") || "–") : null,
         shared ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
     });
-    const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to preference"] : [])];
+    const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to penalty"] : [])];
     return make("div", { class: "scroll" }, make("table", { class: "costs" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)));

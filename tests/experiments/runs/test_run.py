@@ -137,7 +137,10 @@ def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(0.60, 0.10)))
     result = run("cup.toml", "--no-video")
     assert (result.status, result.err) == (0, "")
-    assert "expected cup on desk, but it rests on shelf: planned again, cost 10, preference 0: transit" in result.out
+    assert (
+        "expected cup on desk, but it rests on shelf: planned again, cost 10, preference penalty 0: transit"
+        in result.out
+    )
     printed = json.loads(Path("out/cup/cost.json").read_text())
     assert printed["completed"] is True and printed["replans"] == 1
     assert printed["executed"] == printed["plan"]["plan"] == ["transit shelf", *PLAN[1:]]
