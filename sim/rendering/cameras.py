@@ -105,7 +105,11 @@ def read_view(text: str) -> tuple[float, float, float]:
 
 
 def work_points(scene: Scene) -> np.ndarray:
-    """Return (N, 3) points about all that is handled, the locations, their names and the hand at work, m."""
+    """Return (N, 3) points about all that is handled, the locations, their names and the hand at work, m.
+
+    Not the hand at home, from where it comes into the picture in a second: with it, a cube of Case Study 3 would be 40
+    pixels wide in a video of 1280 x 720 instead of 66.
+    """
     parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
     model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
     mujoco.mj_kinematics(model, data)

@@ -17,7 +17,7 @@ import numpy as np
 
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
-from sim.rendering.antialias import smooth_edges
+from sim.rendering.antialias import fill_specks, smooth_edges
 from sim.rendering.cameras import Camera, label_anchors, label_targets, object_corners
 from sim.rendering.labels import draw_labels, place_labels
 from sim.rendering.quality import DRAFT, Quality
@@ -28,7 +28,7 @@ from sim.world.tabletop import TABLE_TOP, picture
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
-LAMP_RADIUS_RAD = 0.03
+LAMP_RADIUS_RAD = 0.02
 """Radius of the key light, seen from what it lights. With a larger one the shadows of its few points are told apart."""
 
 WRIST_SHADOW_SCALE = 2
@@ -145,7 +145,8 @@ class Painter:
         total = np.full(self._pixels.shape, samples // 2, dtype=np.uint16)
         for k in range(samples):
             self._move_key_light(k, samples)
-            total += self._painted(view, shift=((k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5))
+            shift = (k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5
+            total += fill_specks(self._painted(view, shift=shift))
         return (total // samples).astype(np.uint8)[::-1]
 
     def _painted(self, view: mujoco.MjvCamera, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
