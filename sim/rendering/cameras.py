@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.errors import RenderingError
 from sim.perception.grounding import AT_RADIUS_M
+from sim.rendering.labels import place_labels
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
 from sim.world.places import Slot
 from sim.world.scene import WRIST, Scene
@@ -22,6 +23,9 @@ AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
 
 SWING_DEG = 70.0
 """How far `orbit` goes to either side: beyond, the arm hides what it does."""
+
+ORBIT_VIEWS = 36
+"""Views of `orbit` in which labels are kept apart: one in four degrees."""
 
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
@@ -51,6 +55,7 @@ class Camera:
             RenderingError: the name is neither.
         """
         self.name = name
+        self.size = size
         self._scene, self._size = scene, np.array(size)
         self._chosen = None if name in CAMERAS else read_view(name)
         self._slope = float(np.tan(np.radians(scene.mujoco.vis.global_.fovy) / 2))
@@ -74,6 +79,10 @@ class Camera:
         view.distance = (axes @ view.lookat - eye)[2]
         view.lookat = eye @ axes + view.distance * axes[2]
         return view
+
+    def shares(self) -> np.ndarray:
+        """Return (V,) shares of the video at which the view differs, evenly from one end of its way to the other."""
+        return np.linspace(0.25, 0.75, ORBIT_VIEWS) if self.name == "orbit" else np.zeros(1)
 
     def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
         """Return where (N, 3) points, m, are in the picture of any camera but `wrist`.
@@ -138,6 +147,15 @@ def label_targets(scene: Scene) -> dict[str, np.ndarray]:
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
     """Return the (3,) point at which each of these locations' names is best written, m: where the table has it."""
     return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
+
+
+def label_offsets(scene: Scene, camera: Camera) -> dict[str, np.ndarray]:
+    """Return the (2,) pixels from each anchor to its name that keep the names clear in all views of a camera."""
+    shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
+    points = np.stack([camera.pixels(np.array([*anchors.values()]), share) for share in shares], axis=1)
+    boxes = np.stack([camera.pixels(corners, share).reshape(-1, 8, 2) for share in shares])
+    obstacles = np.concatenate([boxes.min(axis=2), boxes.max(axis=2)], axis=2)
+    return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size)
 
 
 def hand_corners(scene: Scene) -> np.ndarray:

@@ -18,8 +18,8 @@ import numpy as np
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
 from sim.rendering.antialias import fill_specks, smooth_edges
-from sim.rendering.cameras import Camera, label_anchors, label_targets, object_corners
-from sim.rendering.labels import draw_labels, place_labels
+from sim.rendering.cameras import Camera, label_anchors, label_offsets, label_targets
+from sim.rendering.labels import draw_labels, label_boxes
 from sim.rendering.quality import DRAFT, Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import Scene
@@ -66,8 +66,8 @@ class Painter:
         self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == "wrist" else 1)
-        self._corners = object_corners(scene)
         self._anchors, self._targets = label_anchors(scene), label_targets(scene)
+        self._offsets = label_offsets(scene, self._camera)
         if camera != "wrist":
             self._clear_table()
         self._key = self._model.light(KEY_LIGHT).id
@@ -133,9 +133,7 @@ class Painter:
             dict(zip(points, self._camera.pixels(np.array([*points.values()]), share), strict=True))
             for points in (self._anchors, self._targets)
         )
-        corners = self._camera.pixels(self._corners.reshape(-1, 3), share).reshape(-1, 8, 2)
-        obstacles = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-        return draw_labels(bare, place_labels(anchors, obstacles, size), anchors, targets)
+        return draw_labels(bare, label_boxes(anchors, self._offsets, size), anchors, targets)
 
     def _bare(self, view: mujoco.MjvCamera) -> np.ndarray:
         """Return a picture of the present state with smooth edges."""
