@@ -167,8 +167,11 @@ def add_video(parser: argparse.ArgumentParser) -> None:
         "--camera",
         metavar="NAME",
         default="fixed",
-        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; or azimuth and elevation in "
-        "degrees and distance in m, such as 156,-28,1.2 (default: fixed)",
+        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; top: from above; or azimuth "
+        "and elevation in degrees and distance in m, such as 156,-28,1.2 (default: fixed)",
+    )
+    parser.add_argument(
+        "--inset", metavar="NAME", help="a second, small view in a corner: wrist or top, as --camera (default: none)"
     )
     parser.add_argument(
         "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"

@@ -15,6 +15,7 @@ from sim.errors import RenderingError, SimulationError
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, read_view
+from sim.rendering.inset import INSETS
 from sim.rendering.quality import QUALITIES, Quality
 from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import Perturbation, read_perturbation
@@ -68,11 +69,11 @@ class Look(TypedDict):
 
 
 def look_of(options: argparse.Namespace) -> Look:
-    """Return the values of `--quality`, `--size` and `--camera`."""
+    """Return the values of `--quality`, `--size`, `--camera` and `--inset`."""
     quality = QUALITIES[_checked("--quality", options.quality, QUALITIES)]
     return {
         "quality": replace(quality, size=options.size or quality.size),
-        "camera": camera_of(options.camera),
+        "camera": camera_of(options.camera) + _inset(options),
     }
 
 
@@ -85,6 +86,15 @@ def camera_of(name: str) -> str:
     except RenderingError as error:
         raise PrefplanError(f"--camera: {error}") from None
     return name
+
+
+def _inset(options: argparse.Namespace) -> str:
+    """Return what `--inset` adds to the name of a camera."""
+    if options.inset is None:
+        return ""
+    if options.inset == options.camera:
+        raise PrefplanError(f"--inset {options.inset}: is what --camera shows already")
+    return f"+{_checked('--inset', options.inset, INSETS)}"
 
 
 def _checked(option: str, name: str, valid: Collection[str]) -> str:

@@ -9,14 +9,14 @@ import numpy as np
 
 from sim.errors import RenderingError
 from sim.perception.grounding import AT_RADIUS_M
-from sim.rendering.labels import place_labels
+from sim.rendering.labels import Box, place_labels
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
 from sim.world.places import Slot
 from sim.world.scene import WRIST, Scene
 from sim.world.shapes import extent
 
-CAMERAS = ("fixed", "orbit", "wrist")
-"""In front of the table; around its front, once to and fro in a video; on the hand."""
+CAMERAS = ("fixed", "orbit", "wrist", "top")
+"""In front of the table; around its front, once to and fro in a video; on the hand; straight above."""
 
 AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
 """Heading and pitch of `fixed`: from the right in front of the robot, down onto the table."""
@@ -74,6 +74,8 @@ class Camera:
             return view
         swing = SWING_DEG * np.sin(2 * np.pi * share) if self.name == "orbit" else 0.0
         view.azimuth, view.elevation = AZIMUTH_DEG + swing, ELEVATION_DEG
+        if self.name == "top":
+            view.azimuth, view.elevation = 180.0, -90.0
         axes = _axes(view)
         eye = _nearest_eye(self._points @ axes.T, (1 - 2 * MARGIN) * self._slope * self._size / self._size[1])
         view.distance = (axes @ view.lookat - eye)[2]
@@ -149,13 +151,13 @@ def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
     return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
 
 
-def label_offsets(scene: Scene, camera: Camera) -> dict[str, np.ndarray]:
+def label_offsets(scene: Scene, camera: Camera, *, inset: Box | None = None) -> dict[str, np.ndarray]:
     """Return the (2,) pixels from each anchor to its name that keep the names clear in all views of a camera."""
     shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
     points = np.stack([camera.pixels(np.array([*anchors.values()]), share) for share in shares], axis=1)
     boxes = np.stack([camera.pixels(corners, share).reshape(-1, 8, 2) for share in shares])
     obstacles = np.concatenate([boxes.min(axis=2), boxes.max(axis=2)], axis=2)
-    return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size)
+    return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size, inset=inset)
 
 
 def hand_corners(scene: Scene) -> np.ndarray:

@@ -29,7 +29,7 @@ STEPS, DIRECTIONS = 7, 16
 
 
 def place_labels(
-    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int]
+    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int], *, inset: Box | None = None
 ) -> dict[str, np.ndarray]:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
@@ -39,19 +39,20 @@ def place_labels(
         anchors: (V, 2) pixel at which each name is best written, in each of V views.
         obstacles: (V, M, 4) boxes to keep clear: left, top, right, bottom.
         size: (width, height) of the picture.
+        inset: a box that no name may overlap either.
 
     Returns:
         (2,) pixels from each anchor to the middle of its name.
     """
     offsets = dict[str, np.ndarray]()
-    taken = np.zeros((len(obstacles), 0, 4))
+    taken = np.tile(np.array([inset] if inset else [], dtype=float).reshape(-1, 4), (len(obstacles), 1, 1))
     # From the front to the back: in front, there is more to cover.
     for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][:, 1].mean()):
         possible = _offsets(_extent(name, size))
         boxes = _boxes(anchor[:, None] + possible, _extent(name, size), size)
         boxes[~_inside(anchor, size)] = 0.0
         # In this order: other names, objects, the distance. The candidates are in the order of their distance.
-        cost = (1e6 * _overlaps(boxes, taken) + _overlaps(boxes, obstacles)).sum(axis=0)
+        cost = (1e6 * overlaps(boxes, taken) + overlaps(boxes, obstacles)).sum(axis=0)
         best = int(cost.argmin())
         offsets[name] = possible[best]
         taken = np.concatenate([taken, boxes[:, [best]]], axis=1)
@@ -127,7 +128,7 @@ def _boxes(middles: np.ndarray, extent: np.ndarray, size: tuple[int, int]) -> np
     return np.concatenate([corner, corner + extent], axis=-1)
 
 
-def _overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
+def overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return the (V, N) area that each of (V, N, 4) boxes shares with the (V, M, 4) others of its view."""
     shared = np.minimum(boxes[:, :, None, 2:], others[:, None, :, 2:])
     shared = shared - np.maximum(boxes[:, :, None, :2], others[:, None, :, :2])

@@ -54,6 +54,8 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
         (["cup.toml", "--robot", "defualt"], "--robot: unknown name 'defualt' (did you mean 'default'?)"),
         (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
+        (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
+        (["cup.toml", "--inset", "top", "--camera", "top"], "--inset top: is what --camera shows already"),
         (["cup.toml", "--fault", "move:cap@2"], "--fault 'move:cap@2': unknown object 'cap' (did you mean 'cup'?)"),
         (["cup.toml", "--noise", "some"], "'some' is not a number >= 0"),
         (["cup.toml", "--seed", "-1"], "'-1' is not a whole number >= 0"),
