@@ -117,7 +117,7 @@ def add_plan(parser: argparse.ArgumentParser) -> None:
         metavar="cost|preference|INDEX",
         help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
     )
-    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
+    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference penalty")
     add_max_cost(parser)
 
 
@@ -165,6 +165,9 @@ def add_video(parser: argparse._ActionsContainer) -> None:
     )
     add_camera(parser)
     parser.add_argument(
+        "--inset", metavar="NAME", help="a second, small view in a corner: wrist or top, as --camera (default: none)"
+    )
+    parser.add_argument(
         "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"
     )
 
@@ -175,8 +178,8 @@ def add_camera(parser: argparse._ActionsContainer) -> None:
         "--camera",
         metavar="NAME",
         default="fixed",
-        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; another camera of the "
-        "scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as 156,-28,1.2 "
+        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; top: from above; another "
+        "camera of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as 156,-28,1.2 "
         "(default: fixed)",
     )
 

@@ -60,7 +60,7 @@ def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) ->
         raise UnfinishedError(front.ended, complete_below=front.complete_below)
     plan = plan_at(front, int(wanted), "--plan")
     if bound is not None and exact(plan.preference) > inclusive(bound):
-        found = f"its preference is {output.number(plan.preference)}"
+        found = f"its preference penalty is {output.number(plan.preference)}"
         raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan
 

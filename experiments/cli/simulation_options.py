@@ -15,6 +15,7 @@ from sim.errors import RenderingError, SimulationError
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
+from sim.rendering.inset import INSETS
 from sim.rendering.quality import QUALITIES, Quality
 from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import Perturbation, read_perturbation
@@ -69,11 +70,11 @@ class Look(TypedDict):
 
 
 def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:
-    """Return the values of `--quality`, `--size` and `--camera`; see `camera_of` for the scene."""
+    """Return the values of `--quality`, `--size`, `--camera` and `--inset`; see `camera_of` for the scene."""
     quality = QUALITIES[_checked("--quality", options.quality, QUALITIES)]
     return {
         "quality": replace(quality, size=options.size or quality.size),
-        "camera": camera_of(options.camera, scene),
+        "camera": camera_of(options.camera, scene) + _inset(options),
     }
 
 
@@ -96,6 +97,15 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     except RenderingError as error:
         raise PrefplanError(f"--camera: {error}") from None
     return name
+
+
+def _inset(options: argparse.Namespace) -> str:
+    """Return what `--inset` adds to the name of a camera."""
+    if options.inset is None:
+        return ""
+    if options.inset == options.camera:
+        raise PrefplanError(f"--inset {options.inset}: is what --camera shows already")
+    return f"+{_checked('--inset', options.inset, INSETS)}"
 
 
 def _checked(option: str, name: str, valid: Collection[str]) -> str:

@@ -41,20 +41,20 @@ function frontSpec(plans, unit, width, height) {
   const many = plans.length > LABELLED;
   const values = plans.map((plan) => ({
     index: plan.index, cost: plan.cost, preference: plan.preference,
-    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
   }));
   const style = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
   const costs = plans.map((plan) => plan.cost), preferences = plans.map((plan) => plan.preference);
   const longest = Math.max(...costs.map((cost) => show(cost).length));
   const x = { field: "cost", ...axisOf(costs, `Total cost${unit ? ` (${unit})` : ""} →`, style, 8 + LETTER * longest, width) };
-  const y = { field: "preference", ...axisOf(preferences, "← Preference (lower is better)", style, LETTER * 2, height) };
+  const y = { field: "preference", ...axisOf(preferences, "← Preference penalty (lower is better)", style, LETTER * 2, height) };
   const tests = [
     { test: "datum.index === chosen", value: first },
     { test: "datum.index === other", value: second },
   ];
   return {
     width: "container", height, background: "transparent", data: { values },
-    description: `The Pareto front: ${plans.length} plans, cost against preference.`,
+    description: `The Pareto front: ${plans.length} plans, cost against preference penalty.`,
     params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }],
     config: { view: { stroke: null }, font: getComputedStyle(document.body).fontFamily, axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
     layer: [

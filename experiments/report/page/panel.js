@@ -20,7 +20,7 @@ class Panel {
     this.followers = [timeline, this.map, this.scene].filter(Boolean);
     this.cards = cards;
     const title = make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
-      ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+      ` Cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
       plan.rank ? make("span", { class: "rank" }, plan.rank) : null);
     const [first, ...others] = this.explanations(plan, other);
     const shown = [this.video, this.scene && this.scene.element, this.map && this.map.element].filter(Boolean);
@@ -85,7 +85,7 @@ class Panel {
         shared ? make("td", {}, mine.map((share) => share.preferred).join("; ") || "–") : null,
         shared ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
     });
-    const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to preference"] : [])];
+    const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to penalty"] : [])];
     return scrollBox(`Costs of the tasks in plan ${plan.index}`, "", make("table", { class: "costs" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)));

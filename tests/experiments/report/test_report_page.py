@@ -110,8 +110,12 @@ def here(page: Page, panel: str, task: str) -> str:
 def test_every_point_of_a_grid_shows_its_plan(make: Make, chrome: webdriver.Chrome) -> None:
     page = Page(chrome, make("errands", ERRANDS))
     wanted = [
-        ("Cost 7, preference 5", "No plan costs less.", "7 moves"),
-        ("Cost 8, preference 0", "1 more than the cheapest: it goes first to bank instead of post, so that", "8 moves"),
+        ("Cost 7, preference penalty 5", "No plan costs less.", "7 moves"),
+        (
+            "Cost 8, preference penalty 0",
+            "1 more than the cheapest: it goes first to bank instead of post, so that",
+            "8 moves",
+        ),
     ]
     for i in (1, 0):
         page.click(page.points(2)[i])

@@ -54,6 +54,8 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
         (["cup.toml", "--robot", "defualt"], "--robot: unknown name 'defualt' (did you mean 'default'?)"),
         (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
+        (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
+        (["cup.toml", "--inset", "top", "--camera", "top"], "--inset top: is what --camera shows already"),
         (["cup.toml", "--fault", "move:cap@2"], "--fault 'move:cap@2': unknown object 'cap' (did you mean 'cup'?)"),
         (["cup.toml", "--noise", "some"], "'some' is not a number >= 0"),
         (["cup.toml", "--seed", "-1"], "'-1' is not a whole number >= 0"),
@@ -137,7 +139,10 @@ def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(0.60, 0.10)))
     result = run("cup.toml", "--no-video")
     assert (result.status, result.err) == (0, "")
-    assert "expected cup on desk, but it rests on shelf: planned again, cost 10, preference 0: transit" in result.out
+    assert (
+        "expected cup on desk, but it rests on shelf: planned again, cost 10, preference penalty 0: transit"
+        in result.out
+    )
     printed = json.loads(Path("out/cup/cost.json").read_text())
     assert printed["completed"] is True and printed["replans"] == 1
     assert printed["executed"] == printed["plan"]["plan"] == ["transit shelf", *PLAN[1:]]
