@@ -179,8 +179,8 @@ def add_camera(parser: argparse._ActionsContainer) -> None:
         metavar="NAME",
         default="fixed",
         help="fixed: in front of the table; orbit: around its front; wrist: on the hand; top: from above; another "
-        "camera of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as 156,-28,1.2 "
-        "(default: fixed)",
+        "camera of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as "
+        "156,-28,1.2 (default: fixed)",
     )
 
 

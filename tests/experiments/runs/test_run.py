@@ -175,7 +175,7 @@ def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.Mon
     printed = json.loads(result.out)
     assert (printed["completed"], printed["executed"], printed["task_costs"]) == (False, [], {"tidy": 0})
     assert printed["reason"].startswith("expected cup on desk, but it lies off every location, at (3.00, 0.00, ")
-    assert printed["reason"].endswith("; task tidy can never be satisfied; cup is out of reach")
+    assert printed["reason"].endswith("; task tidy can never be satisfied; cup fell from the table")
     assert printed["reason"] in result.err
 
 

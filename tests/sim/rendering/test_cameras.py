@@ -163,7 +163,7 @@ def test_a_camera_of_the_mjcf_is_chosen_by_its_name() -> None:
         return spec
 
     scene = build_scene(shipped("case_study_3").model, robot=replace(PANDA, mjcf=watched), meshes=False)
-    assert camera_names(scene) == ("fixed", "orbit", "wrist", "door")
+    assert camera_names(scene) == ("fixed", "orbit", "wrist", "top", "door")
     door = Camera(scene, "door", SIZE)
     assert door.mounted and door.view().fixedcamid == scene.mujoco.camera("door").id
 
