@@ -35,6 +35,9 @@ SLIP_GAP_M = 0.02
 RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
 
+BETWEEN_FINGERS_M = 0.05
+"""An object whose middle is nearer than this to the tool is between the fingers."""
+
 MAX_BEARING_RAD = np.radians(65)
 """Greatest angle from straight ahead at which a moved object is put down."""
 
@@ -201,8 +204,12 @@ class FaultInjector:
         return {"object": obj}
 
     def _in_hand(self, obj: str) -> bool:
-        contacts = self._cell.contacts
-        return contacts.handled == obj and self._cell.data.time - contacts.pressed < CONTACT_FLICKER_S
+        """Return whether an object is in the hand or between its open fingers, where nobody gets at it."""
+        contacts, data = self._cell.contacts, self._cell.data
+        if contacts.handled == obj and data.time - contacts.pressed < CONTACT_FLICKER_S:
+            return True
+        tool = data.site(self._cell.scene.robot.tool).xpos
+        return bool(np.linalg.norm(data.body(obj).xpos - tool) < BETWEEN_FINGERS_M)
 
     def _is_free(self, slot: Slot) -> bool:
         """Return whether an object can be placed in a slot on the table without a contact with another."""

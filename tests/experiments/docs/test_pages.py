@@ -175,7 +175,8 @@ def line_printed_by(line: str) -> str:
         return ""
     if line.startswith("prefplan view "):
         return looked_at(line)
-    line = re.sub(r"^(?:MUJOCO_GL=\w+ )?(prefplan run .*|prefplan sweep .*--replay.*)", r"\1 --no-video", line)
+    line = re.sub(r"^(?:MUJOCO_GL=\w+ )?prefplan run ", "prefplan run --no-video ", line)
+    line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
     if line.startswith("prefplan ") and not FOR_A_SHELL.search(line):
         return in_this_process(line)
     return in_shell(line)

@@ -133,7 +133,7 @@ def test_what_a_task_needs_and_fell_over_is_told(recover: Recover) -> None:
 
 @pytest.mark.slow
 def test_success_is_judged_by_the_tasks(recover: Recover) -> None:
-    outcome = recover("kitchen", "knock:soup@24", "knock:pie@24", "knock:fish@24", seed=4)
+    outcome = recover("kitchen", "knock:pie@24", "knock:fish@24", "knock:mug@24", seed=4)
     assert outcome.rollout.completed, outcome.rollout.reason
     assert outcome.ledger.final.satisfied == {"ada", "ben", "cleo", "tidy"}
 
