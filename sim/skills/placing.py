@@ -27,7 +27,7 @@ MAX_STEP_M = 0.005
 DISTANCE_CAP_M = 0.1
 """Distance of centres beyond which slots are equally good."""
 
-DROP_HEIGHT_M = 0.0005
+DROP_HEIGHT_M = 0.001
 """Height from which an object is released, so that the hand does not press it onto the surface below."""
 
 
