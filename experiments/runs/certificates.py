@@ -20,7 +20,7 @@ def certificate_json(log: Log, certificate: Certificate) -> dict[str, Any]:
         "confirmed": certificate.confirmed,
         "agrees": certificate.agrees,
         "scenario": log.about.scenario,
-        "program": log.about.program,
+        "versions": log.about.versions,
         "setting": log.about.setting,
         "claimed": log.about.claims.completed,
         "completed": certificate.completed,

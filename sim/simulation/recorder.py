@@ -1,7 +1,12 @@
-"""What is recorded of a running simulation: positions frame by frame, and the greatest loads between two frames."""
+"""What is recorded of a running simulation.
+
+States frame by frame with the greatest loads between two frames, and all that is needed to simulate it again bit by
+bit: the command of every step, and every state that something else than a step of the simulation brought about.
+"""
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 import mujoco
@@ -10,46 +15,87 @@ import numpy as np
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene
 
+COMMANDS_PER_UNIT = 2**24
+"""Resolution of the commands sent to the actuators, a power of two: 6e-8 rad or m, as integers in the log."""
+
+STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_CTRL)
+"""What a step of MuJoCo depends on besides its commands."""
+
 
 class Recorder:
     """Frames of a simulation, `FRAME_RATE` a second; loads are sampled at every step between them."""
 
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
-        model = scene.mujoco
+        self._model = model = scene.mujoco
         self._dofs = scene.robot.dofs(model)
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
-        self._speed, self._torque = np.zeros((2, len(self._dofs)))
+        self._felt: list[tuple[np.ndarray, np.ndarray]] = []
+        self._steps, self._controls = 0, [np.zeros((0, model.nu))]
+        self._interventions: list[np.ndarray] = []
+        self._left, self._found = np.full((2, mujoco.mj_stateSize(model, STATE)), np.nan)
+
+    def begin_period(self, data: mujoco.MjData, controls: np.ndarray) -> np.ndarray:
+        """Record the commands of a control period, and the state if the last one did not end in it.
+
+        Args:
+            data: the state in which the period begins.
+            controls: (steps, nu) commands of the actuators.
+
+        Returns:
+            (steps, nu) the commands rounded to their resolution, to be sent.
+        """
+        mujoco.mj_getState(self._model, data, self._found, STATE)
+        if not np.array_equal(self._found, self._left):
+            self._interventions.append(np.array([self._steps, *self._found]))
+        rounded = np.rint(controls * COMMANDS_PER_UNIT)
+        self._controls.append(rounded)
+        self._steps += len(rounded)
+        return rounded / COMMANDS_PER_UNIT
+
+    def end_period(self, data: mujoco.MjData) -> None:
+        """Note the state in which a control period ends."""
+        mujoco.mj_getState(self._model, data, self._left, STATE)
 
     def is_due(self, data: mujoco.MjData) -> bool:
         """Return whether the time has come for another frame."""
         return bool(data.time * FRAME_RATE >= len(self._frames) - 1e-6)
 
     def feel(self, data: mujoco.MjData) -> None:
-        """Update the greatest speeds and torques with a state just simulated."""
-        np.maximum(self._speed, np.abs(data.qvel[self._dofs]), out=self._speed)
-        np.maximum(self._torque, np.abs(data.qfrc_actuator[self._dofs]), out=self._torque)
+        """Note the speeds and torques of a state just simulated."""
+        self._felt.append((data.qvel.copy(), data.qfrc_actuator.copy()))
+
+    def _loads(self) -> np.ndarray:
+        """Return the (2, n) greatest speeds and torques of the arm's joints since the last frame."""
+        if not self._felt:
+            return np.zeros((2, len(self._dofs)))
+        greatest: np.ndarray = np.abs(np.array(self._felt)[:, :, self._dofs]).max(axis=0)
+        return greatest
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
         """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
+        speeds, torques = self._loads()
         frame = {
             "times": float(data.time),
             "qpos": data.qpos.copy(),
+            "qvel": data.qvel.copy(),
             "glow": glow,
-            "speeds": self._speed,
-            "torques": self._torque,
+            "speeds": speeds,
+            "torques": torques,
             "pad_forces": self._press(data),
         }
         self._frames.append(frame)
-        self._speed, self._torque = np.zeros((2, len(self._dofs)))
+        self._felt.clear()
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """What was recorded, by the names it has in a `Frames`; loads since the last frame are added to it."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
-        for name, load in (("speeds", self._speed), ("torques", self._torque)):
+        for name, load in zip(("speeds", "torques"), self._loads(), strict=True):
             arrays[name][-1] = np.maximum(arrays[name][-1], load)
+        arrays["controls"] = np.vstack(self._controls).astype(np.int64)
+        arrays["interventions"] = np.array(self._interventions).reshape(-1, 1 + len(self._left))
         return arrays
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
@@ -61,3 +107,10 @@ class Recorder:
                     # The first row of an elliptic cone is the normal force.
                     forces[self._pads[geom]] += data.efc_force[data.contact.efc_address[i]]
         return forces
+
+
+def model_hash(model: mujoco.MjModel) -> str:
+    """Return the SHA-256 of a compiled model."""
+    contents = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
+    mujoco.mj_saveModel(model, None, contents)
+    return hashlib.sha256(contents.tobytes()).hexdigest()

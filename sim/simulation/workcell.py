@@ -186,13 +186,16 @@ class Workcell:
         data = self.data
         self.disturb()
         data.ctrl[self._fingers] = self.gripper(self.width)
-        for substep in range(self._substeps):
-            if commands is not None:
-                data.ctrl[self._motors] = commands[substep]
+        controls = np.array([data.ctrl] * self._substeps)
+        if commands is not None:
+            controls[:, self._motors] = commands
+        for control in self.recorder.begin_period(data, controls):
+            data.ctrl[:] = control
             mujoco.mj_step(self.scene.mujoco, data)
             self.recorder.feel(data)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
+        self.recorder.end_period(data)
         speeds, torques = data.qvel[self._dofs], data.qfrc_actuator[self._dofs]
         self.effort += Effort(
             CONTROL_PERIOD_S,

@@ -42,7 +42,7 @@ def test_a_run_leaves_its_certificate(cup: Path, capsys: pytest.CaptureFixture[s
         "confirmed",
         "agrees",
         "scenario",
-        "program",
+        "versions",
         "setting",
         "claimed",
         "completed",
