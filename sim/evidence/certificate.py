@@ -14,10 +14,16 @@ from prefplan.claims import Check, judge
 from prefplan.exact_costs import exact
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import at, holding, marked
+from sim.evidence.action_checks import check_events, check_hand
 from sim.evidence.cost_checks import check_action_costs
+from sim.evidence.dynamics import Dynamics
+from sim.evidence.fault_checks import check_faults
+from sim.evidence.force_checks import check_grip, check_torques
 from sim.evidence.log import Log, LoggedAction
-from sim.evidence.motion_checks import check_contacts, check_jumps, check_limits, check_recording
+from sim.evidence.motion_checks import check_contacts, check_limits, check_recording
+from sim.evidence.object_checks import check_motions, check_start
 from sim.evidence.replay import RecordedWorld
+from sim.evidence.scenario_checks import check_hash
 
 
 @dataclass(frozen=True)
@@ -26,7 +32,7 @@ class Certificate:
 
     Attributes:
         claims: checks of what is said of the run: whether it was completed, its costs, the effect of each action.
-        motions: checks of its motions: joint limits, jumps of objects, contacts.
+        motions: checks of its motions: joint limits, forces, faults, contacts.
         completed: whether every task was satisfied on the recorded states, as far as it was not relaxed.
         task_costs: c_i by task name, derived.
         preference: mu, derived.
@@ -76,12 +82,23 @@ def certify(log: Log) -> Certificate:
     verdict = judge(about.claims, scenario.tasks, scenario.preference, trace, costs)
     claims = (
         check_recording(log),
-        _check_start(world, trace[0]),
+        check_hash(log),
+        check_start(log, world) or _check_start(world, trace[0]),
         *effects,
+        check_hand(log, world),
+        check_events(log, world, trace),
         check_action_costs(log, world, trace),
         *verdict.checks,
     )
-    motions = (*check_limits(log, world), check_jumps(log, world), check_contacts(log, world))
+    dynamics = Dynamics(log, world)
+    motions = (
+        *check_limits(log, world),
+        check_torques(log, world, dynamics),
+        check_grip(log, dynamics),
+        check_motions(log, world, dynamics),
+        check_faults(log, world, dynamics),
+        check_contacts(log, world),
+    )
     return Certificate(claims, motions, verdict.completed, verdict.task_costs, verdict.preference)
 
 

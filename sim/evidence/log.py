@@ -130,7 +130,7 @@ def log_of(
         text=text,
         scenario_sha256=text_hash(text),
         model_sha256=rollout.model_sha256,
-        measured=_measured(scene.model.costs),
+        measured=measured_costs(scene.model.costs),
         robot=scene.robot.name,
         meshes=scene.dressed,
         setting=setting or {},
@@ -162,7 +162,8 @@ def _logged(step: Step) -> LoggedAction:
     return LoggedAction(step.action, step.start, step.end, cost, tuple(sorted(step.observed.label)))
 
 
-def _measured(costs: ActionCosts) -> tuple[tuple[str, str, str, int | float], ...]:
+def measured_costs(costs: ActionCosts | None) -> tuple[tuple[str, str, str, int | float], ...]:
+    """Return the cost of each (kind, hand before, hand after) where costs are measured; nothing otherwise."""
     if not isinstance(costs, MeasuredCosts):
         return ()
     return tuple((*pair, to_number(exact(cost))) for pair, cost in costs.entries.items())

@@ -1,0 +1,80 @@
+"""Signatures of logs: Ed25519 (RFC 8032) over all of a file but its last 64 bytes, which are the signature.
+
+A ZIP archive may end with a comment. The signature is this comment, so that a signed log is read like any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from prefplan.claims import Check
+from sim.errors import LogError
+
+if TYPE_CHECKING:
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+
+SIGNATURE_BYTES = 64
+"""Length of an Ed25519 signature."""
+
+COMMENT_LENGTH_BYTES = 2
+"""Length of the last field of an archive without a comment: how long the comment is, little-endian."""
+
+
+def sign(contents: bytes, key: Ed25519PrivateKey) -> bytes:
+    """Return the contents of a log's file, as `encode` returns them, with a signature."""
+    length = SIGNATURE_BYTES.to_bytes(COMMENT_LENGTH_BYTES, "little")
+    signed = contents[:-COMMENT_LENGTH_BYTES] + length
+    return signed + key.sign(signed)
+
+
+def check_signature(contents: bytes, key: Ed25519PublicKey) -> Check:
+    """Check that the contents of a log's file are what the owner of a key signed."""
+    from cryptography.exceptions import InvalidSignature
+
+    signed, signature = contents[:-SIGNATURE_BYTES], contents[-SIGNATURE_BYTES:]
+    try:
+        key.verify(signature, signed)
+    except InvalidSignature:
+        return Check("signature", False, "the file is not what the owner of the key signed")
+    return Check("signature", True, f"{len(contents)} bytes, as the owner of the key signed them")
+
+
+def read_key(path: Path, *, private: bool) -> Any:
+    """Read a private or a public key, PEM or OpenSSH, without a passphrase.
+
+    Returns:
+        An `Ed25519PrivateKey` or an `Ed25519PublicKey`.
+
+    Raises:
+        LogError: the file cannot be read or holds no such key, or `cryptography` is not installed.
+    """
+    try:
+        from cryptography.exceptions import UnsupportedAlgorithm
+        from cryptography.hazmat.primitives import serialization
+        from cryptography.hazmat.primitives.asymmetric import ed25519
+    except ImportError:
+        raise LogError("signatures need: pip install cryptography") from None
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise LogError(f"{path}: {str(error.strerror).lower()}") from None
+    if private:
+        wanted: type = ed25519.Ed25519PrivateKey
+        loaders: list[Callable[[bytes], Any]] = [
+            partial(serialization.load_pem_private_key, password=None),
+            partial(serialization.load_ssh_private_key, password=None),
+        ]
+    else:
+        wanted = ed25519.Ed25519PublicKey
+        loaders = [serialization.load_pem_public_key, serialization.load_ssh_public_key]
+    for load in loaders:
+        with suppress(ValueError, TypeError, UnsupportedAlgorithm):
+            key = load(data)
+            if isinstance(key, wanted):
+                return key
+    kind = "private" if private else "public"
+    raise LogError(f"{path}: not a {kind} Ed25519 key (PEM or OpenSSH, without a passphrase)")
