@@ -100,7 +100,11 @@ def _objection(
             return f"{len(found)} events tell that the object was {kind}"
         judge = _objection_to_grip if kind == "grasped" else _objection_to_place
         for event in found:
-            if objection := judge(log, world, symbolic, event):
+            try:
+                objection = judge(log, world, symbolic, event)
+            except (KeyError, TypeError, ValueError):
+                objection = f"its event `{kind}` is broken"
+            if objection:
                 return objection
     return None
 

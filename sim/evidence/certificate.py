@@ -7,13 +7,14 @@ observations, nor the planner's automata, nor `prefplan.ledger`, on purpose.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from prefplan.claims import Check, judge
 from prefplan.exact_costs import exact
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import at, holding, marked
+from prefplan.scenario.decode import Scenario
 from sim.evidence.action_checks import check_events, check_hand
 from sim.evidence.cost_checks import check_action_costs
 from sim.evidence.dynamics import Dynamics
@@ -23,7 +24,8 @@ from sim.evidence.log import Log, LoggedAction
 from sim.evidence.motion_checks import check_contacts, check_limits, check_recording
 from sim.evidence.object_checks import check_motions, check_start
 from sim.evidence.replay import RecordedWorld
-from sim.evidence.scenario_checks import check_hash
+from sim.evidence.resimulation import resimulate
+from sim.evidence.scenario_checks import check_hash, check_scenario
 
 
 @dataclass(frozen=True)
@@ -69,20 +71,30 @@ class Certificate:
         return next(check for check in self.checks if check.name == name)
 
 
-def certify(log: Log) -> Certificate:
+def certify(
+    log: Log, *, scenario: Scenario | None = None, again: bool = False, more: Sequence[Check] = ()
+) -> Certificate:
     """Check everything that is said of a run against what was recorded of it.
+
+    Args:
+        log: of the run.
+        scenario: the one that the log must be of; None for the one in the log.
+        again: simulate the run again from its commands.
+        more: checks of the file that were made already.
 
     Raises:
         LogError: the scenario in the log cannot be used, so that nothing can be checked.
     """
     world = RecordedWorld(log)
-    about, scenario = log.about, world.scenario
+    about, own = log.about, world.scenario
     trace, effects = _trace(log, world)
     costs = [exact(action.cost) for action in about.actions]
-    verdict = judge(about.claims, scenario.tasks, scenario.preference, trace, costs)
+    verdict = judge(about.claims, own.tasks, own.preference, trace, costs)
     claims = (
+        *more,
         check_recording(log),
         check_hash(log),
+        *([check_scenario(log, scenario)] if scenario else []),
         check_start(log, world) or _check_start(world, trace[0]),
         *effects,
         check_hand(log, world),
@@ -98,6 +110,7 @@ def certify(log: Log) -> Certificate:
         check_motions(log, world, dynamics),
         check_faults(log, world, dynamics),
         check_contacts(log, world),
+        *([resimulate(log, world)] if again else []),
     )
     return Certificate(claims, motions, verdict.completed, verdict.task_costs, verdict.preference)
 

@@ -12,6 +12,7 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
+from sim.errors import LogError
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE
@@ -40,9 +41,16 @@ class Dynamics:
     """
 
     def __init__(self, log: Log, world: RecordedWorld) -> None:
-        """Derive the forces of every recorded state."""
+        """Derive the forces of every recorded state.
+
+        Raises:
+            LogError: the commands are not those of the robot.
+        """
         self._log, self._world, self._model = log, world, world.mujoco
-        self._controls = log.controls / COMMANDS_PER_UNIT
+        if log.controls.shape[1] != self._model.nu:
+            raise LogError(f"the log is broken: a step does not command {self._model.nu} actuators")
+        # The robot stays as it is where there is no step.
+        self._controls = log.controls / COMMANDS_PER_UNIT if len(log.controls) else np.zeros((1, self._model.nu))
         self._timestep = float(self._model.opt.timestep)
         self._order_states()
         self.objects = [obj for obj in world.scene.shapes if obj in log.about.joints]

@@ -33,7 +33,7 @@ def check_start(log: Log, world: RecordedWorld) -> Check | None:
     if off.max() <= START_TOLERANCE:
         return None
     joint = world.mujoco.joint(int(np.searchsorted(world.mujoco.jnt_qposadr, off.argmax(), side="right")) - 1)
-    words = f"{joint.name} is {off.max():.4f} (m or rad) from where seed {log.about.setting.get('seed')} puts it"
+    words = f"{joint.name} is {off.max():.4f} m or rad from where seed {log.about.setting.get('seed')} puts it"
     return Check("start", False, words)
 
 
@@ -67,9 +67,8 @@ def _leap(log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
             time = float(dynamics.times[k + 1])
             if dynamics.frame[k + 1] >= 0 or name not in excused(log, world, time):
                 far, unit = float(np.linalg.norm(moved[k])), "m" if size == 3 else "rad"
-                return (
-                    f"{name} jumps {far:.3f} {unit} at {time:.2f} s, and neither its velocity nor a fault explains it"
-                )
+                said = float(np.linalg.norm(speeds[k : k + 2].mean(axis=0) * span[k]))
+                return f"{name} moves by {far:.3f} {unit} at {time:.2f} s, its velocity by {said:.3f}"
     return None
 
 

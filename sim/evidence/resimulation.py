@@ -38,8 +38,8 @@ def resimulate(log: Log, world: RecordedWorld) -> Check:
         return Check(NAME, False, objection)
     here, there = versions(), log.about.versions
     other = [f"{part} {there.get(part)} then, {here[part]} now" for part in EXACT if there.get(part) != here[part]]
-    if not other and log.about.model_sha256 != model_hash(world.mujoco):
-        other = ["another compiled model"]
+    if world.scene.dressed != log.about.meshes:
+        other.append("other shapes of the arm")
     found, intruder = _simulate(log, world, frame_by_frame=bool(other))
     tolerances = {"qpos": FRAME_TOLERANCE} if other else dict.fromkeys(COMPARED, 0.6 * 10**-DECIMALS)
     if len(found["times"]) < len(log.times):
@@ -49,7 +49,9 @@ def resimulate(log: Log, world: RecordedWorld) -> Check:
         for name, tolerance in tolerances.items():
             off = np.abs(np.atleast_1d(found[name][frame] - getattr(log, name)[frame]))
             if off.max() > tolerance:
-                return Check(NAME, False, _difference(log, world, frame, name, off))
+                words = _difference(log, world, frame, name, off)
+                changed = log.about.model_sha256 != model_hash(world.mujoco)
+                return Check(NAME, False, words + (", in another compiled model than the log's" if changed else ""))
     if intruder:
         return Check(NAME, False, intruder)
     if other:

@@ -5,17 +5,20 @@ A ZIP archive may end with a comment. The signature is this comment, so that a s
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from prefplan.claims import Check
 from sim.errors import LogError
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+
+Key = TypeVar("Key")
 
 SIGNATURE_BYTES = 64
 """Length of an Ed25519 signature."""
@@ -35,6 +38,8 @@ def check_signature(contents: bytes, key: Ed25519PublicKey) -> Check:
     """Check that the contents of a log's file are what the owner of a key signed."""
     from cryptography.exceptions import InvalidSignature
 
+    if len(contents) < SIGNATURE_BYTES or contents[-SIGNATURE_BYTES - COMMENT_LENGTH_BYTES] != SIGNATURE_BYTES:
+        return Check("signature", False, "the file is not signed")
     signed, signature = contents[:-SIGNATURE_BYTES], contents[-SIGNATURE_BYTES:]
     try:
         key.verify(signature, signed)
@@ -43,38 +48,48 @@ def check_signature(contents: bytes, key: Ed25519PublicKey) -> Check:
     return Check("signature", True, f"{len(contents)} bytes, as the owner of the key signed them")
 
 
-def read_key(path: Path, *, private: bool) -> Any:
-    """Read a private or a public key, PEM or OpenSSH, without a passphrase.
-
-    Returns:
-        An `Ed25519PrivateKey` or an `Ed25519PublicKey`.
+def read_private_key(path: Path) -> Ed25519PrivateKey:
+    """Read a private key, PEM or OpenSSH, without a passphrase.
 
     Raises:
         LogError: the file cannot be read or holds no such key, or `cryptography` is not installed.
     """
+    serialization, ed25519 = _cryptography()
+    loaders = (serialization.load_pem_private_key, serialization.load_ssh_private_key)
+    return _read(path, [partial(load, password=None) for load in loaders], ed25519.Ed25519PrivateKey)
+
+
+def read_public_key(path: Path) -> Ed25519PublicKey:
+    """Read a public key, PEM or OpenSSH.
+
+    Raises:
+        LogError: the file cannot be read or holds no such key, or `cryptography` is not installed.
+    """
+    serialization, ed25519 = _cryptography()
+    loaders = [serialization.load_pem_public_key, serialization.load_ssh_public_key]
+    return _read(path, loaders, ed25519.Ed25519PublicKey)
+
+
+def _cryptography() -> tuple[ModuleType, ModuleType]:
     try:
-        from cryptography.exceptions import UnsupportedAlgorithm
         from cryptography.hazmat.primitives import serialization
         from cryptography.hazmat.primitives.asymmetric import ed25519
     except ImportError:
-        raise LogError("signatures need: pip install cryptography") from None
+        raise LogError("--key: cryptography is not installed; install it: pip install cryptography") from None
+    return serialization, ed25519
+
+
+def _read(path: Path, loaders: Iterable[Callable[[bytes], Any]], kind: type[Key]) -> Key:
+    from cryptography.exceptions import UnsupportedAlgorithm
+
     try:
-        data = path.read_bytes()
+        contents = path.read_bytes()
     except OSError as error:
         raise LogError(f"{path}: {str(error.strerror).lower()}") from None
-    if private:
-        wanted: type = ed25519.Ed25519PrivateKey
-        loaders: list[Callable[[bytes], Any]] = [
-            partial(serialization.load_pem_private_key, password=None),
-            partial(serialization.load_ssh_private_key, password=None),
-        ]
-    else:
-        wanted = ed25519.Ed25519PublicKey
-        loaders = [serialization.load_pem_public_key, serialization.load_ssh_public_key]
     for load in loaders:
         with suppress(ValueError, TypeError, UnsupportedAlgorithm):
-            key = load(data)
-            if isinstance(key, wanted):
+            key = load(contents)
+            if isinstance(key, kind):
                 return key
-    kind = "private" if private else "public"
-    raise LogError(f"{path}: not a {kind} Ed25519 key (PEM or OpenSSH, without a passphrase)")
+    which = "private" if kind.__name__ == "Ed25519PrivateKey" else "public"
+    raise LogError(f"{path}: not a {which} Ed25519 key (PEM or OpenSSH, without a passphrase)")

@@ -42,6 +42,8 @@ def test_a_run_leaves_its_certificate(cup: Path, capsys: pytest.CaptureFixture[s
         "confirmed",
         "agrees",
         "scenario",
+        "levels",
+        "proves",
         "versions",
         "setting",
         "claimed",

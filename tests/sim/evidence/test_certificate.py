@@ -28,8 +28,11 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
     assert certificate.confirmed and certificate.agrees and certificate.completed
     assert certificate.task_costs == {"phi1": 34, "phi2": 17} and certificate.preference == 17
     names = [check.name for check in certificate.checks]
-    assert names[:2] == ["recording", "start"] and names[2:16] == [f"action {k}" for k in range(1, 15)]
-    assert names[16:] == [
+    assert names[:3] == ["recording", "scenario hash", "start"]
+    assert names[3:17] == [f"action {k}" for k in range(1, 15)]
+    assert names[17:] == [
+        "hand",
+        "events",
         "action costs",
         "total cost",
         "task cost phi1",
@@ -39,7 +42,10 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
         "joint positions",
         "joint speeds",
         "joint torques",
+        "torques",
+        "pad forces",
         "objects",
+        "faults",
         "contacts",
     ]
     assert "% of the limit, joint" in certificate.check("joint speeds").words
