@@ -222,7 +222,7 @@ PLAIN = (
     Forgery(
         "a task done by a move into the air",
         in_turn(intervention("cup", 1.0, position=(0.45, -0.1, 0.2)), fault("move:cup@1", 1.0)),
-        "faults",
+        "objects",
     ),
     Forgery("a push from outside, not told", intervention("cup", 1.0, velocity=0.5), "faults"),
 )

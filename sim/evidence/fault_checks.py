@@ -78,7 +78,7 @@ def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics)
             return _objection_to_knock(obj, before, after)
         if kind == "foreign" and before.position[2] > 0:
             return f"{obj} was on the table before"
-        return _objection_to_move(obj, after, supported=bool(dynamics.supported[obj][rows[0]]))
+        return _objection_to_move(obj, after)
     return None
 
 
@@ -105,12 +105,12 @@ def _objection_to_knock(obj: str, before: _Pose, after: _Pose) -> str | None:
     return f"{obj} gets {speeds[0]:.2f} m/s, {speeds[1]:.2f} m/s upwards and {speeds[2]:.1f} rad/s, which is no knock"
 
 
-def _objection_to_move(obj: str, after: _Pose, *, supported: bool) -> str | None:
+def _objection_to_move(obj: str, after: _Pose) -> str | None:
     if np.any(after.velocity != 0):
         return f"{obj} is moving when it is put down"
     if np.abs(after.rotation[1:3]).max() > UPRIGHT:
         return f"{obj} is not upright when it is put down"
-    return None if supported else f"{obj} is not put down on anything"
+    return None
 
 
 def _objection_to_slip(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:

@@ -140,7 +140,8 @@ def log_of(
         claims=claims,
     )
     kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
-    steps = len(rollout.controls) if rollout.completed else round(kept["times"][-1] / model.opt.timestep)
+    whole = len(kept["times"]) == len(rollout.times)
+    steps = len(rollout.controls) if whole else round(kept["times"][-1] / model.opt.timestep)
     kept["controls"] = rollout.controls[:steps]
     kept["interventions"] = rollout.interventions[rollout.interventions[:, 0] < max(steps, 1)]
     return Log(about=about, **{name: rows.round(DECIMALS) if name in PACKED else rows for name, rows in kept.items()})
