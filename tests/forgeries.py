@@ -197,6 +197,7 @@ PLAIN = (
     Forgery("an arm that leaps", shifted("qpos", "joint7", 0.05, since=3.0), "objects"),
     Forgery("another object's grasp", action("grasp cup", "grasp tray"), "contacts"),
     Forgery("a transit elsewhere", action("transit desk", "transit tray"), "hand"),
+    Forgery("a transit to nowhere", action("transit desk", "transit spot1"), "hand"),
     Forgery("an action left out", lambda log: without_action(log, 1), "total cost"),
     Forgery("frames cut out", frames_cut_out, "recording"),
     Forgery("frames cut off", lambda log: cut(log, 3.0), "recording"),

@@ -44,7 +44,7 @@ class Dynamics:
         """Derive the forces of every recorded state.
 
         Raises:
-            LogError: the commands are not those of the robot.
+            LogError: the commands are not those of the robot, or an intervention is at no step.
         """
         self._log, self._world, self._model = log, world, world.mujoco
         if log.controls.shape[1] != self._model.nu:
@@ -58,7 +58,7 @@ class Dynamics:
         self.supported, self.touched = (
             {obj: np.zeros(len(self.times), dtype=bool) for obj in self.objects} for _ in range(2)
         )
-        self.energy = np.zeros(len(self.times))
+        self.energy = np.sum([np.zeros(len(self.times)), *map(self._energy, self.objects)], axis=0)
         self._gravity = np.zeros((len(self.times), len(world.robot.joints)))
         self._derive_forces()
 
@@ -72,6 +72,9 @@ class Dynamics:
         """Collect frames and interventions in order of time; at the same time the frame is first."""
         log, world, model = self._log, self._world, self._model
         known = log.interventions.shape[1] == 1 + mujoco.mj_stateSize(model, STATE)
+        steps = log.interventions[:, :1]
+        if np.any((steps < 0) | (steps > len(log.controls)) | (steps % 1 > 0)):
+            raise LogError("the log is broken: an intervention is at no step")
         data, times, qpos, qvel = mujoco.MjData(model), [*log.times], [*world.qpos], [*world.qvel]
         for row in log.interventions if known else ():
             mujoco.mj_setState(model, data, row[1:], STATE)
@@ -111,14 +114,15 @@ class Dynamics:
                     if obj in self.supported:
                         self.supported[obj][k] = True
                         self.touched[obj][k] |= toucher == robot.name
-            self.energy[k] = sum(self._energy(data, obj) for obj in self.objects)
 
-    def _energy(self, data: mujoco.MjData, obj: str) -> float:
-        """Return the kinetic and potential energy of an object, J."""
-        model, body = self._model, self._model.body(obj)
-        velocity = data.joint(obj).qvel
-        kinetic = float(body.mass[0] * velocity[:3] @ velocity[:3] + body.inertia @ velocity[3:] ** 2) / 2
-        return kinetic - float(body.mass[0] * model.opt.gravity @ data.body(obj).xpos)
+    def _energy(self, obj: str) -> np.ndarray:
+        """Return the (S,) kinetic and potential energy of an object, J."""
+        body, joint = self._model.body(obj), self._model.joint(obj)
+        place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        inertia = np.array([*body.mass.repeat(3), *body.inertia])
+        kinetic = self.qvel[:, dof : dof + 6] ** 2 @ inertia / 2
+        energy: np.ndarray = kinetic - self.qpos[:, place : place + 3] @ self._model.opt.gravity * body.mass[0]
+        return energy
 
     @cached_property
     def torques(self) -> tuple[np.ndarray, np.ndarray]:
@@ -131,16 +135,20 @@ class Dynamics:
         q, v = self._world.qpos[:, robot.qpos(model)], self._world.qvel[:, robot.dofs(model)]
         gravity = self._gravity[self.frame >= 0]
         steps = np.rint(log.times / self._timestep).astype(int)
+        last = max(1, min(int(steps[-1]), len(self._controls)))
+        step = np.arange(last)
+        k = (np.searchsorted(steps, step, side="right") - 1).clip(0, len(q) - 2)
+        share = ((step - steps[k]) / np.maximum(steps[k + 1] - steps[k], 1))[:, None]
+        span = (np.diff(log.times)[k])[:, None]
+        at, moving = _hermite(q[k], q[k + 1], v[k], v[k + 1], share, span)
+        forces = _motor_forces(model, motors, self._controls[:last, motors], at, moving)
+        forces = np.clip(
+            forces + (1 - share) * gravity[k] + share * gravity[k + 1], -robot.torque_limits, robot.torque_limits
+        )
         greatest, midway = np.zeros_like(q), np.zeros_like(q[1:])
-        for k, (first, last) in enumerate(zip(steps, steps[1:], strict=False)):
-            u, span = (np.arange(last - first) / (last - first))[:, None], (last - first) * self._timestep
-            at, moving = _hermite(q[k], q[k + 1], v[k], v[k + 1], u, span)
-            command = self._controls[first:last, motors]
-            forces = _motor_forces(model, motors, command, at[: len(command)], moving[: len(command)])
-            forces = forces + ((1 - u) * gravity[k] + u * gravity[k + 1])[: len(command)]
-            forces = np.clip(forces, -robot.torque_limits, robot.torque_limits)
-            greatest[k + 1] = np.abs(forces).max(axis=0, initial=0)
-            midway[k] = forces[len(forces) // 2] if len(forces) else 0
+        np.maximum.at(greatest, k + 1, np.abs(forces))
+        halfway = (steps[:-1] + steps[1:]) // 2
+        midway[halfway < last] = forces[halfway[halfway < last]]
         return greatest, midway
 
     @cached_property

@@ -22,7 +22,7 @@ def check_recording(log: Log) -> Check:
     name, times = "recording", log.times
     period = np.diff(times)
     gaps = np.flatnonzero((period <= 0) | (period > 1.5 / FRAME_RATE))
-    if times[0] > ROUNDING or len(gaps):
+    if abs(times[0]) > ROUNDING or len(gaps):
         where = float(times[gaps[0]]) if len(gaps) else 0.0
         return Check(name, False, f"frames are missing or out of order after {where:.2f} s")
     end = float(times[-1])

@@ -73,7 +73,8 @@ def test_relaxations_are_granted_where_they_are_offered(relaxed_log: Log) -> Non
 
 def test_an_unfinished_run_is_confirmed_to_be_one(arch_log: Log) -> None:
     end = arch_log.about.actions[6].end
-    stopped = telling(cut(arch_log, end), actions=arch_log.about.actions[:7])
+    told = tuple(event for event in arch_log.about.events if event.time <= end)
+    stopped = telling(cut(arch_log, end), actions=arch_log.about.actions[:7], events=told)
     claims = {"completed": False, "cost": 17, "task_costs": {"phi1": 17, "phi2": 17}, "preference": None}
     certificate = certify(claiming(stopped, **claims))
     assert certificate.confirmed and not certificate.completed
