@@ -113,4 +113,4 @@ def model_hash(model: mujoco.MjModel) -> str:
     """Return the SHA-256 of a compiled model."""
     contents = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
     mujoco.mj_saveModel(model, None, contents)
-    return hashlib.sha256(contents.tobytes()).hexdigest()
+    return hashlib.sha256(contents.data).hexdigest()
