@@ -13,7 +13,7 @@ from prefplan.models.manipulation.action import holding
 from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
-from sim.simulation.rollout import Event
+from sim.simulation.rollout import FRAME_RATE, Event
 
 TIME_TOLERANCE_S = 1e-4
 """Greatest difference between the time of a fault and that of the state it leaves."""
@@ -22,7 +22,7 @@ PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S = (0.24, 0.61), (0.59, 0.61), (7.9
 """Ranges of the horizontal, upward and rotational speeds that a knock gives an object."""
 
 UNMOVED_M = 0.02
-"""An object that is given a velocity is nearer than this to where it was a frame before."""
+"""An object that is given a velocity is nearer than this to where its own speed may have brought it in a frame."""
 
 UPRIGHT = 1e-6
 """Greatest x and y of the quaternion of an object that a fault puts down: it is turned about z alone."""
@@ -96,7 +96,8 @@ def _pose(obj: str, world: RecordedWorld, dynamics: Dynamics, row: int) -> _Pose
 
 
 def _objection_to_knock(obj: str, before: _Pose, after: _Pose) -> str | None:
-    if np.linalg.norm(after.position - before.position) > UNMOVED_M:
+    falling = float(np.linalg.norm(before.velocity[:3])) / FRAME_RATE
+    if np.linalg.norm(after.position - before.position) > UNMOVED_M + falling:
         return f"{obj} is elsewhere at once, and a knock does not do this"
     speeds = [float(np.linalg.norm(part)) for part in np.split(after.velocity, [2, 3])]
     ranges = (PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S)
