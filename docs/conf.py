@@ -1,12 +1,16 @@
 """How Sphinx builds this documentation: `make docs`."""
 
+import sys
 from importlib import metadata
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parent / "pictures"))
 
 project = "prefplan"
 author = "the prefplan authors"
 release = metadata.version("prefplan")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "gallery"]
 myst_heading_anchors = 3
 
 default_role = "code"  # docstrings put names between single backquotes

@@ -63,7 +63,7 @@ def main(*, quiet: bool = False) -> int:
     videos = [outcome.video for outcome in outcomes if outcome.video]
     if len(videos) == len(outcomes):
         headings = [
-            f"{what}: cost {output.number(outcome.plan.cost)}, preference {output.number(outcome.plan.preference)}"
+            f"{what}: cost {output.number(outcome.plan.cost)}, penalty {output.number(outcome.plan.preference)}"
             for what, outcome in zip(("cheapest", "preferred"), outcomes, strict=True)
         ]
         console.print(f"  {compose(videos, OUT / 'both.mp4', headings=headings)}")

@@ -180,7 +180,7 @@ class Front(Sequence[Plan]):
         return pandas.DataFrame(rows, columns=["cost", "preference", *tasks, "actions"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the points, cost against preference, along the border of what they dominate.
+        """Draw the points, cost against preference penalty, along the border of what they dominate.
 
         Args:
             ax: where to draw; None for a new figure.
@@ -197,7 +197,7 @@ class Front(Sequence[Plan]):
         if self.complete_below is not None:
             ax.axvline(float(self.complete_below), linestyle="--", color="gray", label="complete up to here")
             ax.legend()
-        ax.set(xlabel="total cost", ylabel="preference (lower is better)")
+        ax.set(xlabel="total cost", ylabel="preference penalty (lower is better)")
         return ax
 
     @property
@@ -207,7 +207,7 @@ class Front(Sequence[Plan]):
     def _repr_html_(self) -> str:
         """Return the front as notebooks show it: a row a plan, and what keeps it from being whole."""
         rows = [_row("td", [i, p.cost, p.preference, *p.task_costs.values()]) for i, p in enumerate(self)]
-        head = _row("th", ["", "cost", "preference", *self._tasks])
+        head = _row("th", ["", "cost", "penalty", *self._tasks])
         table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
         if self.reason is not None:
             note = f"No plan: {self.reason}."

@@ -11,7 +11,7 @@ import numpy as np
 from prefplan.errors import FormulaError, PrefplanError, choices
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.dfa import Automaton, automaton
-from prefplan.logic.formula import is_temporal, parse
+from prefplan.logic.formula import is_temporal, parse, propositions_of
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.transition_system import TransitionSystem, check_names
 from prefplan.preferences.contracts import Span, check_claim
@@ -150,6 +150,14 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """The tasks' names."""
         return tuple(task.name for task in self.tasks)
+
+    @cached_property
+    def task_propositions(self) -> frozenset[str]:
+        """The propositions on which the tasks and their relaxations depend."""
+        found = frozenset(name for dfa in self.automata for name in dfa.propositions)
+        for relaxation in (relaxation for task in self.tasks for relaxation in task.relax):
+            found |= {relaxation.assume} | propositions_of(parse(relaxation.when))
+        return found
 
     @property
     def resolution(self) -> Number | None:

@@ -15,6 +15,7 @@ from sim.execution.executor import Execution as Execution
 from sim.execution.executor import execute as execute
 from sim.execution.faults import Fault as Fault
 from sim.execution.faults import read_fault as read_fault
+from sim.export.gltf import encode_glb as encode_glb
 from sim.perception.sensors import ExactSensor as ExactSensor
 from sim.perception.sensors import NoisySensor as NoisySensor
 from sim.perception.sensors import ObjectPose as ObjectPose

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from forged_logs import claiming, cut, moved, telling, without_action
 
-from sim.evidence.log import Log, text_hash
+from sim.evidence.log import ARRAYS, Log, text_hash
 from sim.evidence.replay import RecordedWorld
 from sim.simulation.recorder import STATE
 from sim.simulation.rollout import Event
@@ -154,8 +154,7 @@ def shifted(name: str, obj: str, by: float, *, since: float = -1.0) -> Callable[
 
 def frames_cut_out(log: Log) -> Log:
     keep = (log.times < 2) | (log.times > 2.5)
-    rows = ("times", "qpos", "qvel", "glow", "speeds", "torques", "pad_forces")
-    return replace(log, **{name: getattr(log, name)[keep] for name in rows})
+    return replace(log, **{name: getattr(log, name)[keep] for name in ARRAYS})
 
 
 OPEN = np.array([0, 0, 0, 0, 0, 0, 0, 10**6])

@@ -11,12 +11,14 @@ from PIL import Image
 from experiments import scenarios
 from experiments.runs.captions import captions
 from experiments.runs.carry_out import carry_out, scene_of
-from prefplan import pareto_front
+from experiments.runs.outcome import Outcome
+from prefplan import Scenario, pareto_front
 from sim.rendering.clips import compose
 from sim.rendering.overlay import caption_at
 from sim.rendering.quality import FINAL
 from sim.rendering.video import render_frame, render_video
 from sim.simulation.rollout import FRAME_RATE
+from sim.world.scene import Scene
 
 OUT = Path(__file__).parents[1]
 
@@ -46,18 +48,22 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, plan in {"cheapest": front[0], "preferred": front[-1]}.items():
             outcome = carry_out(scenario, scene, plan)
-            rollout = outcome.rollout
-            moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
-            lamp = scene.model.locations[rollout.glow[moment]].name
             texts = captions(outcome, scenario.model)
-            caption = caption_at(texts, float(rollout.times[moment]))
-            frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
-            picture = Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
-            picture.save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
+            taken(scenario, scene, outcome).save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
             video = Path(folder, f"{name}.mp4")
-            videos.append(render_video(scene, rollout, texts, video, fps=FPS, size=VIDEO_SIZE, quality=FINAL))
+            videos.append(render_video(scene, outcome.rollout, texts, video, fps=FPS, size=VIDEO_SIZE, quality=FINAL))
             headings.append(f"{name}: cost {plan.cost}")
         compose(videos, OUT / "trade_off.webp", headings=headings, height=VIDEO_SIZE[1], fps=FPS * SPEED, speed=SPEED)
+
+
+def taken(scenario: Scenario, scene: Scene, outcome: Outcome) -> Image.Image:
+    """Return a picture of a run just before the light of a location that works last goes out."""
+    rollout = outcome.rollout
+    moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
+    lamp = scene.model.locations[rollout.glow[moment]].name
+    caption = caption_at(captions(outcome, scenario.model), float(rollout.times[moment]))
+    frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
+    return Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
 
 
 if __name__ == "__main__":

@@ -73,7 +73,7 @@ NOTES = (
     "preference that counts delays in positions, not in cost; its columns with h leave out building the heuristic, "
     "ours hold it. They show the trend; the yardstick is what ours compares with.",
     "The yardstick shares our labels and open list: a new label is compared with all undominated ones of its state, "
-    "and of equal estimates the last in is the first out. BOA* as published keeps the least preference value of "
+    "and of equal estimates the last in is the first out. BOA* as published keeps the least preference penalty of "
     "a state and breaks ties by it.",
     "Before timing, every known front was met, and all methods agreed on all instances that they finished.",
 )

@@ -117,7 +117,7 @@ def add_plan(parser: argparse.ArgumentParser) -> None:
         metavar="cost|preference|INDEX",
         help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
     )
-    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference value")
+    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference penalty")
     add_max_cost(parser)
 
 
@@ -154,7 +154,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_video(parser: argparse.ArgumentParser) -> None:
+def add_video(parser: argparse._ActionsContainer) -> None:
     """Add whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
     parser.add_argument("--no-video", action="store_true", help="render no video")
     parser.add_argument(
@@ -163,15 +163,24 @@ def add_video(parser: argparse.ArgumentParser) -> None:
         default="draft",
         help="draft: 1280 x 720; final: 1920 x 1080 with soft shadows, in ten times the time (default: draft)",
     )
+    add_camera(parser)
+    parser.add_argument(
+        "--inset", metavar="NAME", help="a second, small view in a corner: wrist or top, as --camera (default: none)"
+    )
+    parser.add_argument(
+        "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"
+    )
+
+
+def add_camera(parser: argparse._ActionsContainer) -> None:
+    """Add the camera; read by `experiments.cli.simulation_options.camera_of`."""
     parser.add_argument(
         "--camera",
         metavar="NAME",
         default="fixed",
-        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; or azimuth and elevation in "
-        "degrees and distance in m, such as 156,-28,1.2 (default: fixed)",
-    )
-    parser.add_argument(
-        "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"
+        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; top: from above; another "
+        "camera of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as "
+        "156,-28,1.2 (default: fixed)",
     )
 
 

@@ -25,6 +25,11 @@ def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
     return "bounded" if wanted == "cost" and max_preference is not None else wanted
 
 
+def plan_name(wanted: str | int) -> str:
+    """Return what the files of a run are called, by the value of `--plan`."""
+    return wanted if isinstance(wanted, str) else f"plan_{wanted}"
+
+
 def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) -> Plan:
     """Return the plan that `--plan` names, within limits.
 
@@ -55,7 +60,7 @@ def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) ->
         raise UnfinishedError(front.ended, complete_below=front.complete_below)
     plan = plan_at(front, int(wanted), "--plan")
     if bound is not None and exact(plan.preference) > inclusive(bound):
-        found = f"its preference is {output.number(plan.preference)}"
+        found = f"its preference penalty is {output.number(plan.preference)}"
         raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan
 

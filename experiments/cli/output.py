@@ -130,10 +130,10 @@ def assumptions(problem: Problem) -> list[str]:
 
 def show_front(console: Console, scenario: Scenario, front: Front) -> None:
     """Print a front as a table, the plans below it."""
-    table = Table(title=f"{escape(scenario.name)}: Pareto front of cost and preference", title_justify="left")
+    table = Table(title=f"{escape(scenario.name)}: Pareto front of cost and preference penalty", title_justify="left")
     table.add_column("#", justify="right")
     table.add_column("cost", justify="right", style="bold")
-    table.add_column("preference", justify="right", style="bold")
+    table.add_column("penalty", justify="right", style="bold")
     for task in scenario.tasks:
         table.add_column(task.name, justify="right")
     for i, plan in enumerate(front):
@@ -155,7 +155,8 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
 
 def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     """Print one plan with its costs and the cost of each task."""
-    console.print(f"{scenario.name}: cost {number(plan.cost)}, preference {number(plan.preference)}", style="bold")
+    worth = f"cost {number(plan.cost)}, preference penalty {number(plan.preference)}"
+    console.print(f"{scenario.name}: {worth}", style="bold")
     for name, cost in plan.task_costs.items():
         console.print(f"  {name} satisfied at cost {number(cost)}")
     console.print(Text(condense(plan.actions) or "(nothing to do)"))

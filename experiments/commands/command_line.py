@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import prefplan
 from experiments.cli.arguments import Command, Parser, add_quiet
 from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from experiments.commands.execution import demo, film, measure, report, run, sweep, verify, view
+from experiments.commands.execution import demo, export, film, measure, report, run, sweep, verify, view
 from experiments.commands.machine import completion, doctor
 from experiments.commands.planning import automaton, check, draw, front, init, plan
 from experiments.commands.planning import list as list_command
@@ -27,6 +27,7 @@ COMMANDS = (
     run,
     report,
     film,
+    export,
     view,
     verify,
     sweep,
@@ -45,7 +46,7 @@ EPILOG = """\
 examples:
   prefplan demo                                the paper's manipulation case study, with videos and a page
   prefplan front example                       the Pareto front and its plans
-  prefplan plan example --max-preference 3     the cheapest plan within a bound
+  prefplan plan example --max-preference 3     the cheapest plan within a bound on the preference penalty
   prefplan run case_study_3 --plan preference  carry the preferred plan out, with a video
 
 exit status:

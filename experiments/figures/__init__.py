@@ -1,1 +1,1 @@
-"""Figures of fronts, plans, automata and transition systems."""
+"""Figures of fronts and maps, and diagrams of automata and graphs."""

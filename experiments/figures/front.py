@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from experiments.cli.output import number
@@ -23,6 +25,10 @@ MARGIN = 0.09
 
 MARGIN_FOR_LABEL = 0.17
 """The same left of the first point if points have labels."""
+
+
+TICK_GAP = 1.5
+"""Half the least distance between labels of ticks, px."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
@@ -61,13 +67,16 @@ def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = Fa
         axes.axvline(
             float(front.complete_below), color="C1", linestyle="--", linewidth=1.2, label="complete up to here"
         )
-    axes.set_xlabel(f"total cost{_unit(scenario)}")
+    axes.set_xticks(costs, [number(plan.cost) for plan in front])
+    axes.set_yticks(mu, [number(plan.preference) for plan in front])
+    unit = cost_unit(scenario)
+    axes.set_xlabel(f"total cost ({unit})" if unit else "total cost")
     texts = [f"{i}: ({number(plan.cost)}, {number(plan.preference)})" for i, plan in enumerate(front)]
     if brief:
         axes.set_ylabel("μ", rotation=0)
         texts = [str(i) for i in range(len(front))]
     else:
-        axes.set_ylabel("preference μ (lower is better)")
+        axes.set_ylabel("preference penalty μ (lower is better)")
     _label(axes, texts, costs, mu)
 
 
@@ -76,11 +85,12 @@ def _limits(values: np.ndarray, *, before: float = MARGIN) -> tuple[float, float
     return float(values.min()) - before * spread, float(values.max()) + 2.4 * MARGIN * spread
 
 
-def _unit(scenario: Scenario) -> str:
+def cost_unit(scenario: Scenario) -> str | None:
+    """Return what costs were measured in, such as `energy, J`; None for costs that are only numbers."""
     model = scenario.model
     if isinstance(model, ManipulationModel) and isinstance(model.costs, MeasuredCosts):
-        return f" ({model.costs.quantity}, {QUANTITIES[model.costs.quantity]})"
-    return ""
+        return f"{model.costs.quantity}, {QUANTITIES[model.costs.quantity]}"
+    return None
 
 
 def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
@@ -88,6 +98,8 @@ def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.draw_without_rendering()
+    _thin_out(axes.get_xticklabels())
+    _thin_out(axes.get_yticklabels())
     taken: list[Bbox] = []
     inside = axes.get_window_extent()
     for i in sorted(range(len(x)), key=lambda i: (0 < i < len(x) - 1, i)):
@@ -100,3 +112,13 @@ def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
                 taken.append(extent)
                 break
             text.remove()
+
+
+def _thin_out(labels: Sequence[Text]) -> None:
+    """Hide labels of ticks that overlap others; those of the ends stay."""
+    taken: list[Bbox] = []
+    for i in sorted(range(len(labels)), key=lambda i: (0 < i < len(labels) - 1, i)):
+        extent = labels[i].get_window_extent().padded(TICK_GAP)
+        labels[i].set_visible(not any(extent.overlaps(other) for other in taken))
+        if labels[i].get_visible():
+            taken.append(extent)

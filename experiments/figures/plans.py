@@ -8,7 +8,7 @@ from pathlib import Path
 from experiments.cli.output import number, relaxed
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
-from experiments.figures.grid_map import PANEL, draw_map
+from experiments.figures.grid_map import PANEL, draw_map, label_map
 from prefplan.errors import PrefplanError
 from prefplan.front import Front
 from prefplan.models.grid import GridModel
@@ -49,4 +49,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         panels[len(front)].set_title("Pareto front")
         for axes in panels[len(front) + 1 :]:
             axes.set_axis_off()
+        figure.draw_without_rendering()
+        for axes, plan in zip(panels, front, strict=False):
+            label_map(axes, model, plan)
         write_figure(figure, path)

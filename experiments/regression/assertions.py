@@ -30,7 +30,7 @@ def assert_front(scenario: Given, points: Sequence[Point], *, max_cost: Number |
 
     Args:
         scenario: what is planned.
-        points: (cost, preference) of each; empty if there should be no plan.
+        points: (cost, preference penalty) of each; empty if there should be no plan.
         max_cost: as in `prefplan.pareto_front`.
 
     Raises:

@@ -14,7 +14,7 @@ Point = tuple[Number, Number]
 """(cost, preference), in the user's units."""
 
 TOLERANCE = 1e-9
-"""Relative tolerance for preference values that are doubles, such as thirds. Other values are exact."""
+"""Relative tolerance for preference penalties that are doubles, such as thirds. Other values are exact."""
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,11 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from experiments.cli.output import number, plan_json
+from experiments.figures.front import cost_unit
 from experiments.figures.grid_map import path_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
+from experiments.report.pictures import graph_data
 from experiments.report.preference_words import shares
 from experiments.runs.formula_words import titles, words_of
 from prefplan.claims import Check, Claims, judge
@@ -49,6 +51,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
     ]
     return {
         "scenario": scenario.name,
+        "cost_unit": cost_unit(scenario),
         "map": {"size": list(scenario.model.size)} if isinstance(scenario.model, GridModel) else None,
         "tasks": [
             _task(task, named[task.name], automaton.accepting, automaton.dead)
@@ -104,6 +107,7 @@ def _plan(
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
         "path": path_of(plan).states.tolist() if isinstance(scenario.model, GridModel) else None,
+        "graph": graph_data(scenario, plan),
         "map_words": _map_words(scenario, planned),
         "checks": [asdict(check) for check in check_plan(problem, plan, planned)],
         "run": run,
@@ -152,6 +156,7 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
     return {
         "video": recording.video.name if recording.video else None,
         "no_video": recording.no_video,
+        "begin": float(recording.log.times[0]),
         "log": recording.log_path.name,
         "completed": outcome["completed"],
         "reason": outcome.get("reason"),

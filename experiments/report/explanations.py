@@ -32,7 +32,7 @@ class NamedPlan:
 
 
 def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
-    """Explain what the cheapest plan costs, and which tasks add to its preference value."""
+    """Explain what the cheapest plan costs, and which tasks add to its preference penalty."""
     plan, name = cheapest.plan, titles(scenario)
     headline = "No plan costs less" if plan.actions else "Nothing has to be done: this plan costs nothing"
     details = list[str]()
@@ -41,7 +41,7 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
     adding = [share for share in shares(scenario.preference, plan) if share.adds > 0]
     if adding:
         words = [f"{name[share.task]}, preferred {share.preferred}, adds {number(share.adds)}" for share in adding]
-        details.append(f"Its preference of {number(plan.preference)}: {'; '.join(words)}.")
+        details.append(f"Its preference penalty of {number(plan.preference)}: {'; '.join(words)}.")
     details += [f"{line.strip()}." for line in relaxed(plan)]
     order = cheapest.ledger.order
     if len(order) > 1:
@@ -55,7 +55,7 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
     Args:
         scenario: of both plans.
         plan: the plan of higher cost.
-        other: the cheaper one, of a greater preference value.
+        other: the cheaper one, of a greater preference penalty.
     """
     name = titles(scenario)
     extra = number(_minus(plan.plan.cost, other.plan.cost))
@@ -64,7 +64,7 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
     reason = f"{means} so that {_all(gains)}" if means else _all(gains)
     headline = f"{extra} more than {other.name}: {reason}" + (f", although {_all(losses)}." if losses else ".")
     details = [
-        f"Its preference is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
+        f"Its preference penalty is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
         *_times(plan, other, name),
         *_actions(scenario.model, plan.ledger, other.ledger),
         *(f"{line.strip()}." for line in relaxed(plan.plan)),

@@ -14,12 +14,10 @@ import vl_convert
 from experiments.cli.files import make_folder, write_bytes
 from experiments.cli.output import number
 from experiments.cli.overview import introduction
-from experiments.figures import automaton as automaton_picture
-from experiments.figures import grid_map
+from experiments.report import pictures
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from prefplan.front import Front
-from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
@@ -32,6 +30,20 @@ VEGA = "vega.js"
 """The chart library's file: Vega and Vega-Lite, BSD-3-Clause, University of Washington Interactive Data Lab."""
 
 INDEX = "index.html"
+
+SCRIPTS = (
+    "clock.js",
+    "scroll_box.js",
+    "chart.js",
+    "timeline.js",
+    "map.js",
+    "graph.js",
+    "automata.js",
+    "scene.js",
+    "panel.js",
+    "report.js",
+)
+"""The page's scripts, each after those that it uses."""
 
 
 def write_page(
@@ -59,10 +71,19 @@ def write_page(
         if part.name.endswith((".js", ".css")):
             write_bytes(folder / PARTS / part.name, part.read_bytes())
     write_bytes(folder / PARTS / VEGA, _library())
+    has_scene = False
+    if recordings:
+        # Loads MuJoCo, which the page of a grid does without.
+        from experiments.report.scene import write_scene
+
+        has_scene = write_scene(recordings, folder / PARTS)
+        if not has_scene:
+            notices = (*notices, "No 3-D scene: trimesh comes with another viewer than expected.")
     if front.ended is not None:
         missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
         notices = (missing, *notices)
-    text = _render(scenario, front, page_data(scenario, front, recordings), notices)
+    data = page_data(scenario, front, recordings) | {"scene": has_scene}
+    text = _render(scenario, front, data, notices)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX
 
@@ -75,7 +96,7 @@ def _library() -> bytes:
 
 
 def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...]) -> str:
-    problem, model = scenario.problem(), scenario.model
+    problem = scenario.problem()
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: files(__package__).joinpath(PARTS, name).read_text("utf-8")),
         autoescape=True,
@@ -84,10 +105,6 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["number"] = number
-    pictures = {
-        task.name: automaton_picture.svg(automaton)
-        for task, automaton in zip(problem.tasks, problem.automata, strict=True)
-    }
     return environment.get_template("index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
@@ -96,11 +113,11 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         front=front,
         reason=front.reason,
         tasks=data["tasks"],
-        pictures=pictures,
-        maps=[grid_map.svg(model, plan) for plan in front] if isinstance(model, GridModel) else [],
+        pictures=pictures.automata(problem),
+        maps=pictures.plans(scenario, front),
         notices=notices,
         data=data,
-        scripts=["clock.js", "chart.js", "timeline.js", "map.js", "automata.js", "panel.js", "report.js"],
+        scripts=SCRIPTS,
     )
 
 

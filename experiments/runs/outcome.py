@@ -159,7 +159,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         else:
             lost = ", and it cannot be any more" if name in outcome.pursuit.violated else ""
             console.print(f"  {name} not satisfied{lost}")
-    console.print(f"  preference of the plan {number(plan.preference)}")
+    console.print(f"  preference penalty of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
         unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
         console.print(
@@ -175,7 +175,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 
 
 def _surprises(outcome: Outcome) -> list[str]:
-    """Return a line for every fault, and for every new plan or attempt."""
+    """Return a line for every fault and every surprise."""
     lines = []
     for event in outcome.rollout.events:
         at, detail = f"{event.time:6.1f} s", event.detail
@@ -183,9 +183,11 @@ def _surprises(outcome: Outcome) -> list[str]:
             lines.append(f"{at}  fault {detail['fault']}")
         elif event.kind == "retry":
             lines.append(f"{at}  {detail['reason']}: tried again")
+        elif event.kind == "unaffected":
+            lines.append(f"{at}  {detail['reason']}: what is left of the plan is not affected")
         elif event.kind == "replan":
             ahead = condense(detail["plan"]) or "nothing is left to do"
-            worth = f"cost {number(detail['cost'])}, preference {number(detail['preference'])}"
+            worth = f"cost {number(detail['cost'])}, preference penalty {number(detail['preference'])}"
             lines.append(f"{at}  {detail['reason']}: planned again, {worth}: {ahead}")
             lines += [f"          {name} is violated as it is written" for name in detail.get("violated", ())]
     lines += [f"fault {fault} never happened: the run ended before" for fault, time in outcome.faults if time is None]

@@ -163,8 +163,8 @@ def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
         "happened": [str(fault) for fault, when in outcome.faults if when is not None],
         "sim_seconds": round(rollout.sim_seconds, 3),
         "placement_error_mm": round(rollout.placement_error * 1000, 3),
-        "speed_share": round(float(rollout.speed_share.max()), 4),
-        "torque_share": round(float(rollout.torque_share.max()), 4),
+        "speed_share": round(float(rollout.load_shares["speeds"].max()), 4),
+        "torque_share": round(float(rollout.load_shares["torques"].max()), 4),
         "contacts": sum(event.kind == "contact" for event in rollout.events),
     }
 

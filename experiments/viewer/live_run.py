@@ -1,26 +1,42 @@
-"""A plan carried out in a thread of its own, and what the viewer plays of it: frames, and the costs between actions."""
+"""A plan carried out in a thread of its own, in step with what is shown of it, where a user may meddle."""
 
 from __future__ import annotations
 
 import bisect
 import threading
+from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from experiments.cli.output import condense, number
 from experiments.runs.outcome import ledger_of
 from prefplan.front import Plan
 from prefplan.ledger import Entry
 from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
-from sim.simulation.rollout import FRAME_RATE
+from sim.execution.fault_injection import FaultInjector
+from sim.execution.faults import Fault
+from sim.simulation.rollout import FRAME_RATE, Event
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a surprise is not interrupted."""
 
-NEWS = {"fault": "fault", "replan": "planned again", "retry": "tried again", "ended": "given up"}
+REFUSED = "refused"
+"""The kind of the event that somebody meddled in vain."""
+
+NEWS = {
+    "fault": "fault: {fault}",
+    REFUSED: "not now: {fault}: {reason}",
+    "retry": "tried again: {reason}",
+    "replan": "planned again: {reason}. New plan, cost {cost}, preference {preference}: {plan}",
+    "ended": "given up: {reason}",
+}
 """The events to show, and their words."""
+
+WHY_REFUSED = {"slip": "nothing hangs in the hand", "knock": "the hand holds it", "move": "the hand holds it"}
+"""Why a fault cannot happen, by its kind."""
 
 Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
 """Returns the pursuit of a plan at its start, given what to call before each action."""
@@ -43,7 +59,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Status:
-    """The status of a run between two actions.
+    """The status of a run at the start of an action, or when something happened.
 
     Attributes:
         time: simulated time, s.
@@ -67,45 +83,47 @@ class _Stopped(Exception):
 
 
 class LiveRun(threading.Thread):
-    """One run of a plan, simulated as fast as possible.
+    """One run of a plan, simulated as fast as it may be.
 
     Attributes:
         problem: what was planned.
         frames: so far, `FRAME_RATE` a second.
-        statuses: at the start, before each action and at the end.
+        statuses: at the start, before each action, at each piece of news and at the end.
+        waiting: what a user did that has not happened yet, because the simulation waits.
         failure: the error that ended the thread, or None.
     """
 
-    def __init__(self, problem: Problem, begin: Begin) -> None:
+    def __init__(self, problem: Problem, begin: Begin, *, until: float = np.inf) -> None:
         """Prepare the thread.
 
         Args:
             problem: what was planned.
             begin: called in the thread.
+            until: simulated time at which to wait for `allow`, s.
         """
         super().__init__(daemon=True)
         self.problem = problem
         self.frames: list[Frame] = []
         self.statuses: list[Status] = []
+        self.waiting: deque[Fault] = deque()
         self.failure: Exception | None = None
         self._begin = begin
-        self._stopping = threading.Event()
+        self._until = until
+        self._pulled: tuple[str, np.ndarray] | None = None
+        self._changed = threading.Condition()
+        self._stopping = False
 
     def run(self) -> None:
         """Carry the plan out."""
         try:
             loop = self._begin(lambda done, total, action: self._note(loop) if action else None)
-            cell = loop.run.cell
-            inject_faults = cell.disturb
+            inject_faults = loop.run.cell.disturb
 
             def before_period() -> None:
-                if self._stopping.is_set():
-                    raise _Stopped
-                if not self.frames or float(cell.data.time) >= self.frames[-1].time + 1 / FRAME_RATE - 1e-6:
-                    self._record(loop)
+                self._before_period(loop)
                 inject_faults()
 
-            cell.disturb = before_period
+            loop.run.cell.disturb = before_period
             self._note(loop)
             self._record(loop)
             loop.pursue()
@@ -117,9 +135,40 @@ class LiveRun(threading.Thread):
             # A thread has no caller to raise to: the session looks here.
             self.failure = failure
 
+    def allow(self, time: float) -> None:
+        """Let the simulation go on to a time, s, at least."""
+        with self._changed:
+            self._until = max(self._until, time)
+            self._changed.notify()
+
+    def meddle(self, kind: str, *, target: str = "", amount: float = 0.0) -> None:
+        """Let a fault happen as soon as the simulation goes on; if it cannot, the news say so. The end is the end.
+
+        Args:
+            kind: as of a `Fault`.
+            target: as of a `Fault`.
+            amount: as of a `Fault`.
+        """
+        if not (self.statuses and self.statuses[-1].ended):
+            self.waiting.append(Fault(kind, 1, target, amount))
+
+    def pull(self, obj: str, target: np.ndarray) -> None:
+        """Pull an object towards a (3,) point, m, until another call or `let_go`."""
+        self._pulled = obj, target
+
+    def let_go(self) -> None:
+        """Leave the object that was pulled."""
+        self._pulled = None
+
+    def cancel(self) -> None:
+        """End the simulation soon."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify()
+
     def stop(self) -> None:
         """End the simulation, and wait for that."""
-        self._stopping.set()
+        self.cancel()
         if self.is_alive():
             self.join(STOP_TIMEOUT_S)
 
@@ -136,16 +185,50 @@ class LiveRun(threading.Thread):
         """Return the last status up to a time, s, or the first one."""
         return self.statuses[max(bisect.bisect_right(self.statuses, time, key=lambda status: status.time) - 1, 0)]
 
+    def _before_period(self, loop: ClosedLoop) -> None:
+        """Wait for leave to go on, record what is shown, and do what the user did meanwhile."""
+        run = loop.run
+        now = float(run.cell.data.time)
+        with self._changed:
+            self._changed.wait_for(lambda: self._stopping or now < self._until)
+        if self._stopping:
+            raise _Stopped
+        if not self.frames or now >= self.frames[-1].time + 1 / FRAME_RATE - 1e-6:
+            self._record(loop)
+        self._meddle(run.injector, action=len(run.steps) + 1, refuse=run.cell.log_event)
+        if sum(event.kind in NEWS for event in run.cell.events) > len(self.statuses[-1].news):
+            self._note(loop)
+
+    def _meddle(self, injector: FaultInjector, *, action: int, refuse: Callable[..., None]) -> None:
+        while self.waiting:
+            fault = replace(self.waiting.popleft(), action=action)
+            if not injector.inject(fault):
+                refuse(REFUSED, fault=str(fault), reason=WHY_REFUSED.get(fault.kind, "it cannot happen now"))
+        pulled = self._pulled
+        if pulled is None:
+            injector.let_go()
+        else:
+            injector.pull(*pulled)
+
     def _record(self, loop: ClosedLoop) -> None:
         cell = loop.run.cell
         self.frames.append(Frame(float(cell.data.time), cell.data.qpos.copy(), cell.glowing))
 
     def _note(self, loop: ClosedLoop, *, ended: str | None = None) -> None:
         run, plan = loop.run, loop.plan
-        news = [
-            f"{event.time:.1f} s: {NEWS[event.kind]}: {event.detail['fault' if event.kind == 'fault' else 'reason']}"
-            for event in run.cell.events
-            if event.kind in NEWS
-        ]
         costs = ledger_of(self.problem, plan, run.steps).final
-        self.statuses.append(Status(float(run.cell.data.time), plan, len(run.steps), costs, tuple(news), ended))
+        news = tuple(_news(run.cell.events))
+        self.statuses.append(Status(float(run.cell.data.time), plan, len(run.steps), costs, news, ended))
+
+
+def _news(events: list[Event]) -> list[str]:
+    """Return a line for each event that is news."""
+    return [f"{event.time:.1f} s: {_in_words(event)}" for event in events if event.kind in NEWS]
+
+
+def _in_words(event: Event) -> str:
+    detail = dict(event.detail)
+    if event.kind == "replan":
+        detail |= {key: number(detail[key]) for key in ("cost", "preference")}
+        detail["plan"] = condense(detail["plan"]) or "nothing is left to do"
+    return NEWS[event.kind].format(**detail)

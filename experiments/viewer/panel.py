@@ -1,10 +1,12 @@
-"""The controls beside the scene, and the status of the run."""
+"""The controls beside the scene: playback, the front, meddling, and the status of the runs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 import jinja2
 import viser
@@ -12,59 +14,145 @@ import viser
 from experiments.cli.output import number
 from experiments.viewer.live_run import Status
 from experiments.viewer.playback import Playback
+from prefplan.front import Plan
 from prefplan.problem import Task
 
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0, "8": 8.0}
 """Simulated seconds in a second."""
 
+BLIND_S = 2.0
+"""How long one click blinds the camera: shorter than the robot waits."""
+
+TO_OBJECT = {"Knock over": "knock", "Move away": "move"}
+"""Kinds of faults that happen to an object, by their buttons."""
+
+TO_ARM = {"Drop what it holds": "slip", f"Blind {BLIND_S:g} s": "blind"}
+"""Kinds of faults that happen to the arm, by their buttons."""
+
+COLOURS = {"blue": "#228be6", "orange": "#fd7e14"}
+"""Of the plan on the left and of the one on the right: viser's names, and the same on a web page."""
+
+HINT = "<div style='padding: 0 1em; font-size: 0.8em'>Drag an object, or Shift-click it to knock it over.</div>"
+
+ALONE = "no other plan"
+"""The choice of a single arm."""
+
+
+@dataclass(frozen=True)
+class Actions:
+    """What the panel can do.
+
+    Attributes:
+        choose: carries out a plan of the front, by index.
+        beside: carries out another one beside it, by index; None for none.
+        restart: carries out the same plans again from the start.
+        meddle: lets a fault happen: its kind, target and amount.
+    """
+
+    choose: Callable[[int], None]
+    beside: Callable[[int | None], None]
+    restart: Callable[[], None]
+    meddle: Callable[[str, str, float], None]
+
 
 class Panel:
     """Buttons and text on one server; what is clicked in any browser counts for all."""
 
-    def __init__(self, server: viser.ViserServer, title: str, playback: Playback) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        title: str,
+        playback: Playback,
+        *,
+        plans: Sequence[Plan],
+        objects: Sequence[str],
+        actions: Actions,
+    ) -> None:
         """Put it up.
 
         Args:
             server: where to.
             title: what is carried out.
             playback: what the buttons act on.
+            plans: the front.
+            objects: names of those that can be knocked over.
+            actions: what the buttons do besides.
         """
-        self._playback = playback
-        gui = server.gui
+        self._playback, self._plans = playback, plans
+        gui = self._gui = server.gui
         # Sharing would publish the page through another server.
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
         gui.set_panel_label(title)
-        self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
-        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
-        step = gui.add_button("Step", icon=viser.Icon.PLAYER_SKIP_FORWARD, hint="one action, then pause")
-        restart = gui.add_button("Restart", icon=viser.Icon.REFRESH, color="gray", hint="back to the start")
-        speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1", hint="simulated seconds in a second")
-        self._time = gui.add_slider("Time", min=0.0, max=0.01, step=0.01, initial_value=0.0, hint="simulated seconds")
+        self._add_playback(actions)
+        with gui.add_folder("Front"):
+            self._add_front(actions)
+        with gui.add_folder("Meddle"):
+            self._add_meddling(objects, actions)
         self._text = gui.add_html("")
-        self._play.on_click(lambda event: playback.play())
-        self._pause.on_click(lambda event: playback.pause())
-        step.on_click(lambda event: playback.step())
-        restart.on_click(lambda event: playback.restart())
-        speed.on_update(lambda event: setattr(playback, "speed", SPEEDS[speed.value]))
-        self._time.on_update(self._seek)
 
-    def update(self) -> None:
-        """Show the present time and status."""
-        playback, run = self._playback, self._playback.run
-        self._play.visible, self._pause.visible = not playback.playing, playback.playing
-        self._time.max = max(round(run.frames[-1].time, 2), 0.01)
+    def update(self, shown: Sequence[int]) -> None:
+        """Show the present time and status of the plans shown, by index."""
+        playback = self._playback
+        _set(self._play, visible=not playback.playing)
+        _set(self._pause, visible=playback.playing)
+        self._time.max = max(round(max(run.frames[-1].time for run in playback.runs), 2), 0.01)
         # While somebody drags the slider, it is ahead of the time they asked for.
         if not playback.sought:
             self._time.value = round(playback.time, 2)  # type: ignore[misc]  # mypy misses the setter
-        html = status_html(
-            run.problem.tasks,
-            run.status_at(playback.time),
-            playback.time,
-            state="playing" if playback.playing else "paused",
-        )
-        if html != self._text.content:
-            self._text.content = html
+        colours = dict(zip(reversed(shown), [*COLOURS][len(shown) - 1 :: -1], strict=True))
+        for i, row in enumerate(self._rows):
+            _set(row, color=colours.get(i, "gray"))
+        _set(self._figure, content=front_html(self._plans, {i: COLOURS[colour] for i, colour in colours.items()}))
+        state = "playing" if playback.playing else "paused"
+        parts = [
+            status_html(
+                run.problem.tasks,
+                run.status_at(playback.time),
+                playback.time,
+                state=state,
+                heading=f"Plan {index}" if len(shown) > 1 else "",
+                colour=colour,
+                waiting=[fault.kind for fault in run.waiting],
+            )
+            for run, index, colour in zip(playback.runs, shown, COLOURS.values(), strict=False)
+        ]
+        _set(self._text, content="\n".join(["<div class='statuses'>", *parts, "</div>"]))
+
+    def _add_playback(self, actions: Actions) -> None:
+        gui, playback = self._gui, self._playback
+        self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
+        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
+        more = gui.add_button_group("", ("Step", "Restart"), hint="one action, then pause; once more from the start")
+        speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1", hint="simulated seconds in a second")
+        self._time = gui.add_slider("Time", min=0.0, max=0.01, step=0.01, initial_value=0.0, hint="simulated seconds")
+        self._play.on_click(lambda event: playback.play())
+        self._pause.on_click(lambda event: playback.pause())
+        more.on_click(lambda event: playback.step() if more.value == "Step" else actions.restart())
+        speed.on_update(lambda event: setattr(playback, "speed", SPEEDS[speed.value]))
+        self._time.on_update(self._seek)
+
+    def _add_front(self, actions: Actions) -> None:
+        gui = self._gui
+        self._figure = gui.add_html("")
+        self._rows = [self._add_row(i, plan, actions) for i, plan in enumerate(self._plans)]
+        labels = [ALONE, *(plan_label(i, plan) for i, plan in enumerate(self._plans))]
+        other = gui.add_dropdown("Beside it", labels, initial_value=ALONE, hint="two arms in step")
+        other.on_update(lambda event: actions.beside(labels.index(other.value) - 1 if other.value != ALONE else None))
+
+    def _add_row(self, index: int, plan: Plan, actions: Actions) -> viser.GuiButtonHandle:
+        row = self._gui.add_button(plan_label(index, plan), color="gray")
+        row.on_click(lambda event: actions.choose(index))
+        return row
+
+    def _add_meddling(self, objects: Sequence[str], actions: Actions) -> None:
+        gui = self._gui
+        gui.add_html(HINT)
+        obj = gui.add_dropdown("Object", tuple(objects), initial_value=objects[0])
+        to_object = gui.add_button_group("It", tuple(TO_OBJECT))
+        to_arm = gui.add_button_group("The arm", tuple(TO_ARM))
+        to_object.on_click(lambda event: actions.meddle(TO_OBJECT[to_object.value], obj.value, 0.0))
+        to_arm.on_click(lambda event: actions.meddle(TO_ARM[to_arm.value], "", BLIND_S))
 
     def _seek(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         """Show the time to which somebody drags the slider; the program itself moves it without a client."""
@@ -72,7 +160,43 @@ class Panel:
             self._playback.seek(self._time.value)
 
 
-def status_html(tasks: Sequence[Task], status: Status, time: float, *, state: str) -> str:
+def _set(handle: Any, **properties: Any) -> None:
+    """Set properties that differ: each one that is set is sent to every browser."""
+    for name, value in properties.items():
+        if getattr(handle, name) != value:
+            setattr(handle, name, value)
+
+
+def plan_label(index: int, plan: Plan) -> str:
+    """Return a plan of the front in a few words."""
+    return f"{index}: cost {number(plan.cost)}, preference {number(plan.preference)}"
+
+
+def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:
+    """Return a drawing of the front, in which some plans have a colour, by index."""
+    costs, preferences = [float(plan.cost) for plan in plans], [float(plan.preference) for plan in plans]
+    points = [
+        {"x": _share(cost, costs), "y": _share(preference, preferences), "colour": colours.get(i)}
+        for i, (cost, preference) in enumerate(zip(costs, preferences, strict=True))
+    ]
+    return _template("front.html").render(points=points)
+
+
+def _share(value: float, values: Sequence[float]) -> float:
+    low, high = min(values), max(values)
+    return (value - low) / (high - low) if high > low else 0.5
+
+
+def status_html(
+    tasks: Sequence[Task],
+    status: Status,
+    time: float,
+    *,
+    state: str,
+    heading: str = "",
+    colour: str = "",
+    waiting: Sequence[str] = (),
+) -> str:
     """Return the status of a run as HTML.
 
     Args:
@@ -80,19 +204,25 @@ def status_html(tasks: Sequence[Task], status: Status, time: float, *, state: st
         status: of the run.
         time: simulated, s.
         state: whether it plays or is paused; at the end, why the run ended is shown instead.
+        heading: what the run is called, where there are several.
+        colour: of the heading.
+        waiting: kinds of faults that happen as soon as the run goes on.
     """
-    return _template().render(
+    return _template("panel.html").render(
         tasks=tasks,
         status=status,
         plan=status.plan,
         costs=status.costs,
         time=time,
         state=status.ended or state,
+        heading=heading,
+        colour=colour,
+        waiting=waiting,
     )
 
 
 @cache
-def _template() -> jinja2.Template:
+def _template(name: str) -> jinja2.Template:
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters["number"] = number
-    return environment.from_string(files(__package__).joinpath("panel.html").read_text("utf-8"))
+    return environment.from_string(files(__package__).joinpath(name).read_text("utf-8"))

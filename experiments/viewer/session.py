@@ -1,20 +1,29 @@
-"""A server for browsers, and a run that plays on it."""
+"""A server for browsers, and the runs that play on it."""
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import io
+import json
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from importlib.resources import files
 
+import numpy as np
 import viser
+from viser import _messages
 
 from experiments.viewer.live_run import Begin, LiveRun
-from experiments.viewer.panel import Panel
+from experiments.viewer.panel import Actions, Panel
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
+from experiments.viewer.viewpoint import Viewpoint
 from prefplan.errors import PrefplanError
+from prefplan.front import Plan
 from prefplan.problem import Problem
+from sim.rendering.cameras import AZIMUTH_DEG
 from sim.world.scene import Scene
 
 HOST = "127.0.0.1"
@@ -25,23 +34,163 @@ DEFAULT_PORT = 8080
 REFRESH_S = 1 / 30
 """Time between two updates of the picture."""
 
+GAP_M = 0.1
+"""Distance of two tables beside each other, seen from in front."""
+
+Start = Callable[[int], Begin]
+"""Returns how to begin a plan of the front, by index."""
+
+
+class Session:
+    """One page: a plan that is carried out, or two in step, and what a user does with them.
+
+    Attributes:
+        playback: what is shown when.
+        shown: indices of the plans that are carried out, from left to right.
+        stages: the scenes, from left to right; the second one exists once it was asked for.
+    """
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        problem: Problem,
+        scene: Scene,
+        plans: Sequence[Plan],
+        start: Start,
+        *,
+        title: str,
+        chosen: int = 0,
+        camera: str = "fixed",
+    ) -> None:
+        """Put up the page, and begin a plan.
+
+        Args:
+            server: where to.
+            problem: what was planned.
+            scene: what the plans are carried out in.
+            plans: the front.
+            start: returns how to begin one of them.
+            title: what is carried out.
+            chosen: index of the plan to begin with.
+            camera: where browsers look from at first, as for `sim.rendering.cameras.Camera`.
+        """
+        self.playback = Playback()
+        self.shown: tuple[int, ...] = ()
+        self._server, self._problem, self._scene, self._start = server, problem, scene, start
+        self._viewpoint = Viewpoint.of(scene, camera)
+        server.scene.set_up_direction("+z")
+        self._viewpoint.take(server)
+        dress(server, title)
+        self.stages = [Stage(server, scene)]
+        self._attend(0)
+        actions = Actions(self.choose, self.beside, self.restart, self.meddle)
+        objects = [obj.name for obj in scene.model.objects]
+        self._panel = Panel(server, title, self.playback, plans=plans, objects=objects, actions=actions)
+        self._changing = threading.RLock()
+        self._begin((chosen,), playing=False)
+
+    def choose(self, index: int) -> None:
+        """Carry out a plan of the front from the start; on the left, if there are two."""
+        self._begin((index, *self.shown[1:]), playing=True)
+
+    def beside(self, index: int | None) -> None:
+        """Carry out both from the start: the plan on the left, and another beside it; None for none."""
+        with self._changing:
+            both = index is not None
+            if both and len(self.stages) == 1:
+                self.stages.append(Stage(self._server, self._scene, root="/right", offset=beside(self._scene)))
+                self._attend(1)
+            for stage in self.stages[1:]:
+                stage.set_visible(both)
+            if both != (len(self.shown) == 2):
+                (self._viewpoint.beside(self.stages[1].offset) if both else self._viewpoint).take(self._server)
+            self._begin(self.shown[:1] if index is None else (self.shown[0], index), playing=True)
+
+    def restart(self) -> None:
+        """Carry out the same plans again from the start."""
+        self._begin(self.shown, playing=self.playback.playing)
+
+    def meddle(self, kind: str, target: str = "", amount: float = 0.0) -> None:
+        """Let a fault happen now in every run, see `LiveRun.meddle`."""
+        self.playback.catch_up()
+        for run in self.playback.runs:
+            run.meddle(kind, target=target, amount=amount)
+
+    def advance(self, seconds: float) -> None:
+        """Let some real time pass, s, and show what there is.
+
+        Raises:
+            Exception: a run ended by it.
+        """
+        with self._changing:
+            for run in self.playback.runs:
+                if run.failure is not None:
+                    raise run.failure
+            if all(run.frames for run in self.playback.runs):
+                self.playback.advance(seconds)
+                for stage, run in zip(self.stages, self.playback.runs, strict=False):
+                    stage.show(run.frame_at(self.playback.time))
+                    stage.show_pull()
+                self._panel.update(self.shown)
+
+    def close(self) -> None:
+        """End the runs."""
+        for run in self.playback.runs:
+            run.stop()
+
+    def _begin(self, indices: tuple[int, ...], *, playing: bool) -> None:
+        with self._changing:
+            for run in self.playback.runs:
+                run.cancel()
+            runs = [LiveRun(self._problem, self._start(index), until=0.0) for index in indices]
+            self.playback.load(runs, playing=playing)
+            self.shown = indices
+            for run in runs:
+                run.start()
+
+    def _attend(self, side: int) -> None:
+        """Listen to what a user does with the mouse in one of the scenes."""
+
+        def run() -> LiveRun:
+            self.playback.catch_up()
+            return self.playback.runs[side]
+
+        stage = self.stages[side]
+        stage.on_knock = lambda obj: run().meddle("knock", target=obj)
+        stage.on_pull = lambda obj, target: run().pull(obj, target)
+        stage.on_let_go = lambda: run().let_go()
+
+
+def beside(scene: Scene) -> tuple[float, float, float]:
+    """Return the offset, m, of a scene that is on the right of another as `fixed` sees them, both equally near."""
+    heading = np.radians(AZIMUTH_DEG)
+    right = np.array([np.sin(heading), -np.cos(heading)])
+    x, y = right * (2 * float(np.abs(scene.table.axes @ right) @ scene.table.half) + GAP_M)
+    return float(x), float(y), 0.0
+
 
 def watch(
     problem: Problem,
     scene: Scene,
-    begin: Begin,
+    plans: Sequence[Plan],
+    start: Start,
     *,
     title: str,
+    chosen: int = 0,
+    camera: str = "fixed",
     port: int | None = None,
     ready: Callable[[str], None] = lambda address: None,
 ) -> None:
-    """Carry a plan out and play that in browsers, until Ctrl-C.
+    """Carry plans out and show that in browsers, until Ctrl-C.
 
     Args:
-        problem: what was planned.
-        scene: what it is carried out in.
-        begin: returns the pursuit of the plan at its start.
-        title: what is carried out, for the panel.
+        problem: as for `Session`.
+        scene: as for `Session`.
+        plans: as for `Session`.
+        start: as for `Session`.
+        title: as for `Session`.
+        chosen: as for `Session`.
+        camera: as for `Session`.
         port: of the page, 0 for any free one; None for `DEFAULT_PORT` or the next free one.
         ready: called with the address as soon as browsers find it.
 
@@ -50,32 +199,37 @@ def watch(
     """
     with _quiet():
         server = viser.ViserServer(HOST, DEFAULT_PORT if port is None else port, verbose=False)
-    run = LiveRun(problem, begin)
+    session = None
     try:
         # Where a port is taken, viser uses the next one.
         if port and server.get_port() != port:
             raise PrefplanError(f"--port {port}: it is not free; --port 0 takes any free port")
-        playback = Playback(run)
-        stage, panel = Stage(server, scene), Panel(server, title, playback)
-        run.start()
+        session = Session(server, problem, scene, plans, start, title=title, chosen=chosen, camera=camera)
         ready(f"http://{HOST}:{server.get_port()}")
         before = time.monotonic()
-        while run.failure is None:
+        while True:
             now = time.monotonic()
-            if run.frames:
-                playback.advance(now - before)
-                stage.show(run.frame_at(playback.time))
-                panel.update()
+            session.advance(now - before)
             before = now
             time.sleep(REFRESH_S)
-        raise run.failure
     except KeyboardInterrupt:
         # Ctrl-C is how the command ends, not an error.
         pass
     finally:
-        run.stop()
+        if session is not None:
+            session.close()
         with _quiet():
             server.stop()
+
+
+def dress(server: viser.ViserServer, title: str) -> None:
+    """Give the page its title and icon, in place of viser's."""
+    icon = base64.b64encode(files(__package__).joinpath("icon.svg").read_bytes()).decode()
+    link = json.dumps(f"data:image/svg+xml;base64,{icon}")
+    source = f"document.title = {json.dumps(f'{title} - prefplan')};"
+    source += f"document.querySelector('link[rel=icon]').href = {link};"
+    # viser has no call of its own for them; this is the message by which it loads its figures' scripts.
+    server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))
 
 
 def _quiet() -> contextlib.redirect_stdout[io.StringIO]:

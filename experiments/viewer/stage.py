@@ -1,8 +1,10 @@
-"""The scene in the browser: MuJoCo's geoms as viser's meshes, by mjviser, and the glowing lamps."""
+"""The scene in the browser: MuJoCo's geoms as viser's meshes, by mjviser, the glowing lamps, and the user's mouse."""
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable, Sequence
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -11,41 +13,64 @@ from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
 from experiments.viewer.live_run import Frame
+from experiments.viewer.subtree import Subtree
 from sim.geometry.mjcf import HIDDEN
-from sim.rendering.cameras import Camera
 from sim.world.materials import Glow, glow_of
 from sim.world.scene import Scene
 
 LIGHT_CD = 0.6
 """Strength of the light of a location at work: visible beside the scene's own lights."""
 
+PULL_COLOUR, PULL_THICKNESS_M = (230, 60, 30), 0.004
+"""Of the line from an object to the pointer that pulls it."""
+
 
 class Stage:
-    """One scene on one server, for every browser that looks at it."""
+    """One scene on one server, for every browser that looks at it.
 
-    def __init__(self, server: viser.ViserServer, scene: Scene) -> None:
-        """Set it up, with the camera where videos have it."""
-        self._server = server
+    Attributes:
+        offset: (3,) where its origin is on the page, m.
+        on_knock: called with an object that a user clicks with the Shift key down.
+        on_pull: called with an object and the (3,) point, m, to which a user drags its middle.
+        on_let_go: called when the user lets it go.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, scene: Scene, *, root: str = "/left", offset: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> None:
+        """Set it up.
+
+        Args:
+            server: where to.
+            scene: the scene.
+            root: the node of the page that everything is below.
+            offset: (3,) where its origin is on the page, m.
+        """
+        self.on_knock: Callable[[str], None] = lambda obj: None
+        self.on_pull: Callable[[str, np.ndarray], None] = lambda obj, target: None
+        self.on_let_go: Callable[[], None] = lambda: None
+        self.offset = np.array(offset)
+        self._tree = Subtree(server, root, self.offset)
+        server = cast(viser.ViserServer, self._tree)
+        self._server, self._objects = server, [*scene.shapes]
         self._shown: Frame | None = None
         # mjviser writes into the model that it is given.
         model = copy.copy(scene.mujoco)
         model.site_group[:] = HIDDEN
         self._data = mujoco.MjData(model)
         self._places = [place.name for place in scene.model.locations]
-        self._lamps = {}
-        for place in scene.model.locations:
-            material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")
-            if material >= 0:
-                self._lamps[place.name] = _Lamp(server, model, place.name, material, glow_of(place.kind))
+        self._lamps = _add_lamps(server, model, scene)
         self._scene = ViserMujocoScene(server, model, num_envs=1)
         self._scene.camera_tracking_enabled = False
-        view = Camera(scene, "fixed", (1280, 720)).view()
-        turn, rise = np.radians([view.azimuth, view.elevation])
-        ahead = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
-        server.scene.set_up_direction("+z")
-        server.initial_camera.look_at = view.lookat
-        server.initial_camera.position = view.lookat - view.distance * ahead
-        server.initial_camera.fov = float(np.radians(model.vis.global_.fovy))
+        self._pulled: tuple[str, np.ndarray] | None = None
+        self._grip = np.zeros(3)
+        self._line = server.scene.add_line_segments(
+            "/pull", np.zeros((1, 2, 3)), PULL_COLOUR, thickness=PULL_THICKNESS_M, visible=False
+        )
+        for name, node in self._tree.nodes.items():
+            if name.startswith("/bodies/") and name.split("/")[2] in scene.shapes:
+                node.on_drag("left")(self._drag)
+                node.on_click(modifier="shift")(self._click)
 
     def show(self, frame: Frame) -> None:
         """Show a frame, unless it is shown already."""
@@ -59,6 +84,46 @@ class Stage:
             working = self._places[frame.glow] if frame.glow >= 0 else None
             for name, lamp in self._lamps.items():
                 lamp.shine(name == working)
+
+    def show_pull(self) -> None:
+        """Show a line from the object that a user drags to the pointer."""
+        pulled = self._pulled
+        if pulled is not None:
+            self._line.points = np.array([[self._position(pulled[0]), pulled[1]]], dtype=np.float32)
+        if self._line.visible != (pulled is not None):
+            self._line.visible = pulled is not None
+
+    def set_visible(self, visible: bool) -> None:
+        """Show or hide the whole scene."""
+        self._tree.show(visible)
+
+    # viser keeps the events of a drag in order for coroutines only.
+    async def _drag(self, event: viser.SceneNodeDragEvent[Any]) -> None:
+        pointed = np.array(event.end_position) - self.offset
+        if event.phase == "start":
+            obj = self._object_at(event.target.batched_positions[event.instance_index or 0])
+            self._grip = np.array(event.start_position) - self.offset - self._position(obj)
+        elif self._pulled is not None:
+            obj = self._pulled[0]
+        else:
+            return
+        self._pulled = None if event.phase == "end" else (obj, pointed - self._grip)
+        if self._pulled is None:
+            self.on_let_go()
+        else:
+            self.on_pull(*self._pulled)
+
+    async def _click(self, event: viser.SceneNodePointerEvent[Any]) -> None:
+        # A node may stand for several objects that look the same.
+        places = event.target.batched_positions
+        missed_by = np.linalg.norm(np.cross(places + self.offset - event.ray_origin, event.ray_direction), axis=1)
+        self.on_knock(self._object_at(places[missed_by.argmin()]))
+
+    def _object_at(self, place: np.ndarray) -> str:
+        return min(self._objects, key=lambda obj: float(np.linalg.norm(self._position(obj) - place)))
+
+    def _position(self, obj: str) -> np.ndarray:
+        return self._data.body(obj).xpos
 
 
 class _Lamp:
@@ -100,6 +165,16 @@ class _Lamp:
         self._light.intensity = LIGHT_CD if lit else 0.0
         for mesh in self._meshes:
             mesh.color = _pixel(self._glow.on if lit else self._glow.off)
+
+
+def _add_lamps(server: viser.ViserServer, model: mujoco.MjModel, scene: Scene) -> dict[str, _Lamp]:
+    """Add what glows at each location that marks."""
+    lamps = {}
+    for place in scene.model.locations:
+        material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")
+        if material >= 0:
+            lamps[place.name] = _Lamp(server, model, place.name, material, glow_of(place.kind))
+    return lamps
 
 
 def _pixel(colour: tuple[float, ...]) -> tuple[int, int, int]:

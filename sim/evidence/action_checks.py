@@ -11,7 +11,7 @@ from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import Action
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, RecordedWorld
-from sim.simulation.rollout import Event
+from sim.simulation.rollout import FRAME_RATE, Event
 
 NEARER_M = 0.005
 """The hand is over a location if no other one is nearer by more than this."""
@@ -34,7 +34,7 @@ ROUNDING_S = 1e-6
 LAST_EVENT_S = 1.0
 """An event is told at most this long after the last frame."""
 
-SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "ended")
+SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "unaffected", "ended")
 """The event of an action that did not do what was predicted, and the events of which one follows it."""
 
 
@@ -143,7 +143,9 @@ def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: E
     frame = world.frame_at(event.time)
     place = int(world.mujoco.joint(action.obj).qposadr[0])
     told, centre = float(event.detail["error_mm"]) / 1000, world.qpos[frame, place : place + 2]
+    dof = int(world.mujoco.joint(action.obj).dofadr[0])
+    moving = float(np.hypot(*world.qvel[frame, dof : dof + 2])) / FRAME_RATE
     far = [float(np.hypot(*(slot.position[:2] - centre))) for slot in world.scene.slots[action.location]]
-    if min(abs(distance - told) for distance in far) > PLACEMENT_TOLERANCE_M + NOISE_FACTOR * world.noise:
+    if min(abs(distance - told) for distance in far) > PLACEMENT_TOLERANCE_M + moving + NOISE_FACTOR * world.noise:
         return f"a placement within {1000 * told:.1f} mm is told, but it is {1000 * min(far):.1f} mm"
     return None

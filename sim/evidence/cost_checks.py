@@ -16,7 +16,7 @@ from prefplan.models.manipulation.slots import location_of, pose
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 
-SURPRISES = ("retry", "replan")
+SURPRISES = ("retry", "replan", "unaffected")
 """Events after which a run goes on from observed positions."""
 
 

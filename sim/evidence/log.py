@@ -31,6 +31,9 @@ from sim.world.scene import Scene
 FORMAT = 2
 """Raised whenever older files can no longer be read."""
 
+RATES = ("accelerations", "jerks", "torque_rates")
+"""Names of the arrays of rates of the joints."""
+
 ARRAYS: dict[str, tuple[int | None, ...]] = {
     "times": (),
     "qpos": (None,),
@@ -38,6 +41,7 @@ ARRAYS: dict[str, tuple[int | None, ...]] = {
     "glow": (),
     "speeds": (None,),
     "torques": (None,),
+    **dict.fromkeys(RATES, (None,)),
     "pad_forces": (2,),
 }
 """Names of the arrays with a row for each frame, and the shape of each row."""
@@ -45,10 +49,11 @@ ARRAYS: dict[str, tuple[int | None, ...]] = {
 MORE_ARRAYS = {"controls": (None,), "interventions": (None,)}
 """Names of the arrays with other rows, and the shape of each row."""
 
-DECIMALS = 7
+DECIMALS, RATE_DECIMALS = 7, 3
 """Decimals of recorded values: a tenth of a micrometre. Further ones are noise, and a third of the file."""
 
-PACKED = {name: 10**DECIMALS for name in ("qpos", "qvel", "speeds", "torques", "pad_forces")} | {"controls": 1}
+PACKED = dict.fromkeys(("qpos", "qvel", "speeds", "torques", "pad_forces"), 10**DECIMALS)
+PACKED |= dict.fromkeys(RATES, 10**RATE_DECIMALS) | {"controls": 1}
 """Which arrays are packed, and at what scale."""
 
 
@@ -139,12 +144,14 @@ def log_of(
         events=tuple(event for event in rollout.events if event.time <= end),
         claims=claims,
     )
+    decimals = dict.fromkeys(PACKED, DECIMALS) | dict.fromkeys(RATES, RATE_DECIMALS)
     kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
     whole = len(kept["times"]) == len(rollout.times)
     steps = len(rollout.controls) if whole else round(kept["times"][-1] / model.opt.timestep)
     kept["controls"] = rollout.controls[:steps]
     kept["interventions"] = rollout.interventions[rollout.interventions[:, 0] < max(steps, 1)]
-    return Log(about=about, **{name: rows.round(DECIMALS) if name in PACKED else rows for name, rows in kept.items()})
+    rounded = {name: rows.round(decimals[name]) if name in PACKED else rows for name, rows in kept.items()}
+    return Log(about=about, **rounded)
 
 
 def versions() -> dict[str, str]:

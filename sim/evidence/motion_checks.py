@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from prefplan.claims import Check
@@ -41,25 +43,44 @@ def check_recording(log: Log) -> Check:
 
 
 def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
-    """Check the arm's joint positions, speeds and torques against their limits."""
+    """Check the arm's joint positions and loads against their limits.
+
+    Speeds, accelerations, torques and torque rates are those of the simulated joints, contacts included; accelerations
+    and torque rates are differences between two steps of the simulation. Jerks are those of the commanded trajectory,
+    for which a manufacturer states the limit: measured ones show every contact.
+    """
     angles, robot = world.arm(), world.robot
     low, high = robot.ranges(world.mujoco).T
     middle, half = (low + high) / 2, (high - low) / 2
     checks = [_within("joint positions", np.abs(angles - middle) / half, log.times, robot)]
-    # What was recorded as a joint's greatest speed cannot be less than its mean speed.
-    mean = np.abs(np.diff(angles, axis=0)) / np.diff(log.times)[:, None]
-    hidden = np.argwhere(mean > log.speeds[1:] + 1e-3)
-    if len(hidden):
-        frame, joint = hidden[0]
-        words = (
-            f"{robot.joints[joint]} moves at {mean[frame, joint]:.2f} rad/s at {log.times[frame]:.2f} s, "
-            f"but at most {log.speeds[frame + 1, joint]:.2f} rad/s are recorded"
-        )
-        checks.append(Check("joint speeds", False, words))
-    else:
-        checks.append(_within("joint speeds", log.speeds / robot.velocity_limits, log.times, robot))
-    checks.append(_within("joint torques", log.torques / robot.torque_limits, log.times, robot))
+    hidden = dict(_hidden(log, angles, robot))
+    for load, limits in robot.load_limits.items():
+        name = f"joint {load.replace('_', ' ')}"
+        if load in hidden:
+            checks.append(Check(name, False, hidden[load]))
+        else:
+            checks.append(_within(name, getattr(log, load) / limits, log.times, robot))
     return checks
+
+
+def _hidden(log: Log, angles: np.ndarray, robot: Robot) -> Iterator[tuple[str, str]]:
+    """Yield the loads that are recorded as less than their mean by the recorded (T, n) angles, rad, and in words."""
+    period = np.diff(log.times)[:, None]
+    mean_speeds = np.diff(angles, axis=0) / period
+    mean_accelerations = 2 * np.diff(mean_speeds, axis=0) / (period[1:] + period[:-1])
+    most = np.maximum(log.accelerations[2:], log.accelerations[1:-1])
+    for load, unit, mean, greatest, slack in (
+        ("speeds", "rad/s", mean_speeds, log.speeds[1:], 1e-3),
+        ("accelerations", "rad/s^2", mean_accelerations, most, 1e-2),
+    ):
+        beyond = np.argwhere(np.abs(mean) > greatest + slack)
+        if len(beyond):
+            frame, joint = beyond[0]
+            yield (
+                load,
+                f"{robot.joints[joint]} has a mean of {abs(mean[frame, joint]):.2f} {unit} at "
+                f"{log.times[frame]:.2f} s, but at most {greatest[frame, joint]:.2f} {unit} are recorded",
+            )
 
 
 def _within(name: str, shares: np.ndarray, times: np.ndarray, robot: Robot) -> Check:

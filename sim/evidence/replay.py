@@ -49,7 +49,7 @@ class RecordedWorld:
     Attributes:
         scenario: read from the log.
         model: its manipulation model.
-        mujoco: the scene's MuJoCo model, built from the log.
+        mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
         scene: what was simulated, with the friction and masses that the log's setting says.
         start: (nq,) the positions in which the run begins, by its seed.
@@ -270,7 +270,7 @@ def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
 
 def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return the (T, nq) recorded positions and the (T, nv) velocities in the order of a model's joints."""
-    for name in ("speeds", "torques"):
+    for name in robot.load_limits:
         if getattr(log, name).shape[1] != len(robot.joints):
             raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
     fixed = (*robot.joints, *robot.gripper.joints)

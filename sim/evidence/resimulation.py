@@ -93,7 +93,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
     """
     model, data, recorder = world.mujoco, mujoco.MjData(world.mujoco), Recorder(world.scene)
     interventions = {int(row[0]): row[1:] for row in log.interventions}
-    controls = log.controls / COMMANDS_PER_UNIT
+    controls, unknown = log.controls / COMMANDS_PER_UNIT, np.zeros(len(world.robot.joints))
     recorder.record(data, glow=-1)
     intruder, frames = None, 1
     for step in range(len(controls)):
@@ -104,7 +104,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
                 intruder = intruder or _intruder(log, world, data, before)
         data.ctrl[:] = controls[step]
         mujoco.mj_step(model, data)
-        recorder.feel(data)
+        recorder.feel(data, unknown)
         if recorder.is_due(data):
             recorder.record(data, glow=-1)
             if frame_by_frame and frames < len(log.times):

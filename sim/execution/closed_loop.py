@@ -1,13 +1,16 @@
-"""Closed loop: a plan is executed, and planned again from the observed state after every mismatch with the model."""
+"""Closed loop: a plan is executed, and planned again where an observation affects what is left of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import cast
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import ModelError, PrefplanError
+from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, Plan
+from prefplan.ledger import Label
 from prefplan.models.manipulation.action import at, holding
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
@@ -17,7 +20,7 @@ from sim.execution.executor import Execution
 from sim.perception.sensors import ObservationTimeoutError
 
 MAX_ATTEMPTS = 3
-"""An action that fails this often without a change of state is given up."""
+"""An action that leads to the same unexpected state this often is given up."""
 
 MAX_REPLANS = 10
 """New plans in one execution."""
@@ -77,7 +80,7 @@ class ClosedLoop:
         self._problem, self._go_on, self._on_progress = problem, go_on, on_progress
         self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.states[problem.system.start])]
         self._replans = self._retries = 0
-        self._attempts: list[tuple[str, ManipulationState]] = []
+        self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
         self._barred: set[tuple[frozenset[str], str]] = set()
 
     @property
@@ -94,13 +97,12 @@ class ClosedLoop:
         try:
             if not self.run.check_state():
                 self._replan()
-            while len(self.run.steps) < len(self.plan.actions):
+            while not self._is_completed():
                 done = len(self.run.steps)
                 action = self.plan.actions[done]
                 self._on_progress(done, len(self.plan.actions), action)
                 if self.run.step(action):
                     self._states.append(self.run.steps[-1].observed)
-                    self._attempts.clear()
                 else:
                     self._replan()
             self._on_progress(len(self.plan.actions), len(self.plan.actions), "")
@@ -108,8 +110,21 @@ class ClosedLoop:
             self.run.reason = str(end)
             self.run.cell.log_event("ended", reason=str(end))
 
+    def _is_completed(self) -> bool:
+        """Return whether the plan is carried out, and nothing moves any more where the model says that it is."""
+        for _ in range(MAX_REPLANS):
+            if len(self.run.steps) < len(self.plan.actions):
+                return False
+            if self.run.check_state(at_rest=True):
+                return True
+            surprise = self.run.reason
+            self._replan()
+        raise _GivenUp(surprise)
+
     def _replan(self) -> None:
         """Ground the present state in an observation, and follow the best plan from there.
+
+        A plan of which nothing that is left is affected is followed on.
 
         Raises:
             _GivenUp: there is no plan, or too many were made.
@@ -122,19 +137,23 @@ class ClosedLoop:
         except ObservationTimeoutError as error:
             raise _GivenUp(f"{surprise}; {error}") from None
         self._record_failure(state, surprise)
+        system = run.scene.model.transition_system().without(self._barred)
+        if self._is_unaffected(system):
+            run.cell.log_event("unaffected", reason=surprise)
+            run.go_on(system)
+            return
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
-        if self._replans >= MAX_REPLANS:
-            raise _GivenUp(f"given up after {MAX_REPLANS} new plans, {surprise}")
         past = self._past()
         try:
-            system = run.scene.model.transition_system().without(self._barred)
             self.plan = self._go_on(self._problem, past, system)
         except NoPlanError as error:
             raise _GivenUp(self._why_no_plan(surprise, past, system, error)) from None
         except PrefplanError as error:
             raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
-        run.go_on(system)
         actions = self.plan.actions[len(run.steps) :]
+        if actions and self._replans >= MAX_REPLANS:
+            raise _GivenUp(f"given up after {MAX_REPLANS} new plans, {surprise}")
+        run.go_on(system)
         if actions == ahead:
             self._retries += 1
             run.cell.log_event("retry", action=ahead[0], reason=surprise)
@@ -151,11 +170,33 @@ class ClosedLoop:
         if not steps:
             self._states = [state]
             return
-        attempt = (steps[-1].action, state)
-        self._attempts = [*self._attempts, attempt] if attempt in self._attempts else [attempt]
-        if len(self._attempts) >= MAX_ATTEMPTS or self.run.blocked is not None:
-            self._barred.add((self._conditions_of_failure(state, steps[-1].action), steps[-1].action))
-        self._states.append(state)
+        action = steps[-1].action
+        self._attempts[action, state] += 1
+        if self._attempts[action, state] >= MAX_ATTEMPTS or self.run.blocked is not None:
+            self._barred |= {(self._conditions_of_failure(s, action), action) for s in (self._states[-1], state)}
+        self._states[len(steps) :] = [state]
+
+    def _is_unaffected(self, system: TransitionSystem) -> bool:
+        """Return whether the rest of the plan does to the tasks in a new model what it was to do in the present one."""
+        run = self.run
+        rest = self.plan.actions[len(run.steps) :]
+        try:
+            return self._trace(system, system.start, rest) == self._trace(run.system, run.predicted, rest)
+        except ModelError:
+            return False
+
+    def _trace(self, system: TransitionSystem, state: int, actions: Sequence[str]) -> list[tuple[Label, Number]]:
+        """Return what the tasks see before each of some actions, and its cost; and what they see at the end.
+
+        Raises:
+            ModelError: an action does not exist.
+        """
+        trace = []
+        for action in actions:
+            label = system.label(state) & self._problem.task_propositions
+            state, cost = system.step(state, action)
+            trace.append((label, cost))
+        return [*trace, (system.label(state) & self._problem.task_propositions, 0)]
 
     def _conditions_of_failure(self, state: ManipulationState, action: str) -> frozenset[str]:
         """Return the propositions under which an action that failed would fail again.
@@ -185,13 +226,13 @@ class ClosedLoop:
         why = [surprise]
         if broken := violated(self._problem, self._labels):
             why.append(f"{' and '.join(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
-        elif len(self._attempts) >= MAX_ATTEMPTS:
+        elif max(self._attempts.values(), default=0) >= MAX_ATTEMPTS:
             why.append(f"given up after {MAX_ATTEMPTS} attempts")
         elif self._barred:
             why.append("there is no way round it")
         else:
             why.append(str(error.reason))
-        why += [f"{lost} is out of reach" for lost in self.run.lost]
+        why += [f"{obj} {reason}" for obj, reason in self.run.lost.items()]
         rest = achievable(self._problem, past, system)
         if rest is not None and rest.task_costs:
             names = " and ".join(rest.task_costs)

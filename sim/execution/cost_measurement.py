@@ -1,4 +1,4 @@
-"""Measurement of actions: each is simulated in states in which the model allows it, from rest and for itself."""
+"""Measurement of actions: each is simulated in states in which the model allows it, after one that leads there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
 from sim.simulation.rollout import Effort
 from sim.simulation.workcell import Workcell
-from sim.skills.catalogue import perform
+from sim.skills.catalogue import SKILLS
 from sim.skills.skill import SkillError
 from sim.world.scene import Scene, initial_state
 
@@ -163,17 +163,18 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
     begin = ManipulationState(model.start, None, tuple(resting.items()), slots=tuple(slots.items()))
     scene = replace(scene, model=replace(model, objects=objects, begin=begin))
     cell = Workcell(scene, initial_state(scene))
-    if state.hand in scene.slots:
-        perform(cell, Action("transit", location=state.hand))
-    taken = state.held or trial.put
-    if taken:
-        perform(cell, Action("grasp", taken))
-    if trial.put:
-        perform(cell, Action("release", trial.put, state.hand))
-    before = cell.effort
-    perform(cell, trial.action)
-    _check_effect(cell, model.action(trial.action))
-    return cell.effort - before
+    taken, action = state.held or trial.put, model.action(trial.action)
+    before = [
+        *([Action("transit", location=state.hand)] if state.hand in scene.slots else ()),
+        *([Action("grasp", taken)] if taken else ()),
+        *([Action("release", trial.put, state.hand)] if trial.put else ()),
+    ]
+    for earlier in before:
+        SKILLS[earlier.kind].perform(cell, earlier)
+    spent = cell.effort
+    SKILLS[action.kind].perform(cell, action)
+    _check_effect(cell, action)
+    return cell.effort - spent
 
 
 def _put(state: ManipulationState) -> str | None:

@@ -42,12 +42,13 @@ class Execution:
         system: the model's transition system.
         cell: the running simulation.
         state: index in `system` of the state that was last confirmed.
+        predicted: index of the state that the model predicts after the last action.
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
         blocked: names of the bodies that blocked the last action, which fails again unless an object moves; empty if
             its goal was out of reach; None if it may succeed when it is tried again.
-        lost: objects out of the arm's reach.
+        lost: why the arm cannot take an object, by its name.
         injector: injects the faults.
     """
 
@@ -83,25 +84,33 @@ class Execution:
         self.system = system or scene.model.transition_system()
         self.cell = Workcell(scene, data, sensor=sensor)
         self._skills = dict(skills)
-        self.state = self.system.start
+        self.state = self.predicted = self.system.start
         self.steps: list[Step] = []
         self.reason: str | None = None
         self.lost_sensor = False
         self.blocked: tuple[str, ...] | None = None
-        self.lost: tuple[str, ...] = ()
+        self.lost: Mapping[str, str] = {}
         self.injector = FaultInjector(self.cell, self._skills, faults, seed=seed)
         self._began = time.perf_counter()
         self._placed: set[str] = set()
         if scene.model.start in scene.slots:
             perform(self.cell, Action("transit", location=scene.model.start))
 
-    def check_state(self) -> bool:
-        """Return whether an observation agrees with the present state; if not, `reason` says why."""
+    def check_state(self, *, at_rest: bool = False) -> bool:
+        """Return whether an observation agrees with the present state; if not, `reason` says why.
+
+        Args:
+            at_rest: wait until nothing moves any more; it does not agree as long as something does.
+        """
         state = self._states(self.state)
         try:
-            poses = observed_poses(self.cell)
+            poses, moving = poses_at_rest(self.cell) if at_rest else (observed_poses(self.cell), [])
             seen = observe(self.scene, self.cell.data, poses, hand=state.hand, held=self.cell.held(), marks=state.marks)
             self.reason = mismatch(self.scene, poses, predicted=state, observed=seen)
+            if moving and self.reason is None:
+                self.reason = f"{moving[0]} does not come to rest"
+            if at_rest and self.reason is None and self.steps:
+                self.steps[-1] = replace(self.steps[-1], observed=seen, end=float(self.cell.data.time))
         except ObservationTimeoutError as error:
             self.reason, self.lost_sensor = str(error), True
         return self.reason is None
@@ -116,6 +125,7 @@ class Execution:
             ModelError: the action does not exist in the present state.
         """
         target, cost = self.system.step(self.state, action)
+        self.predicted = target
         before, predicted = self._states(self.state), self._states(target)
         symbolic = self.scene.model.action(action)
         # The poses of objects that were moved since the last action may not be up to date yet.
@@ -139,8 +149,9 @@ class Execution:
             cause = f" ({failure})" if difference and failure else ""
             self.reason = f"after `{action}`: {difference or failure}{cause}"
             self.cell.log_event("mismatch", action=action, reason=self.reason)
+            self.cell.settle()
             return False
-        self.state = target
+        self.state, self.reason = target, None
         return True
 
     def reground(self) -> ManipulationState:
@@ -154,7 +165,7 @@ class Execution:
         cell = self.cell
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
-        poses, reachable = poses_at_rest(cell), partial(reaches, cell)
+        (poses, _), reachable = poses_at_rest(cell), partial(reaches, cell)
         found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, reachable=reachable)
         self.scene, self.lost = found.scene, found.lost
         cell.scene = found.scene
@@ -164,11 +175,13 @@ class Execution:
 
     def go_on(self, system: TransitionSystem) -> None:
         """Go on in another transition system, which starts in the present state."""
-        self.system, self.state, self.reason = system, system.start, None
+        self.system, self.reason = system, None
+        self.state = self.predicted = system.start
 
     def rollout(self) -> Rollout:
-        """Return all that happened so far."""
+        """Return all that happened so far, once the arm has come to rest."""
         cell = self.cell
+        cell.settle()
         return Rollout(
             completed=self.reason is None,
             reason=self.reason,

@@ -1,4 +1,4 @@
-"""Fault injection: faults in a running simulation, random but determined by a seed."""
+"""Fault injection: faults in a running simulation, scheduled or as a person makes them; a seed determines them."""
 
 from __future__ import annotations
 
@@ -35,6 +35,9 @@ SLIP_GAP_M = 0.02
 RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
 
+BETWEEN_FINGERS_M = 0.05
+"""An object whose middle is nearer than this to the tool is between the fingers."""
+
 MAX_BEARING_RAD = np.radians(65)
 """Greatest angle from straight ahead at which a moved object is put down."""
 
@@ -50,12 +53,18 @@ PUSH_SPEEDS_M_S, TOSS_SPEED_M_S = (0.25, 0.6), 0.6
 TUMBLE_SPEEDS_RAD_S = (8.0, 14.0)
 """Range of its rotational speed."""
 
+PULL_RATE_RAD_S = 15.0
+"""Natural frequency of the spring, critically damped, by which a person pulls an object."""
+
+MAX_PULL_N = 8.0
+"""Greatest force of that spring: less than a third of what the hand holds an object with."""
+
 MAX_DRAWS = 500
 """Poses drawn for a moved object until one is free."""
 
 
 class FaultInjector:
-    """Faults that are injected into a running simulation when they fall due.
+    """Faults that are injected into a running simulation when they fall due, or at once.
 
     Attributes:
         happened: time of each fault that has happened, s, by its number.
@@ -65,12 +74,13 @@ class FaultInjector:
         self, cell: Workcell, skills: MutableMapping[str, Skill], faults: Sequence[Fault], *, seed: int | None
     ) -> None:
         """Inject faults into a simulation and its skills, some of which it wraps; the seed is 0 if there is none."""
-        self._cell, self._skills, self._action = cell, skills, 0
+        self._cell, self._skills, self._action, self._seed = cell, skills, 0, seed or 0
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
         self._hanging = {i: _HangingTime(cell) for i, fault in self._faults if fault.kind == "slip"}
-        self._rng = [np.random.default_rng([seed or 0, STREAM, i]) for i, _ in self._faults]
+        self._rng = [self._generator(i) for i, _ in self._faults]
         self._delays = [float(rng.uniform(0, SLIP_DELAY_S)) for rng in self._rng]
+        self._pulled: tuple[str, np.ndarray] | None = None
         self.happened: dict[int, float] = {}
         self._faults_by_kind: dict[str, Callable[[int, Fault], dict[str, str] | None]] = {
             "slip": self._slip,
@@ -87,15 +97,52 @@ class FaultInjector:
         self._action = action
         self._tick()
 
+    def inject(self, fault: Fault) -> bool:
+        """Let a fault happen now, whatever action it names; return whether it can."""
+        i = len(self._rng)
+        self._rng.append(self._generator(i))
+        self._delays.append(0.0)
+        self._hanging[i] = _HangingTime(self._cell)
+        return self._happens(i, fault)
+
+    def pull(self, obj: str, target: np.ndarray) -> None:
+        """Pull an object towards a (3,) point, m, by a spring, until another call or `let_go`."""
+        if self._pulled is None or self._pulled[0] != obj:
+            self.let_go()
+            self._cell.log_event("fault", fault=f"pull:{obj}@{self._action}", object=obj)
+        self._pulled = obj, target
+
+    def let_go(self) -> None:
+        """Leave the object that was pulled."""
+        if self._pulled is not None:
+            self._cell.data.body(self._pulled[0]).xfrc_applied[:] = 0.0
+        self._pulled = None
+
+    def _generator(self, i: int) -> np.random.Generator:
+        return np.random.default_rng([self._seed, STREAM, i])
+
     def _tick(self) -> None:
         for i, fault in self._faults:
-            if i in self.happened or fault.action > self._action:
-                continue
-            detail = self._faults_by_kind[fault.kind](i, fault)
-            if detail is not None:
-                self.happened[i] = float(self._cell.data.time)
-                self._cell.log_event("fault", fault=str(fault), **detail)
-                mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
+            if i not in self.happened and fault.action <= self._action:
+                self._happens(i, fault)
+        if self._pulled is not None:
+            obj, target = self._pulled
+            body, joint = self._cell.scene.mujoco.body(obj), self._cell.data.joint(obj)
+            mass, weight = float(body.mass[0]), -float(body.mass[0]) * self._cell.scene.mujoco.opt.gravity
+            spring = PULL_RATE_RAD_S**2 * (target - joint.qpos[:3]) - 2 * PULL_RATE_RAD_S * joint.qvel[:3]
+            force = weight + mass * spring
+            force *= min(1.0, MAX_PULL_N / float(np.linalg.norm(force)))
+            self._cell.data.body(obj).xfrc_applied[:3] = force
+
+    def _happens(self, i: int, fault: Fault) -> bool:
+        """Let a fault happen if it can, and return whether it does."""
+        detail = self._faults_by_kind[fault.kind](i, fault)
+        if detail is None:
+            return False
+        self.happened[i] = float(self._cell.data.time)
+        self._cell.log_event("fault", fault=str(fault), **detail)
+        mujoco.mj_forward(self._cell.scene.mujoco, self._cell.data)
+        return True
 
     def _slip(self, i: int, fault: Fault) -> dict[str, str] | None:
         hanging, now = self._hanging[i].seconds(), float(self._cell.data.time)
@@ -157,8 +204,12 @@ class FaultInjector:
         return {"object": obj}
 
     def _in_hand(self, obj: str) -> bool:
-        contacts = self._cell.contacts
-        return contacts.handled == obj and self._cell.data.time - contacts.pressed < CONTACT_FLICKER_S
+        """Return whether an object is in the hand or between its open fingers, where nobody gets at it."""
+        contacts, data = self._cell.contacts, self._cell.data
+        if contacts.handled == obj and data.time - contacts.pressed < CONTACT_FLICKER_S:
+            return True
+        tool = data.site(self._cell.scene.robot.tool).xpos
+        return bool(np.linalg.norm(data.body(obj).xpos - tool) < BETWEEN_FINGERS_M)
 
     def _is_free(self, slot: Slot) -> bool:
         """Return whether an object can be placed in a slot on the table without a contact with another."""

@@ -23,12 +23,12 @@ class DropoutSensor:
     """A sensor that observes nothing for a while.
 
     Attributes:
-        samples: as of the sensor it wraps.
+        samples, error: as of the sensor it wraps.
     """
 
     def __init__(self, sensor: Sensor, *, until: float) -> None:
         """Wrap a sensor; it observes again from a simulated time on, s."""
-        self.samples = sensor.samples
+        self.samples, self.error = sensor.samples, sensor.error
         self._sensor, self._until = sensor, until
 
     def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:

@@ -1,4 +1,4 @@
-"""Observations of all objects: taken when it is certain which one is held, and once all are at rest."""
+"""Observations of all objects: taken when it is certain which one is held, and none of the others moves."""
 
 from __future__ import annotations
 
@@ -8,14 +8,20 @@ from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 
-REST_DISTANCE_M = 0.004
-"""An object at rest moves by less than this within `REST_PERIOD_S`."""
+FALL_SPEED_M_S = 0.05
+"""An object that moves faster falls, rolls or was knocked: where it is says nothing yet."""
+
+REST_SPEED_M_S = 0.01
+"""Greatest mean speed of an object at rest between two observations."""
 
 REST_PERIOD_S = 0.2
-"""Time between two observations of objects that may be moving."""
+"""Least time between two observations of objects that are to be at rest."""
 
 REST_TIMEOUT_S = 3.0
 """How long to wait for objects to come to rest."""
+
+REST_ERRORS = 6
+"""How many standard deviations of an observed position an object at rest may seem to move."""
 
 
 def await_grip(cell: Workcell) -> None:
@@ -25,32 +31,48 @@ def await_grip(cell: Workcell) -> None:
 
 
 def observed_poses(cell: Workcell) -> dict[str, ObjectPose]:
-    """Return the observed pose of every object, taken when it is certain which object is held.
+    """Return the observed pose of every object once none falls, or after `REST_TIMEOUT_S`.
 
     Raises:
         ObservationTimeoutError: an object is not observed for too long.
     """
+    poses, _ = _poses_slower_than(cell, FALL_SPEED_M_S, period=CONTROL_PERIOD_S)
+    return poses
+
+
+def poses_at_rest(cell: Workcell) -> tuple[dict[str, ObjectPose], list[str]]:
+    """Return the observed pose of every object once all are at rest, or after `REST_TIMEOUT_S`.
+
+    Returns:
+        The poses, and which objects move even then.
+
+    Raises:
+        ObservationTimeoutError: an object is not observed for too long.
+    """
+    return _poses_slower_than(cell, REST_SPEED_M_S, period=REST_PERIOD_S)
+
+
+def _poses_slower_than(cell: Workcell, speed: float, *, period: float) -> tuple[dict[str, ObjectPose], list[str]]:
+    """Return observed poses once no object but the held one is faster, m/s; and which ones are after the timeout.
+
+    A period, s, lies between two observations, or more: a noisy sensor tells a small speed only after some time.
+    """
+    period = max(period, REST_ERRORS * cell.sensor.error / speed)
+    before, end = _certain_poses(cell), cell.data.time + REST_TIMEOUT_S
+    while True:
+        cell.wait(period)
+        poses, held = _certain_poses(cell), cell.held()
+        moved = {obj: np.linalg.norm(poses[obj].position - before[obj].position) for obj in poses.keys() & before}
+        moving = [obj for obj in poses if obj != held and moved.get(obj, np.inf) > speed * period]
+        if not moving or cell.data.time > end:
+            return poses, moving
+        before = poses
+
+
+def _certain_poses(cell: Workcell) -> dict[str, ObjectPose]:
+    """Return the observed pose of every object, taken when it is certain which object is held."""
     poses = cell.survey(cell.shapes)
     while cell.in_doubt:
         await_grip(cell)
         poses = cell.survey(cell.shapes)
-    return poses
-
-
-def poses_at_rest(cell: Workcell) -> dict[str, ObjectPose]:
-    """Return the observed pose of every object once all are at rest, or after `REST_TIMEOUT_S`.
-
-    Raises:
-        ObservationTimeoutError: an object is not observed for too long.
-    """
-    poses = observed_poses(cell)
-    for _ in range(round(REST_TIMEOUT_S / REST_PERIOD_S)):
-        before = poses
-        cell.wait(REST_PERIOD_S)
-        poses = observed_poses(cell)
-        if before.keys() != poses.keys():
-            continue
-        moved = (np.linalg.norm(pose.position - before[obj].position) for obj, pose in poses.items())
-        if max(moved, default=0.0) < REST_DISTANCE_M:
-            break
     return poses

@@ -8,13 +8,13 @@ import trimesh
 CREASE_RAD = np.radians(40)
 """Faces that meet at a smaller angle are shaded as one smooth surface."""
 
-CORNER_STEPS, EDGE_STEPS = 6, 3
+CORNER_STEPS, EDGE_STEPS = 12, 3
 """Facets of a round corner seen from above, and of a round edge."""
 
 
 def smoothed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """Return a mesh with vertices doubled along creases, so that its normals are smooth in between only."""
-    return trimesh.graph.smooth_shade(mesh, angle=CREASE_RAD)
+    return trimesh.graph.smooth_shade(mesh, angle=CREASE_RAD, facet_minarea=None)
 
 
 def rounded(half: np.ndarray, *, corner: float, edge: float) -> trimesh.Trimesh:
@@ -68,7 +68,11 @@ def _lofted(loops: list[tuple[float, float, float, float]], *, closed: bool = Fa
     if not closed:
         last, bottom, top = count * (len(rings) - 1), *(np.full(count, len(vertices) - end) for end in (2, 1))
         faces += [np.stack([beside, here, bottom], -1), np.stack([last + here, last + beside, top], -1)]
-    return smoothed(trimesh.Trimesh(vertices, np.concatenate(faces), process=False))
+    solid = trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
+    # Round all the way round, the quarters of a ring share their ends: left apart they show as upright lines.
+    solid.merge_vertices()
+    solid.update_faces(solid.nondegenerate_faces())
+    return smoothed(solid)
 
 
 def _ring(x: float, y: float, radius: float, height: float) -> np.ndarray:

@@ -7,17 +7,21 @@ import mujoco
 import numpy as np
 
 from sim.errors import SimulationError
+from sim.motion.timing import begun_late, timed
 from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPath, ToolPose, arch, wrap
 from sim.robots.robot import Robot
 
-HEADROOM = 0.8
-"""Share of the joint speed limits a reference may use; the rest is for what the controller adds."""
+PATH_PERIOD_S = 0.02
+"""Time between two points of a path for which the joints are solved, s; a smooth curve joins them."""
 
 POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
 """Greatest errors of the tool at the end of a movement."""
 
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 """Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
+
+SATURATED_SHARE, SATURATED_PACE = 0.99, 0.7
+"""A joint at this share of its greatest speed lags behind the tool's path, which is then followed at such a pace."""
 
 JOINT_MARGIN_RAD = 0.01
 """Distance that references keep from the ends of the joints, rad."""
@@ -107,6 +111,8 @@ class Arm:
         *,
         height: float | None = None,
         drawn_in: float = 0.0,
+        seconds: float = 0.0,
+        ending: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return the joint references of an arching movement, slowed until the joints' limits allow it.
 
@@ -117,9 +123,11 @@ class Arm:
             yaw: of the tool there, rad.
             height: at which the tool passes, m; None for that of the higher end (see `arch`).
             drawn_in: how much nearer to the base it goes midway, m.
+            seconds: least duration, s.
+            ending: (M, n) what is left of the movement before, relative to q, rad; both together keep to the limits.
 
         Returns:
-            (N, n) rad or m, every `CONTROL_PERIOD_S`.
+            (N, n) rad or m, every `CONTROL_PERIOD_S`, without that ending.
 
         Raises:
             SimulationError: the tool would not arrive within `POSITION_TOLERANCE_M` and `ANGLE_TOLERANCE_RAD`.
@@ -138,31 +146,38 @@ class Arm:
                 nearest=self.robot.nearest_m,
                 pace=pace,
             )
-            references = self._follow(q, goal, path)
-            steps = np.diff(references, axis=0, prepend=q[None])
-            share = float((np.abs(steps) / CONTROL_PERIOD_S / self.robot.velocity_limits).max())
-            if share <= HEADROOM:
+            knots, points = self._follow(q, goal, path)
+            speeds = np.abs(np.diff(points, axis=0)) / np.diff(knots)[:, None]
+            if (speeds < SATURATED_SHARE * self.robot.velocity_limits).all():
                 break
-            pace *= 0.95 * HEADROOM / share
-        if share > HEADROOM or not self._arrived():
+            pace *= SATURATED_PACE
+        if not self._arrived():
             at = ", ".join(f"{x:.3f}" for x in position)
             raise SimulationError(f"the arm cannot keep to its path to ({at}) m within the limits of its joints")
-        return references
+        references = timed(self.robot, knots, points, seconds=seconds)
+        return references if ending is None else begun_late(self.robot, references, q, ending)
 
     def _turn(self, q: np.ndarray, goal: np.ndarray) -> float:
         """Return the tool's turn about z as the joints go straight from one configuration to another, rad."""
         yaws = np.unwrap([self.tool(q + share * (goal - q)).yaw for share in np.linspace(0, 1, TURN_SAMPLES)])
         return float(yaws[-1] - yaws[0])
 
-    def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> np.ndarray:
+    def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> tuple[np.ndarray, np.ndarray]:
+        """Return (K,) times, s, and the (K, n) configurations, rad, in which the tool then is on its path."""
         self._configuration.update(q)
-        references = np.empty((len(path.yaws), len(q)))
-        for i, (position, yaw, share) in enumerate(zip(path.positions, path.yaws, path.progress, strict=True)):
-            self._frame.set_target(_transform(position, yaw))
+        every = round(PATH_PERIOD_S / CONTROL_PERIOD_S)
+        chosen = np.arange(len(path.yaws))[::-1][::every][::-1]
+        knots = np.array([0.0, *(chosen + 1) * CONTROL_PERIOD_S])
+        points = np.empty((len(knots), len(q)))
+        points[0] = q
+        for k, i in enumerate(chosen, 1):
+            share = path.progress[i]
+            self._frame.set_target(_transform(path.positions[i], path.yaws[i]))
             self._posture.set_target(q + share * (goal - q))
-            self._configuration.integrate_inplace(self._solve(CONTROL_PERIOD_S), CONTROL_PERIOD_S)
-            references[i] = self._configuration.data.qpos
-        return references
+            period = knots[k] - knots[k - 1]
+            self._configuration.integrate_inplace(self._solve(period), period)
+            points[k] = self._configuration.data.qpos
+        return knots, points
 
     def _arrived(self) -> bool:
         error = self._frame.compute_error(self._configuration)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
 
 import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.sensors import Poses
-from sim.world.places import Slot
+from sim.perception.sensors import Poses, Posture
+from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import Scene
-from sim.world.shapes import UPRIGHT_TILT_RAD
-
-AT_RADIUS_M = 0.045
-"""Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
 
 AT_HEIGHT_M = 0.008
 """Greatest vertical distance of its underside from what it rests on."""
@@ -46,25 +43,35 @@ def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
 def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
     """Return the slot in which an object rests, whatever the location's capacity, or None.
 
-    It rests there when it is upright, near the slot's centre, and its underside as high as what carries it: the slot,
-    or where the location lies on others, an object that stands on one of those. Slots are those of the scenario's
-    locations, or of the temporary ones.
+    It rests there when it is upright, near the slot's centre, and its underside as high as what carries it. Where a
+    location lies on others, that is an object that stands on one of those, and the centre is over where they are now.
+    Slots are those of the scenario's locations, or of the temporary ones, where an object may lie, too.
     """
     pose, half = poses[name], scene.shapes[name].half
-    if pose.tilt > UPRIGHT_TILT_RAD:
+    if pose.posture != Posture.UPRIGHT and not temporary:
         return None
     underside = pose.position - [0.0, 0.0, half[2]]
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
-    near = [slot for slot in slots if np.hypot(*(underside - slot.position)[:2]) < AT_RADIUS_M]
-    for slot in sorted(near, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
+    for slot in sorted(slots, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
         supports = scene.model.location(slot.location).on
-        floors = [float(slot.position[2])]
+        centre, floors = slot.position[:2], [float(slot.position[2])] if temporary or not supports else []
+        if np.hypot(*(underside[:2] - centre)) > 2 * AT_RADIUS_M:
+            continue
         if supports:
-            under = [other for other in carriers(scene, poses, name) if _stands_on(scene, poses, other, supports)]
-            floors = [float(poses[other].position[2] + scene.shapes[other].half[2]) for other in under]
-        if any(abs(underside[2] - floor) < AT_HEIGHT_M for floor in floors):
+            under = _standing_on(scene, poses, carriers(scene, poses, name), supports)
+            floors += [float(poses[other].position[2] + scene.shapes[other].half[2]) for other in under.values()]
+            if not temporary:
+                centre = middle_of_supports(scene, poses, under, supports)
+        near = bool(np.hypot(*(underside[:2] - centre)) < slot.radius)
+        if near and any(abs(underside[2] - floor) < AT_HEIGHT_M for floor in floors):
             return slot
     return None
+
+
+def middle_of_supports(scene: Scene, poses: Poses, under: Mapping[str, str], supports: Sequence[str]) -> np.ndarray:
+    """Return the (2,) middle of the locations that carry another, m, each where the object is that lies there."""
+    where = [poses[under[name]].position if name in under else scene.slots[name][0].position for name in supports]
+    return np.asarray(np.mean(where, axis=0)[:2])
 
 
 def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
@@ -76,16 +83,18 @@ def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
     for other in poses:
         top = poses[other].position[2] + scene.shapes[other].half[2]
         higher = pose.position[2] > poses[other].position[2] + scene.shapes[other].half[2] / 2
-        level = abs(underside - top) < AT_HEIGHT_M or (pose.tilt > UPRIGHT_TILT_RAD and higher and underside < top)
+        level = abs(underside - top) < AT_HEIGHT_M or (pose.posture != Posture.UPRIGHT and higher and underside < top)
         if other != name and level and overlap(own, footprint(scene, poses, other)):
             found.append(other)
     return found
 
 
 def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
-    """Return the footprint of an object on the table."""
+    """Return the footprint of an object on the table, however it lies."""
     pose = poses[name]
-    return Rectangle(pose.position[:2], scene.shapes[name].half[:2], pose.yaw)
+    heading = np.array([np.cos(pose.yaw), np.sin(pose.yaw)])
+    sides = np.array([heading, [-heading[1], heading[0]]])
+    return Rectangle(pose.position[:2], np.abs(sides @ pose.rotation[:2]) @ scene.shapes[name].half, pose.yaw)
 
 
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
@@ -169,6 +178,11 @@ def _where(state: ManipulationState, obj: str) -> str | None:
     return None if place is None else f"on {place}"
 
 
-def _stands_on(scene: Scene, poses: Poses, name: str, locations: tuple[str, ...]) -> bool:
-    slots = (slot_of(scene, poses, name, temporary=temporary) for temporary in (False, True))
-    return any(slot is not None and slot.location in locations for slot in slots)
+def _standing_on(scene: Scene, poses: Poses, objects: Iterable[str], locations: Sequence[str]) -> dict[str, str]:
+    """Return which of several objects stands at each of several locations."""
+    found = {}
+    for obj, temporary in itertools.product(objects, (False, True)):
+        slot = slot_of(scene, poses, obj, temporary=temporary)
+        if slot is not None and slot.location in locations:
+            found[slot.location] = obj
+    return found

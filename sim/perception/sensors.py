@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Protocol
 
 import mujoco
@@ -23,8 +24,23 @@ NOISE_LEVER_M = 0.0225
 """Noise of the yaw, rad, is noise of the position divided by this distance: half a cube's edge."""
 
 
+UPRIGHT_TILT_RAD = np.radians(20)
+"""Greatest tilt of an object that stands or lies flat on its base."""
+
+LEANING_TILT_RAD = np.radians(45)
+"""Greatest tilt of an object that leans on something: one that is tilted by more lies on another of its faces."""
+
+
 class ObservationTimeoutError(SimulationError):
     """An object has not been observed for too long."""
+
+
+class Posture(StrEnum):
+    """How an object stands."""
+
+    UPRIGHT = "upright"
+    LEANING = "leaning"
+    LYING = "lying"
 
 
 @dataclass(frozen=True)
@@ -43,6 +59,13 @@ class ObjectPose:
     tilt: float
     rotation: np.ndarray
 
+    @property
+    def posture(self) -> Posture:
+        """How it stands; the hand takes nothing that lies."""
+        if self.tilt <= UPRIGHT_TILT_RAD:
+            return Posture.UPRIGHT
+        return Posture.LEANING if self.tilt <= LEANING_TILT_RAD else Posture.LYING
+
 
 Poses = Mapping[str, ObjectPose]
 """Objects by name."""
@@ -55,6 +78,10 @@ class Sensor(Protocol):
     def samples(self) -> int:
         """Number of observations in a measurement."""
 
+    @property
+    def error(self) -> float:
+        """Standard deviation of a measured position along each axis, m."""
+
     def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the observed pose of an object, or None if it is not observed."""
 
@@ -64,6 +91,7 @@ class ExactSensor:
     """Observes the true poses."""
 
     samples: int = 1
+    error: float = 0.0
 
     def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
         """Return the true pose; None for what is stored below the table."""
@@ -75,11 +103,12 @@ class NoisySensor:
 
     Attributes:
         samples: number of observations in a measurement.
+        error: standard deviation of a measured position along each axis, m.
     """
 
     def __init__(self, noise: float, *, seed: int) -> None:
         """Take the standard deviation of a position along each axis, m, and the seed that the errors are drawn by."""
-        self.samples = NOISY_SAMPLES
+        self.samples, self.error = NOISY_SAMPLES, noise / np.sqrt(NOISY_SAMPLES)
         self._noise, self._rng = noise, np.random.default_rng(seed)
 
     def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:

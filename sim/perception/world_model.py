@@ -1,14 +1,14 @@
 """World model: a planning model and a scene that agree with an observation.
 
-An object off every location gets a temporary location of its own: it can be taken from there, and nothing can be put
-there. It also obstructs others: nothing is released at a location that it overlaps, and an object below it cannot be
-taken first.
+An object off every location gets a temporary location of its own: it can be taken from there unless it lies on its
+side, and nothing can be put there. It also obstructs others: nothing is released at a location that it overlaps, and an
+object below it cannot be taken first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from prefplan.models.manipulation.model import Location, ManipulationState, Object
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import NOWHERE, carriers, footprint, hand_location, resting
-from sim.perception.sensors import Poses, on_table
+from sim.perception.sensors import Poses, Posture, on_table
 from sim.world.places import Slot, unused_names
 from sim.world.scene import Scene
 from sim.world.shapes import extent
@@ -33,12 +33,12 @@ class Regrounded:
         scene: the scene with its model, which begins here; it may have more locations and objects, and has none that
             fell from the table.
         state: where everything is.
-        lost: objects out of the arm's reach.
+        lost: why the arm cannot take an object, by its name.
     """
 
     scene: Scene
     state: ManipulationState
-    lost: tuple[str, ...] = ()
+    lost: Mapping[str, str] = field(default_factory=dict)
 
 
 def reground(
@@ -64,7 +64,9 @@ def reground(
     loose = [obj for obj in seen if obj not in rests]
     names = dict(zip(loose, unused_names(model, "spot", len(loose), taken=loose), strict=True))
     where = {obj: slot.location for obj, slot in rests.items()} | names
-    lost = tuple(obj for obj in seen if obj in names and not reachable(seen[obj].position))
+    lost = dict.fromkeys(gone, "fell from the table")
+    lost |= {obj: "lies on its side" for obj in names if seen[obj].posture == Posture.LYING}
+    lost |= {obj: "is out of reach" for obj in names if not reachable(seen[obj].position)}
     temporary = []
     for obj, name in names.items():
         on = tuple(dict.fromkeys(where[below] for below in carriers(scene, seen, obj)))
@@ -94,15 +96,20 @@ def reground(
         begin=state,
     )
     scene = replace(scene, model=model, slots=scene.slots | slots, temporary=frozenset(slots))
-    return Regrounded(scene, state, (*lost, *gone))
+    return Regrounded(scene, state, lost)
 
 
 def _obstructed(
-    scene: Scene, poses: Poses, place: Location, rests: dict[str, Slot], names: dict[str, str], lost: tuple[str, ...]
+    scene: Scene,
+    poses: Poses,
+    place: Location,
+    rests: Mapping[str, Slot],
+    names: Mapping[str, str],
+    lost: Mapping[str, str],
 ) -> Location:
     """Return a location with the locations that must be empty before an object is released there.
 
-    It is closed if an object that is in the way is out of the arm's reach.
+    It is closed if the arm cannot take an object that is in the way.
     """
     own = [obj for obj, slot in rests.items() if slot.location == place.name]
     free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, poses, slot, obj) for obj in own)]

@@ -25,15 +25,8 @@ def smooth_edges(frame: np.ndarray) -> np.ndarray:
     Args:
         frame: (height, width, 3) uint8.
     """
-    height, width, _ = frame.shape
-    pixels = frame.reshape(-1, 3).copy()
-    shades = np.asarray(Image.fromarray(frame).convert("L")).ravel().copy()
-    ring = np.array([-width - 1, -width, -width + 1, 1, width + 1, width, width - 1, -1])[:, None]
-    at = _edges(shades, width)
-    around = shades[at + ring]
-    specks = at[np.partition(around, 1, axis=0)[1] > shades[at].astype(int) + SPECK]
-    pixels[specks] = np.median(pixels[specks + ring], axis=0)
-    shades[specks] = np.median(shades[specks + ring], axis=0)
+    width = frame.shape[1]
+    pixels, shades, at, ring = _without_specks(frame)
     upper_left, _, upper_right, _, lower_right, _, lower_left, _ = shades[at + ring].astype(np.float32)
     along = np.stack(
         [lower_left + upper_left - lower_right - upper_right, lower_left + lower_right - upper_left - upper_right]
@@ -46,6 +39,29 @@ def smooth_edges(frame: np.ndarray) -> np.ndarray:
     colours = [map_coordinates(picture[..., i], places, np.float32, order=1, mode="nearest") for i in range(3)]
     pixels[at] = np.mean(colours, axis=1).T
     return picture
+
+
+def fill_specks(frame: np.ndarray) -> np.ndarray:
+    """Return a frame with its specks filled only, so that the mean of several has none.
+
+    Args:
+        frame: (height, width, 3) uint8.
+    """
+    return _without_specks(frame)[0].reshape(frame.shape)
+
+
+def _without_specks(frame: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return (N, 3) pixels and (N,) shades without specks, the indices of edges, and steps to a pixel's neighbours."""
+    width = frame.shape[1]
+    pixels = frame.reshape(-1, 3).copy()
+    shades = np.asarray(Image.fromarray(frame).convert("L")).ravel().copy()
+    ring = np.array([-width - 1, -width, -width + 1, 1, width + 1, width, width - 1, -1])[:, None]
+    at = _edges(shades, width)
+    around = shades[at + ring]
+    specks = at[np.partition(around, 1, axis=0)[1] > shades[at].astype(int) + SPECK]
+    pixels[specks] = np.median(pixels[specks + ring], axis=0)
+    shades[specks] = np.median(shades[specks + ring], axis=0)
+    return pixels, shades, at, ring
 
 
 def _edges(shades: np.ndarray, width: int) -> np.ndarray:

@@ -8,20 +8,23 @@ import mujoco
 import numpy as np
 
 from sim.errors import RenderingError
-from sim.perception.grounding import AT_RADIUS_M
+from sim.rendering.labels import Box, place_labels
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
-from sim.world.places import Slot
+from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import WRIST, Scene
 from sim.world.shapes import extent
 
-CAMERAS = ("fixed", "orbit", "wrist")
-"""In front of the table; around its front, once to and fro in a video; on the hand."""
+CAMERAS = ("fixed", "orbit", WRIST, "top")
+"""In front of the table; around its front, once to and fro in a video; on the hand; straight above."""
 
 AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
 """Heading and pitch of `fixed`: from the right in front of the robot, down onto the table."""
 
 SWING_DEG = 70.0
 """How far `orbit` goes to either side: beyond, the arm hides what it does."""
+
+ORBIT_VIEWS = 36
+"""Views of `orbit` in which labels are kept apart: one in four degrees."""
 
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
@@ -37,31 +40,38 @@ CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
 
 
 class Camera:
-    """A view of a scene; every named one but `wrist` has all that is handled, and the hand at work, in the picture."""
+    """A view of a scene; `fixed` and `orbit` have all that is handled, and the hand at work, in the picture.
+
+    Attributes:
+        name: as given.
+        mounted: whether it is one of the model's own cameras, as `wrist` is.
+    """
 
     def __init__(self, scene: Scene, name: str, size: tuple[int, int]) -> None:
         """Find out what has to be in the picture.
 
         Args:
             scene: what it looks at.
-            name: one of `CAMERAS`, or a text for `read_view`.
+            name: one of `camera_names`, or a text for `read_view`.
             size: (width, height) of the picture in pixels.
 
         Raises:
             RenderingError: the name is neither.
         """
         self.name = name
+        self.mounted = name == WRIST or name in camera_names(scene)[len(CAMERAS) :]
+        self.size = size
         self._scene, self._size = scene, np.array(size)
-        self._chosen = None if name in CAMERAS else read_view(name)
+        self._chosen = None if self.mounted or name in CAMERAS else read_view(name)
         self._slope = float(np.tan(np.radians(scene.mujoco.vis.global_.fovy) / 2))
         self._points = work_points(scene)
 
     def view(self, share: float = 0.0) -> mujoco.MjvCamera:
         """Return MuJoCo's camera when a share, 0 .. 1, of the video has passed."""
         view = mujoco.MjvCamera()
-        if self.name == "wrist":
+        if self.mounted:
             view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-            view.fixedcamid = self._scene.mujoco.camera(WRIST).id
+            view.fixedcamid = self._scene.mujoco.camera(self.name).id
             return view
         view.lookat = (self._points.min(axis=0) + self._points.max(axis=0)) / 2
         if self._chosen:
@@ -69,14 +79,20 @@ class Camera:
             return view
         swing = SWING_DEG * np.sin(2 * np.pi * share) if self.name == "orbit" else 0.0
         view.azimuth, view.elevation = AZIMUTH_DEG + swing, ELEVATION_DEG
+        if self.name == "top":
+            view.azimuth, view.elevation = 180.0, -90.0
         axes = _axes(view)
         eye = _nearest_eye(self._points @ axes.T, (1 - 2 * MARGIN) * self._slope * self._size / self._size[1])
         view.distance = (axes @ view.lookat - eye)[2]
         view.lookat = eye @ axes + view.distance * axes[2]
         return view
 
+    def shares(self) -> np.ndarray:
+        """Return (V,) shares of the video at which the view differs, evenly from one end of its way to the other."""
+        return np.linspace(0.25, 0.75, ORBIT_VIEWS) if self.name == "orbit" else np.zeros(1)
+
     def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
-        """Return where (N, 3) points, m, are in the picture of any camera but `wrist`.
+        """Return where (N, 3) points, m, are in the picture of any camera that is not mounted.
 
         Returns:
             (N, 2) pixels from the left and from the top; of a point behind the camera, far outside.
@@ -85,6 +101,12 @@ class Camera:
         right, up, ahead = (_axes(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
         scale = self._size[1] / (2 * self._slope)
         return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, NEAREST_M)[:, None]
+
+
+def camera_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of a scene's cameras: `CAMERAS`, then those that its MJCF has besides."""
+    model = scene.mujoco
+    return tuple(dict.fromkeys([*CAMERAS, *(name for i in range(model.ncam) if (name := model.camera(i).name))]))
 
 
 def read_view(text: str) -> tuple[float, float, float]:
@@ -105,7 +127,11 @@ def read_view(text: str) -> tuple[float, float, float]:
 
 
 def work_points(scene: Scene) -> np.ndarray:
-    """Return (N, 3) points about all that is handled, the locations, their names and the hand at work, m."""
+    """Return (N, 3) points about all that is handled, the locations, their names and the hand at work, m.
+
+    Not the hand at home, from where it comes into the picture in a second: with it, a cube of Case Study 3 would be 40
+    pixels wide in a video of 1280 x 720 instead of 66.
+    """
     parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
     model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
     mujoco.mj_kinematics(model, data)
@@ -134,6 +160,15 @@ def label_targets(scene: Scene) -> dict[str, np.ndarray]:
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
     """Return the (3,) point at which each of these locations' names is best written, m: where the table has it."""
     return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
+
+
+def label_offsets(scene: Scene, camera: Camera, *, inset: Box | None = None) -> dict[str, np.ndarray]:
+    """Return the (2,) pixels from each anchor to its name that keep the names clear in all views of a camera."""
+    shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
+    points = np.stack([camera.pixels(np.array([*anchors.values()]), share) for share in shares], axis=1)
+    boxes = np.stack([camera.pixels(corners, share).reshape(-1, 8, 2) for share in shares])
+    obstacles = np.concatenate([boxes.min(axis=2), boxes.max(axis=2)], axis=2)
+    return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size, inset=inset)
 
 
 def hand_corners(scene: Scene) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 Box = tuple[int, int, int, int]
 """Left, top, right and bottom, pixels."""
 
-LETTERS = 0.032
+LETTERS = 0.037
 """Height of the letters' type, in heights of the picture."""
 
 PADDING = 0.3
@@ -28,30 +28,47 @@ STEPS, DIRECTIONS = 7, 16
 """A name that finds no free place is tried so many half heights farther, in so many directions."""
 
 
-def place_labels(anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int]) -> dict[str, Box]:
+def place_labels(
+    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int], *, inset: Box | None = None
+) -> dict[str, np.ndarray]:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
+    Each keeps one distance from its anchor in all views of a video, so that none ever jumps.
+
     Args:
-        anchors: (2,) pixel at which each name is best written.
-        obstacles: (M, 4) boxes to keep clear: left, top, right, bottom.
+        anchors: (V, 2) pixel at which each name is best written, in each of V views.
+        obstacles: (V, M, 4) boxes to keep clear: left, top, right, bottom.
         size: (width, height) of the picture.
+        inset: a box that no name may overlap either.
 
     Returns:
-        The box of each name whose anchor is in the picture.
+        (2,) pixels from each anchor to the middle of its name.
     """
-    placed: dict[str, Box] = {}
+    offsets = dict[str, np.ndarray]()
+    taken = np.tile(np.array([inset] if inset else [], dtype=float).reshape(-1, 4), (len(obstacles), 1, 1))
     # From the front to the back: in front, there is more to cover.
-    for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][1]):
-        if not ((anchor >= 0) & (anchor < size)).all():
-            continue
-        extent = np.array(_plate(name, size[1]).size)
-        taken = np.array([*placed.values()]).reshape(-1, 4)
-        boxes = _candidates(anchor, extent, size)
+    for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][:, 1].mean()):
+        possible = _offsets(_extent(name, size))
+        boxes = _boxes(anchor[:, None] + possible, _extent(name, size), size)
+        boxes[~_inside(anchor, size)] = 0.0
         # In this order: other names, objects, the distance. The candidates are in the order of their distance.
-        cost = 1e6 * _overlaps(boxes, taken) + _overlaps(boxes, obstacles)
-        left, top, right, bottom = map(int, boxes[int(cost.argmin())])
-        placed[name] = left, top, right, bottom
-    return placed
+        cost = (1e6 * overlaps(boxes, taken) + overlaps(boxes, obstacles)).sum(axis=0)
+        best = int(cost.argmin())
+        offsets[name] = possible[best]
+        taken = np.concatenate([taken, boxes[:, [best]]], axis=1)
+    return offsets
+
+
+def label_boxes(
+    anchors: Mapping[str, np.ndarray], offsets: Mapping[str, np.ndarray], size: tuple[int, int]
+) -> dict[str, Box]:
+    """Return the box of each name whose (2,) anchor is in the picture, in one view, at its offset."""
+    found: dict[str, Box] = {}
+    for name, anchor in anchors.items():
+        if _inside(anchor, size):
+            left, top, right, bottom = map(int, _boxes(anchor + offsets[name], _extent(name, size), size))
+            found[name] = left, top, right, bottom
+    return found
 
 
 def draw_labels(
@@ -61,8 +78,8 @@ def draw_labels(
 
     Args:
         frame: (height, width, 3) uint8.
-        placed: what `place_labels` returned.
-        anchors: what it was given.
+        placed: what `label_boxes` returned.
+        anchors: (2,) what it was given.
         targets: (2,) pixel in the middle of each location.
     """
     picture = Image.fromarray(frame)
@@ -85,22 +102,37 @@ def _nearest(box: Box, point: np.ndarray) -> np.ndarray:
     return np.clip(point, box[:2], box[2:])
 
 
-def _candidates(anchor: np.ndarray, extent: np.ndarray, size: Sequence[int]) -> np.ndarray:
-    """Return (N, 4) boxes of an extent about an anchor within the picture, the nearest first."""
+def _extent(name: str, size: tuple[int, int]) -> np.ndarray:
+    """Return (2,) width and height of a name on its plate."""
+    return np.array(_plate(name, size[1]).size)
+
+
+def _inside(points: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Return whether each of (..., 2) points is in the picture."""
+    return np.asarray(((points >= 0) & (points < size)).all(axis=-1))
+
+
+def _offsets(extent: np.ndarray) -> np.ndarray:
+    """Return (N, 2) pixels from an anchor to the middle of a name of an extent, the shortest first."""
     angles = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     # Below first: what is in front of a location seldom belongs to another.
     ring = np.stack([np.sin(angles), np.cos(angles)], axis=1)
     # Beside the anchor, however wide the name is.
-    offsets = [ring * (extent / 2 + step * extent[1] / 2) for step in range(1, STEPS + 1)]
-    middles = anchor + np.concatenate([np.zeros((1, 2)), *offsets])
+    rings = [ring * (extent / 2 + step * extent[1] / 2) for step in range(1, STEPS + 1)]
+    return np.concatenate([np.zeros((1, 2)), *rings])
+
+
+def _boxes(middles: np.ndarray, extent: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Return (..., 4) boxes of an extent about (..., 2) middles, moved into the picture."""
     corner = np.clip(np.round(middles - extent / 2), 0, np.array(size) - extent)
-    return np.concatenate([corner, corner + extent], axis=1)
+    return np.concatenate([corner, corner + extent], axis=-1)
 
 
-def _overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the (N,) area that each of N boxes shares with M others."""
-    shared = np.minimum(boxes[:, None, 2:], others[:, 2:]) - np.maximum(boxes[:, None, :2], others[:, :2])
-    return shared.clip(min=0).prod(axis=2).sum(axis=1)
+def overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the (V, N) area that each of (V, N, 4) boxes shares with the (V, M, 4) others of its view."""
+    shared = np.minimum(boxes[:, :, None, 2:], others[:, None, :, 2:])
+    shared = shared - np.maximum(boxes[:, :, None, :2], others[:, None, :, :2])
+    return shared.clip(min=0).prod(axis=-1).sum(axis=-1)
 
 
 @functools.lru_cache(maxsize=256)

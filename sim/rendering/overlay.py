@@ -27,8 +27,14 @@ TASKS_LEFT = 0.42
 ROWS = 3
 """Tasks below each other in one column; with more, there are two columns, of smaller type if need be."""
 
+LEAST_LETTERS_PX = 15
+"""Size of the letters of tasks below which their texts are cut rather, pixels of a frame 720 high."""
+
 MARGIN_PX = 36
 """Free space to the left and right of the text, pixels of a frame 720 high."""
+
+MARK = 0.42
+"""Radius of the mark before a task, in sizes of its letters."""
 
 OVERSAMPLING = 2
 """Captions are drawn so many times as large and then reduced, for smooth curves."""
@@ -60,7 +66,7 @@ class Caption:
         cost: spent so far.
         total: cost of the whole plan.
         tasks: every task, in the order to show.
-        preference: mu as far as it is settled; None to leave it out.
+        preference: preference penalty mu as far as it is settled; None to leave it out.
         preference_total: mu of the whole plan.
     """
 
@@ -123,7 +129,7 @@ def _draw_progress(draw: ImageDraw.ImageDraw, caption: Caption, width: int, unit
         (left, 69 * unit), f"cost so far {caption.cost:g} of {caption.total:g}", fill=MUTED, font=small, anchor="ls"
     )
     if caption.preference is not None:
-        spent = f"preference so far {caption.preference:g} of {caption.preference_total:g} (less is better)"
+        spent = f"preference penalty so far {caption.preference:g} of {caption.preference_total:g}"
         draw.text((left, 94 * unit), spent, fill=MUTED, font=small, anchor="ls")
 
 
@@ -134,17 +140,26 @@ def _draw_tasks(draw: ImageDraw.ImageDraw, tasks: Sequence[TaskStatus], width: i
     pitch = 93 * unit / rows
     right = width - MARGIN_PX * unit
     across = (right - TASKS_LEFT * width) / columns
+    space, letters = across - 12 * unit, 0.6 * pitch
+    longest = max((_task_width(task, letters) for task in tasks), default=space)
+    # Widths of letters are rounded: a little less than what would just fit.
+    letters = min(letters, max(LEAST_LETTERS_PX * unit, 0.98 * letters * space / longest))
     for i, task in enumerate(tasks):
         column, row = divmod(i, rows)
         left = TASKS_LEFT * width + column * across
-        _draw_task(draw, task, left, 9 * unit + (row + 0.5) * pitch, left + across - 12 * unit, 0.6 * pitch)
+        _draw_task(draw, task, left, 9 * unit + (row + 0.5) * pitch, left + space, letters)
+
+
+def _task_width(task: TaskStatus, letters: float) -> float:
+    """Return the width of what `_draw_task` draws."""
+    return _font(letters).getlength(task.name + task.text) + (2 * MARK + 1.4) * letters
 
 
 def _draw_task(
     draw: ImageDraw.ImageDraw, task: TaskStatus, left: float, middle: float, right: float, letters: float
 ) -> None:
     """Draw a mark, the name and the meaning of a task about a line, in letters of a size."""
-    radius = 0.42 * letters
+    radius = MARK * letters
     circle = (left, middle - radius, left + 2 * radius, middle + radius)
     if task.state == "satisfied":
         draw.ellipse(circle, fill=DONE)

@@ -17,18 +17,19 @@ import numpy as np
 
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
-from sim.rendering.antialias import smooth_edges
-from sim.rendering.cameras import Camera, label_anchors, label_targets, object_corners
-from sim.rendering.labels import draw_labels, place_labels
+from sim.rendering.antialias import fill_specks, smooth_edges
+from sim.rendering.cameras import Camera, label_anchors, label_offsets, label_targets
+from sim.rendering.inset import inset_box, with_inset
+from sim.rendering.labels import draw_labels, label_boxes
 from sim.rendering.quality import DRAFT, Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
-from sim.world.scene import Scene
+from sim.world.scene import WRIST, Scene
 from sim.world.tabletop import TABLE_TOP, picture
 
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """What mends a machine without OpenGL (names of Debian's packages)."""
 
-LAMP_RADIUS_RAD = 0.03
+LAMP_RADIUS_RAD = 0.02
 """Radius of the key light, seen from what it lights. With a larger one the shadows of its few points are told apart."""
 
 WRIST_SHADOW_SCALE = 2
@@ -59,23 +60,27 @@ class Painter:
             scene: the scene.
             size: (width, height) in pixels; None for the quality's.
             quality: how much work a picture is worth.
-            camera: name of a `sim.rendering.cameras.Camera`.
+            camera: name of a `sim.rendering.cameras.Camera`; with `+` and one of `sim.rendering.inset.INSETS` after
+                it, that view is in a corner.
         """
         size = size or quality.size
-        self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size)
+        name, _, inset = camera.partition("+")
+        self._scene, self._quality, self._camera = scene, quality, Camera(scene, name, size)
+        self._inset_box = inset_box(scene, self._camera) if inset else None
+        if self._inset_box:
+            left, top, right, bottom = self._inset_box
+            self._inset = Camera(scene, inset, (right - left, bottom - top))
         self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
-        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == "wrist" else 1)
-        self._corners = object_corners(scene)
+        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if name == WRIST else 1)
         self._anchors, self._targets = label_anchors(scene), label_targets(scene)
-        if camera != "wrist":
+        if not self._camera.mounted:
+            self._offsets = label_offsets(scene, self._camera, inset=self._inset_box)
             self._clear_table()
         self._key = self._model.light(KEY_LIGHT).id
         self._key_direction = self._model.light_dir[self._key].copy()
         self._key_home = self._model.light_pos[self._key].copy()
         self._data = mujoco.MjData(self._model)
-        self._pixels = np.empty((size[1], size[0], 3), dtype=np.uint8)
-        self._view = mujoco.MjrRect(0, 0, *size)
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group <= VISIBLE for group in range(mujoco.mjNGROUP)]
         self._option.sitegroup[:] = 0
@@ -116,8 +121,12 @@ class Painter:
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
-        bare = self._bare(self._camera.view(share))
-        return bare if self._camera.name == "wrist" else self._labelled(bare, share)
+        picture = self._bare(self._camera, share)
+        if not self._camera.mounted:
+            picture = self._labelled(picture, share)
+        if self._inset_box is None:
+            return picture
+        return with_inset(picture, self._bare(self._inset, share), self._inset_box)
 
     def _clear_table(self) -> None:
         """Remove the printed names from the table: labels are written over the picture instead."""
@@ -133,35 +142,38 @@ class Painter:
             dict(zip(points, self._camera.pixels(np.array([*points.values()]), share), strict=True))
             for points in (self._anchors, self._targets)
         )
-        corners = self._camera.pixels(self._corners.reshape(-1, 3), share).reshape(-1, 8, 2)
-        obstacles = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-        return draw_labels(bare, place_labels(anchors, obstacles, size), anchors, targets)
+        return draw_labels(bare, label_boxes(anchors, self._offsets, size), anchors, targets)
 
-    def _bare(self, view: mujoco.MjvCamera) -> np.ndarray:
+    def _bare(self, camera: Camera, share: float) -> np.ndarray:
         """Return a picture of the present state with smooth edges."""
+        view, size = camera.view(share), camera.size
         samples = self._quality.samples
         if samples == 1:
-            return smooth_edges(np.ascontiguousarray(self._painted(view)[::-1]))
-        total = np.full(self._pixels.shape, samples // 2, dtype=np.uint16)
+            return smooth_edges(np.ascontiguousarray(self._painted(view, size)[::-1]))
+        total = np.full((size[1], size[0], 3), samples // 2, dtype=np.uint16)
         for k in range(samples):
             self._move_key_light(k, samples)
-            total += self._painted(view, shift=((k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5))
+            shift = (k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5
+            total += fill_specks(self._painted(view, size, shift=shift))
         return (total // samples).astype(np.uint8)[::-1]
 
-    def _painted(self, view: mujoco.MjvCamera, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    def _painted(
+        self, view: mujoco.MjvCamera, size: tuple[int, int], *, shift: tuple[float, float] = (0.0, 0.0)
+    ) -> np.ndarray:
         """Return the present state upside down, the picture's points shifted to the right and up, in pixels."""
+        pixels, area = np.empty((size[1], size[0], 3), dtype=np.uint8), mujoco.MjrRect(0, 0, *size)
         mujoco.mj_camlight(self._model, self._data)
         mujoco.mjv_updateScene(
             self._model, self._data, self._option, None, view, mujoco.mjtCatBit.mjCAT_ALL, self._drawn
         )
         for eye in self._drawn.camera:
-            pixel = (eye.frustum_top - eye.frustum_bottom) / self._view.height
+            pixel = (eye.frustum_top - eye.frustum_bottom) / area.height
             eye.frustum_center += shift[0] * pixel
             eye.frustum_bottom += shift[1] * pixel
             eye.frustum_top += shift[1] * pixel
-        mujoco.mjr_render(self._view, self._drawn, self._context)
-        mujoco.mjr_readPixels(self._pixels, None, self._view, self._context)
-        return self._pixels
+        mujoco.mjr_render(area, self._drawn, self._context)
+        mujoco.mjr_readPixels(pixels, None, area, self._context)
+        return pixels
 
     def _move_key_light(self, k: int, samples: int) -> None:
         """Let the light come from the k-th of several points of a round lamp."""

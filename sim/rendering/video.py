@@ -74,7 +74,7 @@ def render_video(
         fps: frames a second.
         size: (width, height) in pixels, both even; None for the quality's.
         quality: how much work a picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
+        camera: as for `Painter`.
         progress: called with the number of frames done and of all frames, after each part.
 
     Returns:
@@ -125,7 +125,7 @@ def render_frame(
         glow: marking locations at work.
         size: (width, height) in pixels; None for the quality's.
         quality: how much work the picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
+        camera: as for `Painter`.
 
     Raises:
         RenderingError: no OpenGL.
@@ -205,7 +205,7 @@ def _render_part(
         mediapy.VideoWriter(path, size[::-1], fps=fps, crf=quality.rate, ffmpeg_args=encoding) as video,
     ):
         for frame in frames:
-            state = (frame.qpos.tobytes(), frame.glow, frame.share if camera == "orbit" else 0.0)
+            state = (frame.qpos.tobytes(), frame.glow, frame.share if camera.startswith("orbit") else 0.0)
             if state != shown:
                 bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)
                 shown = state

@@ -37,8 +37,9 @@ MIN_AREA_M2 = 1e-5
 LAPPING = ("link1", "link3", "link5")
 """Links whose lower rim, as drawn, ends 1 mm short of the link before: a slit of which a picture would show dots."""
 
-RIM_M, LAP_M = 1e-4, 1.2e-3
-"""What is no higher than this above a link's lowest point is its rim, and how much further down it is drawn."""
+RIM_M, LAP_M, TUCK = 1e-4, 1.8e-3, 0.015
+"""What is no higher than this above a link's lowest point is its rim; how much further down, and by which share nearer
+to the axis it is drawn: within the link before, whose surface would else show through it in dots."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,8 @@ def surfaces(folder: Path) -> tuple[Surface, ...]:
 def _surfaces(path: Path) -> list[Surface]:
     mesh = trimesh.load_mesh(path)
     if path.stem in LAPPING:
-        heights = mesh.vertices[:, 2]
-        heights[heights < heights.min() + RIM_M] -= LAP_M
+        rim = mesh.vertices[:, 2] < mesh.vertices[:, 2].min() + RIM_M
+        mesh.vertices[rim] = mesh.vertices[rim] * [1 - TUCK, 1 - TUCK, 1] - [0, 0, LAP_M]
     parts = mesh.split(only_watertight=False)
     parts = sorted((part for part in parts if part.area > MIN_AREA_M2), key=lambda part: -part.area)
     finishes = (*FINISHES[path.stem], *("trim" for _ in parts))

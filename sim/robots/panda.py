@@ -68,9 +68,12 @@ PANDA = Robot(
     mjcf=panda_spec,
     base="link0",
     joints=tuple(f"joint{i}" for i in range(1, 8)),
-    # Franka Control Interface documentation, "Limits for Panda".
+    # Franka Control Interface documentation, "Robot and interface specifications", "Limits for Panda".
     velocity_limits=np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61]),
     torque_limits=np.array([87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0]),
+    acceleration_limits=np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0]),
+    jerk_limits=np.array([7500.0, 3750.0, 5000.0, 6250.0, 7500.0, 10000.0, 10000.0]),
+    torque_rate_limits=np.full(7, 1000.0),
     # Franka's ready pose.
     home=np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]),
     tool="tcp",

@@ -65,6 +65,9 @@ class Robot:
         joints: of the arm, n in number, from base to wrist. Position actuators bear the same names.
         velocity_limits: (n,) rad/s, m/s for a sliding joint.
         torque_limits: (n,) N m, N for a sliding joint.
+        acceleration_limits: (n,) rad/s^2; infinite where none is known, as are the next two.
+        jerk_limits: (n,) rad/s^3.
+        torque_rate_limits: (n,) N m/s.
         home: (n,) rad or m: the tool points down in front of the base.
         tool: site between the pads: z points out of the hand, the fingers close along y.
         gripper: its hand.
@@ -83,6 +86,20 @@ class Robot:
     gripper: Gripper
     nearest_m: float = 0.0
     max_bearing_rad: float = np.pi
+    acceleration_limits: np.ndarray | float = np.inf
+    jerk_limits: np.ndarray | float = np.inf
+    torque_rate_limits: np.ndarray | float = np.inf
+
+    @property
+    def load_limits(self) -> dict[str, np.ndarray | float]:
+        """The (n,) limits of what `sim.simulation.rollout.Frames` records of every joint, by its names."""
+        return {
+            "speeds": self.velocity_limits,
+            "accelerations": self.acceleration_limits,
+            "jerks": self.jerk_limits,
+            "torques": self.torque_limits,
+            "torque_rates": self.torque_rate_limits,
+        }
 
     def spec(self, *, meshes: bool | None = None) -> mujoco.MjSpec:
         """Return the robot, with motors that carry the arm's weight within their torque limits, as real ones do.

@@ -1,4 +1,4 @@
-"""Collision checks of the robot and its load at given joint angles."""
+"""Collision checks of the robot and its load, among themselves and with the world, at given joint angles."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ import numpy as np
 from sim.perception.sensors import ObjectPose, Poses
 from sim.perception.touch import ContactMonitor
 from sim.world.scene import Scene
+
+ADJACENT_M = 0.01
+"""Links nearer than this to each other with the arm at home and the hand closed never count as in collision."""
 
 
 class CollisionChecker:
@@ -23,6 +26,13 @@ class CollisionChecker:
         self._robot = scene.robot
         self._arm = scene.robot.qpos(model)
         self._fingers = [int(model.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
+        self._is_robot = scene.robot.bodies(model)
+        self._let_links_collide()
+        model.geom_margin[:] = model.body_margin[:] = ADJACENT_M
+        scene.robot.put(self._data, scene.robot.home, width=0.0)
+        mujoco.mj_kinematics(model, self._data)
+        mujoco.mj_collision(model, self._data)
+        self._adjacent = self._links_in_contact()
 
     def touches(
         self, now: mujoco.MjData, poses: Poses, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
@@ -49,7 +59,21 @@ class CollisionChecker:
         if handled and self._contacts.aloft:
             self._carry(now, handled, poses[handled])
         mujoco.mj_collision(model, data)
-        return sorted({other for _, other in self._contacts.touches(data)} - {handled})
+        links = {model.body(high).name for _, high in self._links_in_contact() - self._adjacent}
+        return sorted({other for _, other in self._contacts.touches(data)} - {handled} | links)
+
+    def _let_links_collide(self) -> None:
+        """Let MuJoCo find contacts between the robot's own links, except between a link and the next."""
+        model = self._model
+        collides = self._is_robot[model.geom_bodyid] & (model.geom_contype != 0)
+        model.geom_conaffinity[collides] |= model.geom_contype[collides]
+        model.body_conaffinity[self._is_robot] |= model.body_contype[self._is_robot]
+
+    def _links_in_contact(self) -> set[tuple[int, int]]:
+        """Return the pairs of the robot's own bodies that are in contact, the lower number first."""
+        pairs = self._model.geom_bodyid[self._data.contact.geom.reshape(-1, 2)]
+        own = np.sort(pairs[self._is_robot[pairs].all(axis=1)], axis=1)
+        return {(int(low), int(high)) for low, high in own}
 
     def _carry(self, now: mujoco.MjData, obj: str, seen: ObjectPose) -> None:
         """Move an object as the hand moves it."""

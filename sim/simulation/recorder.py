@@ -23,15 +23,22 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_
 
 
 class Recorder:
-    """Frames of a simulation, `FRAME_RATE` a second; loads are sampled at every step between them."""
+    """Frames of a simulation, `FRAME_RATE` a second; loads are sampled at every step between them.
+
+    Accelerations and rates are differences between two steps. MuJoCo's own accelerations do not count: the implicit
+    integrator overstates them.
+    """
 
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
         self._model = model = scene.mujoco
-        self._dofs = scene.robot.dofs(model)
+        self._dofs, self._period = scene.robot.dofs(model), float(model.opt.timestep)
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
-        self._felt: list[tuple[np.ndarray, np.ndarray]] = []
+        self._felt: list[int] = []
+        self._references: list[np.ndarray] = []
+        self._speeds: list[np.ndarray] = []
+        self._torques: list[np.ndarray] = []
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
         self._interventions: list[np.ndarray] = []
         self._left, self._found = np.full((2, mujoco.mj_stateSize(model, STATE)), np.nan)
@@ -62,41 +69,49 @@ class Recorder:
         """Return whether the time has come for another frame."""
         return bool(data.time * FRAME_RATE >= len(self._frames) - 1e-6)
 
-    def feel(self, data: mujoco.MjData) -> None:
-        """Note the speeds and torques of a state just simulated."""
-        self._felt.append((data.qvel.copy(), data.qfrc_actuator.copy()))
-
-    def _loads(self) -> np.ndarray:
-        """Return the (2, n) greatest speeds and torques of the arm's joints since the last frame."""
-        if not self._felt:
-            return np.zeros((2, len(self._dofs)))
-        greatest: np.ndarray = np.abs(np.array(self._felt)[:, :, self._dofs]).max(axis=0)
-        return greatest
+    def feel(self, data: mujoco.MjData, reference: np.ndarray) -> None:
+        """Add a state just simulated, in which the arm's joints were to be at (n,) reference positions, rad."""
+        self._references.append(reference)
+        self._speeds.append(data.qvel[self._dofs])
+        self._torques.append(data.qfrc_actuator[self._dofs])
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
         """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
-        speeds, torques = self._loads()
         frame = {
             "times": float(data.time),
             "qpos": data.qpos.copy(),
             "qvel": data.qvel.copy(),
             "glow": glow,
-            "speeds": speeds,
-            "torques": torques,
             "pad_forces": self._press(data),
         }
         self._frames.append(frame)
-        self._felt.clear()
+        self._felt.append(len(self._speeds))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """What was recorded, by the names it has in a `Frames`; loads since the last frame are added to it."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
-        for name, load in zip(("speeds", "torques"), self._loads(), strict=True):
-            arrays[name][-1] = np.maximum(arrays[name][-1], load)
+        samples = {
+            "speeds": (self._speeds, 0),
+            "accelerations": (self._speeds, 1),
+            "jerks": (self._references, 3),
+            "torques": (self._torques, 0),
+            "torque_rates": (self._torques, 1),
+        }
+        arrays |= {name: self._greatest(np.array(rows), rate) for name, (rows, rate) in samples.items()}
         arrays["controls"] = np.vstack(self._controls).astype(np.int64)
         arrays["interventions"] = np.array(self._interventions).reshape(-1, 1 + len(self._left))
         return arrays
+
+    def _greatest(self, rows: np.ndarray, rate: int) -> np.ndarray:
+        """Return the (T, n) greatest values since the frame before of the rate-th derivative of what was felt."""
+        greatest = np.zeros((len(self._frames), len(self._dofs)))
+        if len(rows):
+            # Nothing moves before the first step.
+            rows = np.vstack([np.repeat(rows[:1], rate, axis=0), rows])
+            loads = np.abs(np.diff(rows, rate, axis=0)) / self._period**rate
+            greatest[1:] = np.maximum.reduceat(loads, self._felt[:-1])
+        return greatest
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
         """Return the (2,) contact forces on the left and the right pad, N."""

@@ -11,6 +11,9 @@ from prefplan.exact_costs import Number
 from prefplan.models.manipulation.model import ManipulationState
 from sim.robots.robot import Robot
 
+REST_SPEED_RAD_S = 0.02
+"""The arm rests while every joint is slower than this, whatever the fingers do: at 0.5 m that is 1 cm/s."""
+
 FRAME_RATE = 30
 """Recorded (and rendered) states a simulated second."""
 
@@ -87,7 +90,10 @@ class Frames:
         qvel: (T, nv) velocities.
         glow: (T,) index into the model's locations of the marking location at work, -1 for none.
         speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
+        accelerations: (T, n) greatest acceleration of each arm joint since the frame before, rad/s^2.
+        jerks: (T, n) greatest jerk of the trajectory commanded to each arm joint since the frame before, rad/s^3.
         torques: (T, n) greatest torque of each arm joint since the frame before, N m.
+        torque_rates: (T, n) greatest rate of that torque, N m/s.
         pad_forces: (T, 2) with which the left and the right pad were pressed, N.
         controls: (S, nu) int64, the actuators' commands at each step, in `COMMANDS_PER_UNIT` of their units.
         interventions: (K, 1 + m) number of a step, and the state that it began in, as `STATE` of the recorder, wherever
@@ -99,7 +105,10 @@ class Frames:
     qvel: np.ndarray
     glow: np.ndarray
     speeds: np.ndarray
+    accelerations: np.ndarray
+    jerks: np.ndarray
     torques: np.ndarray
+    torque_rates: np.ndarray
     pad_forces: np.ndarray
     controls: np.ndarray
     interventions: np.ndarray
@@ -132,11 +141,12 @@ class Rollout(Frames):
     model_sha256: str = ""
 
     @property
-    def speed_share(self) -> np.ndarray:
-        """(n,) greatest speed of each arm joint, as a share of its limit."""
-        return self.speeds.max(axis=0) / self.robot.velocity_limits
+    def rest_share(self) -> float:
+        """Share of the time between frames in which the arm rested throughout."""
+        return float((self.speeds[1:] < REST_SPEED_RAD_S).all(axis=1).mean())
 
     @property
-    def torque_share(self) -> np.ndarray:
-        """(n,) greatest torque of each arm joint, as a share of its limit."""
-        return self.torques.max(axis=0) / self.robot.torque_limits
+    def load_shares(self) -> dict[str, np.ndarray]:
+        """(n,) greatest load of each arm joint as a share of its limit, by the names of the loads in `Frames`."""
+        limits = self.robot.load_limits.items()
+        return {name: getattr(self, name).max(axis=0) / limit for name, limit in limits}

@@ -8,7 +8,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from sim.errors import SimulationError
+from sim.motion.joint_trajectory import JointTrajectory, through
 from sim.motion.kinematics import Arm
+from sim.motion.timing import braking_time, summed
 from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import (
     OBSERVATION_TIMEOUT_S,
@@ -30,8 +33,11 @@ from sim.world.shapes import ObjectShape
 CONTACT_FLICKER_S = 0.18
 """Pads that lose contact for less than this still hold their object: simulated contacts flicker."""
 
-BRAKING_TIME_S = 0.25
-"""Time in which the arm stops when it has lost its load."""
+WATCH_PERIOD_S = 0.05
+"""Time between two looks at what a movement depends on."""
+
+BLEND_TIME_S = 0.3
+"""Longest part of a movement that runs into the next one."""
 
 HOLD_OFFSET_M = 0.03
 """Greatest distance of a held object's centre from the point between the pads: beyond, they only brush it."""
@@ -50,11 +56,12 @@ class Workcell:
         contacts: monitors contacts.
         recorder: records every frame.
         effort: what the simulation took of the arm so far.
-        reference: (n,) joint reference last sent, rad.
+        reference: (n,) where the arm rests, or comes to rest when its movement ends, rad.
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
         sensor: observes the objects.
-        width: commanded between the pads, m; less than that of a held object, so that they press it.
+        width: commanded between the pads at the end of their movement, m; less than that of a held object, so that
+            they press it.
         gripper: maps this width to the one that its actuator is sent; faults wrap it.
         disturb: called before every control period is simulated.
     """
@@ -72,11 +79,13 @@ class Workcell:
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._collision_checker = CollisionChecker(scene, self.contacts)
-        self.effort, self._dofs = Effort(), scene.robot.dofs(model)
-        self.reference = data.qpos[scene.robot.qpos(model)].copy()
+        self.effort, self._qpos, self._dofs = Effort(), scene.robot.qpos(model), scene.robot.dofs(model)
+        self.reference = data.qpos[self._qpos].copy()
+        self._ending = JointTrajectory(*np.zeros((2, 0, len(self.reference))))
+        self._widths: list[float] = []
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
-        self.glowing = -1
+        self.glowing, self._dark = -1, np.inf
         self.sensor: Sensor = sensor or ExactSensor()
         self.disturb: Callable[[], None] = lambda: None
         self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
@@ -147,31 +156,81 @@ class Workcell:
         """Whether the pads have just lost contact with the handled object, and may regain it."""
         return self.contacts.handled is not None and 0 < self.data.time - self.contacts.pressed <= CONTACT_FLICKER_S
 
-    def follow(self, references: np.ndarray) -> None:
-        """Drive the arm along (N, n) references, rad, one a control period; it brakes early if it loses its load."""
-        points = np.vstack([self.reference, references])
+    @property
+    def angles(self) -> np.ndarray:
+        """(n,) joint angles of the arm now, rad."""
+        return np.asarray(self.data.qpos[self._qpos])
+
+    @property
+    def ending(self) -> np.ndarray:
+        """(M, n) how far from `reference` the arm still is, rad, one row a control period; none at rest."""
+        return self._ending.positions[self._substeps - 1 :: self._substeps] - self.reference
+
+    def blended(self, references: np.ndarray) -> np.ndarray:
+        """Return (N, n) references with what is left of the movement before added, as the arm follows them, rad."""
+        return summed(references, self.ending)
+
+    def follow(self, references: np.ndarray, *, within: float = 0.0, watch: Callable[[], None] = lambda: None) -> None:
+        """Drive the arm along (N, n) references, rad, one a control period; it brakes early if it loses its load.
+
+        They begin at `reference`. What is left of the movement before is added to them, so that the arm need not rest
+        in between (`JointTrajectory.out_of`).
+
+        Args:
+            references: where it goes.
+            within: return once the tool is this near to its goal, m, at most `BLEND_TIME_S` before its end: the arm
+                goes on while time passes. 0 to return when it is at rest.
+            watch: called every `WATCH_PERIOD_S`; if it raises an error, the arm brakes.
+        """
+        movement = through(np.vstack([self.reference, references]), self._substeps)
+        self._ending = movement.out_of(self._ending, self.reference)
+        self.reference = references[-1]
+        left = self._substeps * self._periods_within(within)
         carried = self.held() if self.contacts.aloft else None
-        for done, tick in enumerate(_commands(points, self._substeps, self._lag), 1):
-            self._tick(tick)
-            if carried and self.held() is None and done < len(references):
+        while len(self._ending) > left:
+            self._tick()
+            if carried and len(self._ending) and self.held() is None:
                 self.log_event("lost", object=carried)
                 self.contacts.handle(carried)
-                points = _braking(points, done)
-                for last in _commands(points, self._substeps, self._lag, moving=True):
-                    self._tick(last)
-                break
-        self.reference = points[-1]
-        self.data.ctrl[self._motors] = self.reference
+                self.brake()
+            if len(self._ending) // self._substeps % round(WATCH_PERIOD_S / CONTROL_PERIOD_S) == 0:
+                try:
+                    watch()
+                except SimulationError:
+                    self.brake()
+                    raise
 
-    def grip(self, width: float, seconds: float) -> None:
-        """Bring the commanded width between the pads evenly to `width`, m, while the arm rests."""
-        ticks = max(1, round(seconds / CONTROL_PERIOD_S))
-        for command in np.linspace(self.width, width, ticks + 1)[1:]:
-            self.width = float(command)
+    def brake(self) -> None:
+        """Stop the arm on its path, within its limits."""
+        if len(self._ending):
+            periods = np.ceil(braking_time(self.scene.robot, self._ending.velocities[0]) / CONTROL_PERIOD_S)
+            self._ending = self._ending.braked(int(periods) * self._substeps)
+            self.reference = self._ending.positions[-1]
+            self.settle()
+
+    def settle(self) -> None:
+        """Let the arm end its movement."""
+        while len(self._ending):
             self._tick()
 
+    def set_width(self, width: float, seconds: float) -> None:
+        """Begin to bring the commanded width between the pads evenly to `width`, m."""
+        now = self._widths[0] if self._widths else self.width
+        self._widths = np.linspace(now, width, max(1, round(seconds / CONTROL_PERIOD_S)) + 1)[1:].tolist()
+        self.width = width
+
+    def grip(self, width: float, seconds: float) -> None:
+        """Bring the commanded width between the pads evenly to `width`, m."""
+        self.set_width(width, seconds)
+        while self._widths:
+            self._tick()
+
+    def glow(self, location: str, seconds: float) -> None:
+        """Let a marking location work for a while, s."""
+        self.glowing, self._dark = list(self.scene.slots).index(location), self.data.time + seconds
+
     def wait(self, seconds: float) -> None:
-        """Let time pass while the arm rests."""
+        """Let time pass; what is left of a movement goes on."""
         for _ in range(round(seconds / CONTROL_PERIOD_S)):
             self._tick()
 
@@ -181,21 +240,35 @@ class Workcell:
             self.latest_pose(obj)
         return self._collision_checker.touches(self.data, self._seen, q, width=width, clearance=clearance)
 
-    def _tick(self, commands: np.ndarray | None = None) -> None:
-        """Simulate one control period, with (substeps, n) commands of the arm's motors, rad, or those it has."""
-        data = self.data
+    def _periods_within(self, distance: float) -> int:
+        """Return the number of last control periods of the movement in which the tool stays so near to its goal, m."""
+        goal = self.arm.tool(self.reference).position
+        ending = self.ending[-round(BLEND_TIME_S / CONTROL_PERIOD_S) - 1 : -1] if distance else self.ending[:0]
+        for periods, offset in enumerate(ending[::-1]):
+            if np.linalg.norm(self.arm.tool(self.reference + offset).position - goal) > distance:
+                return periods
+        return len(ending)
+
+    def _tick(self) -> None:
+        """Simulate one control period, in which the arm and the fingers go on with their movements."""
+        data, ending = self.data, self._ending
         self.disturb()
-        data.ctrl[self._fingers] = self.gripper(self.width)
+        data.ctrl[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
         controls = np.array([data.ctrl] * self._substeps)
-        if commands is not None:
-            controls[:, self._motors] = commands
-        for control in self.recorder.begin_period(data, controls):
+        references = np.array([self.reference] * self._substeps)
+        if len(ending):
+            references = ending.positions[: self._substeps]
+            controls[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
+        for control, reference in zip(self.recorder.begin_period(data, controls), references, strict=True):
             data.ctrl[:] = control
             mujoco.mj_step(self.scene.mujoco, data)
-            self.recorder.feel(data)
+            self.recorder.feel(data, reference)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
         self.recorder.end_period(data)
+        self._ending = ending.after(self._substeps)
+        if data.time >= self._dark:
+            self.glowing = -1
         speeds, torques = data.qvel[self._dofs], data.qfrc_actuator[self._dofs]
         self.effort += Effort(
             CONTROL_PERIOD_S,
@@ -206,43 +279,3 @@ class Workcell:
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.log_event("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time
-
-
-def _braking(points: np.ndarray, done: int) -> np.ndarray:
-    """Return references that continue from one of several, brake, and stop before the last.
-
-    They begin with the reference that was reached.
-    """
-    ticks = np.arange(1, round(BRAKING_TIME_S / CONTROL_PERIOD_S) + 1)
-    ahead = np.minimum(done + ticks - ticks**2 / (2 * len(ticks)), len(points) - 1)
-    low = np.floor(ahead).astype(int)
-    high = np.minimum(low + 1, len(points) - 1)
-    part = (ahead - low)[:, None]
-    return np.vstack([points[done], (1 - part) * points[low] + part * points[high]])
-
-
-def _commands(points: np.ndarray, substeps: int, lag: np.ndarray, *, moving: bool = False) -> np.ndarray:
-    """Return the motor commands at every step of the simulation that track joint references.
-
-    A reference held for a whole control period would jerk the wrist with all its torque, kp times the angle
-    covered meanwhile; a smooth curve through them does not.
-
-    Args:
-        points: (N + 1, n) rad, the present reference and those to follow.
-        substeps: steps of the simulation in a control period.
-        lag: (n,) of the motors behind a moving command, s; commands lead by as much.
-        moving: whether the arm moves already at the first.
-
-    Returns:
-        (N, substeps, n) rad.
-    """
-    slopes = np.gradient(points, axis=0)
-    slopes[-1] = 0.0
-    if not moving:
-        slopes[0] = 0.0
-    u = (np.arange(1, substeps + 1) / substeps)[:, None]
-    p0, p1, m0, m1 = (x[:, None, :] for x in (points[:-1], points[1:], slopes[:-1], slopes[1:]))
-    square, cube = 3 * (p1 - p0) - 2 * m0 - m1, m0 + m1 - 2 * (p1 - p0)
-    curve = p0 + u * m0 + u**2 * square + u**3 * cube
-    slope = m0 + 2 * u * square + 3 * u**2 * cube
-    return curve + lag / CONTROL_PERIOD_S * slope

@@ -16,7 +16,11 @@ SKILLS: dict[str, Skill] = {
 
 
 def perform(cell: Workcell, action: Action | str) -> None:
-    """Carry out one action of the standard skills, such as `transport blue san`; raises as `Skill.perform` does."""
+    """Carry out one action of the standard skills, such as `transport blue san`, from rest to rest.
+
+    It raises as `Skill.perform` does.
+    """
     if isinstance(action, str):
         action = cell.scene.model.action(action)
     SKILLS[action.kind].perform(cell, action)
+    cell.settle()

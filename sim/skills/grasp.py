@@ -8,28 +8,31 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
 from sim.errors import BlockedError
 from sim.motion.trajectory import CONTROL_PERIOD_S
-from sim.perception.grounding import AT_RADIUS_M, hand_over
-from sim.perception.sensors import ObjectPose
+from sim.perception.grounding import hand_over
+from sim.perception.sensors import ObjectPose, Posture
 from sim.simulation.workcell import Workcell
-from sim.skills.hand import HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, free_closing_line, move_tool
+from sim.skills.hand import BLEND_M, HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, free_closing_line, move_tool
 from sim.skills.skill import Skill, SkillError
-from sim.world.places import Slot
+from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.shapes import Grip
 
-CLOSE_DURATION_S = 0.35
-"""Duration of closing the hand."""
+CLOSING_DISTANCE_M = 0.015
+"""Distance of the tool from its goal at which the hand begins to close."""
+
+NEARLY_CLOSED_M = 0.008
+"""By how much the hand is wider than the object when the arm has come to rest."""
+
+CLOSE_DURATION_S, SQUEEZE_DURATION_S = 0.2, 0.3
+"""Durations of closing the hand so far, and of closing it on the object: a pad that comes first pushes it gently."""
 
 FIRM_DURATION_S = 0.1
 """How long a grip must stay firm."""
 
 GRIP_TIMEOUT_S = 0.6
-"""How long to wait for a firm grip."""
+"""How long to wait for a firm grip once the hand should have closed."""
 
 MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
-
-TOPPLED_TILT_RAD = np.radians(45)
-"""An object tilted by more than this has fallen over, and is not grasped."""
 
 
 class GraspSkill(Grasp, Skill):
@@ -40,22 +43,22 @@ class GraspSkill(Grasp, Skill):
         obj = action.obj
         slot, shape = _slot_below(cell, obj), cell.scene.shapes[obj]
         pose = cell.measure(obj)
-        if pose.tilt > TOPPLED_TILT_RAD:
+        if pose.posture == Posture.LYING:
             raise BlockedError(f"{obj} fell over", ())
         cell.contacts.handle(obj)
         yaw = shape.yaw_near(pose.yaw, slot.yaw)
         line, grip = free_closing_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grip_variants])
         target, above = self.closing_position(cell, obj, pose, grip), pose.position + [0.0, 0.0, HOVER_HEIGHT_M]
-        cell.grip(grip.opening, CONTROL_PERIOD_S)
-        yaw = move_tool(cell, above, [line, line + np.pi])
-        if np.linalg.norm(cell.observe(obj).position - pose.position) > MOTION_THRESHOLD_M:
-            raise SkillError(f"{obj} does not lie still")
-        move_tool(cell, target, [yaw])
-        cell.grip(grip.width - cell.scene.robot.gripper.squeeze_m, CLOSE_DURATION_S)
+        cell.set_width(grip.opening, OPEN_DURATION_S)
+        yaw = move_tool(cell, above, [line, line + np.pi], within=BLEND_M)
+        move_tool(cell, target, [yaw], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
+        cell.grip(grip.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
+        cell.settle()
+        cell.set_width(grip.width - cell.scene.robot.gripper.squeeze_m, SQUEEZE_DURATION_S)
         forces = _await_firm_grip(cell)
         if forces is None:
             cell.grip(grip.opening, OPEN_DURATION_S)
-        move_tool(cell, above, [yaw])
+        move_tool(cell, above, [yaw], within=BLEND_M)
         if forces is None:
             raise SkillError(f"the fingers closed without a firm grip on {obj}")
         check_held(cell, obj)
@@ -76,10 +79,16 @@ def _slot_below(cell: Workcell, obj: str) -> Slot:
     return slot
 
 
+def _check_still(cell: Workcell, obj: str, pose: ObjectPose) -> None:
+    """Raise SkillError if an object is not where it was measured."""
+    if np.linalg.norm(cell.observe(obj).position - pose.position) > MOTION_THRESHOLD_M:
+        raise SkillError(f"{obj} does not lie still")
+
+
 def _await_firm_grip(cell: Workcell) -> np.ndarray | None:
     """Wait until the grip is firm; return the pads' contact forces in N, or None after a timeout."""
     periods = 0
-    for _ in range(round(GRIP_TIMEOUT_S / CONTROL_PERIOD_S)):
+    for _ in range(round((SQUEEZE_DURATION_S + GRIP_TIMEOUT_S) / CONTROL_PERIOD_S)):
         cell.wait(CONTROL_PERIOD_S)
         periods = periods + 1 if cell.contacts.pad_forces.min() > cell.scene.robot.gripper.firm_force_n else 0
         if periods >= FIRM_DURATION_S / CONTROL_PERIOD_S:

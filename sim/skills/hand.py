@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -27,14 +27,32 @@ FINGER_CLEARANCE_M = 0.0015
 OPEN_DURATION_S = 0.25
 """Duration of opening the hand."""
 
-SETTLE_DURATION_S = 0.1
-"""Wait before an object in the hand is measured and after it is let go."""
+BLEND_M = 0.02
+"""Distance of the tool from its goal at which the next movement may begin."""
 
 
-def move_tool(cell: Workcell, position: np.ndarray, yaws: Sequence[float]) -> float:
-    """Move the tool along a straight line to a (3,) position nearby, m; return which of the yaws, rad, it took."""
+def move_tool(
+    cell: Workcell,
+    position: np.ndarray,
+    yaws: Sequence[float],
+    *,
+    within: float = 0.0,
+    seconds: float = 0.0,
+    watch: Callable[[], None] = lambda: None,
+) -> float:
+    """Move the tool along a straight line to a (3,) position nearby, m; return which of the yaws, rad, it took.
+
+    Args:
+        cell: the running simulation.
+        position: of the tool at its goal, m.
+        yaws: those that would do, rad.
+        within: distance from the goal at which the next movement may begin, m; 0 to come to rest there.
+        seconds: least duration, s.
+        watch: called again and again meanwhile; if it raises an error, the arm brakes.
+    """
     goal, yaw = cell.arm.reach(position, list(yaws))
-    cell.follow(cell.arm.move(cell.reference, goal, position, yaw))
+    references = cell.arm.move(cell.reference, goal, position, yaw, seconds=seconds, ending=cell.ending)
+    cell.follow(references, within=within, watch=watch)
     return yaw
 
 
@@ -64,10 +82,10 @@ def free_closing_line(
     raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
 
 
-def passage_height(cell: Workcell, held: str | None = None) -> float:
-    """Return the height of the tool at which it and its load clear all objects at rest, m."""
-    shapes = cell.shapes
-    tops = [cell.observe(obj).position[2] + shape.half[2] for obj, shape in shapes.items() if obj != held]
+def passage_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
+    """Return the height of the tool at which it and its load clear some objects at rest, m."""
+    shapes = cell.scene.shapes
+    tops = [cell.observe(obj).position[2] + shapes[obj].half[2] for obj in objects if obj != held]
     below = shapes[held].half[2] if held else cell.scene.robot.gripper.fingertip_m
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 
@@ -87,7 +105,7 @@ def reaches(cell: Workcell, position: np.ndarray) -> bool:
 
 def held_grip(cell: Workcell, obj: str) -> Grip:
     """Return the grip in which the hand holds an object."""
-    turn = cell.arm.tool(cell.reference).yaw - cell.observe(obj).yaw
+    turn = cell.arm.tool(cell.angles).yaw - cell.observe(obj).yaw
     return min(cell.scene.shapes[obj].grips, key=lambda grip: abs(wrap(turn - grip.turn, np.pi)))
 
 

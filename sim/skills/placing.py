@@ -6,15 +6,23 @@ import numpy as np
 
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.trajectory import wrap
-from sim.perception.grounding import AT_RADIUS_M
+from sim.perception.grounding import footprint, middle_of_supports
+from sim.perception.sensors import Poses
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import held_grip
 from sim.skills.skill import SkillError
-from sim.world.places import Slot
+from sim.world.places import AT_RADIUS_M, Slot
+from sim.world.scene import Scene
 from sim.world.shapes import Grip
 
 OBJECT_GAP_M = 0.005
 """Least gap between objects that rest side by side."""
+
+MAX_OVERHANG_M = 0.005
+"""Greatest distance of an object from the middle of what carries it, to put it nearer to its slot's centre."""
+
+MAX_STEP_M = 0.005
+"""Greatest difference in height between objects that carry another between them."""
 
 DISTANCE_CAP_M = 0.1
 """Distance of centres beyond which slots are equally good."""
@@ -35,10 +43,16 @@ def free_slot(cell: Workcell, obj: str, location: str) -> Slot:
 
 
 def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
-    """Raise SkillError unless an object fits into a slot."""
+    """Raise SkillError unless an object fits into a slot, and would rest on all that is to carry it there."""
     fits, nearest = _clearance(cell, obj, slot)
     if not fits:
         raise SkillError(f"no room for {obj} on {slot.location}: another object is {nearest * 1000:.0f} mm from it")
+    poses, under = _supports(cell, obj, slot)
+    place = Rectangle(resting_centre(cell, obj, slot)[:2], cell.scene.shapes[obj].half[:2], slot.yaw)
+    tops = {other: _top(cell.scene, poses, other) for other in under.values()}
+    for other, top in tops.items():
+        if not overlap(place, footprint(cell.scene, poses, other)) or top < max(tops.values()) - MAX_STEP_M:
+            raise SkillError(f"{obj} would not rest on {other}")
 
 
 def closing_lines(cell: Workcell, obj: str, slot: Slot) -> list[tuple[float, Grip]]:
@@ -51,22 +65,27 @@ def closing_lines(cell: Workcell, obj: str, slot: Slot) -> list[tuple[float, Gri
 
 def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
     """Return the (3,) centre of an object when it rests in a slot, on the objects that support it there now, m."""
-    scene, floor = cell.scene, float(slot.position[2])
-    below = [other.position[:2] for name in scene.model.location(slot.location).on for other in scene.slots[name]]
-    tops = [
-        cell.observe(other).position[2] + shape.half[2]
-        for other, shape in cell.shapes.items()
-        if other != obj and any(np.hypot(*(cell.observe(other).position[:2] - xy)) < AT_RADIUS_M for xy in below)
-    ]
-    return np.array([*slot.position[:2], max(tops, default=floor) + scene.shapes[obj].half[2]])
+    scene, supports = cell.scene, cell.scene.model.location(slot.location).on
+    if not supports:
+        return slot.position + [0.0, 0.0, scene.shapes[obj].half[2]]
+    poses, under = _supports(cell, obj, slot)
+    floor = max((_top(scene, poses, other) for other in under.values()), default=float(slot.position[2]))
+    middle = middle_of_supports(scene, poses, under, supports)
+    off = slot.position[:2] - middle
+    off *= min(1.0, MAX_OVERHANG_M / max(float(np.hypot(*off)), 1e-9))
+    return np.array([*middle + off, floor + scene.shapes[obj].half[2]])
 
 
 def placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[np.ndarray, float]:
     """Return the tool's (3,) position, m, and yaw, rad, that put the held object, as it lies in the hand, into a slot.
 
-    A tilted object would touch down with an edge and tip, so that its lowest point sets the height.
+    A tilted object would touch down with an edge and tip, so that its lowest point sets the height. The arm may be
+    moving, unless the sensor needs several observations.
     """
-    tool, held = cell.arm.tool(cell.reference), cell.measure(obj)
+    if cell.sensor.samples > 1:
+        cell.settle()
+    held = cell.measure(obj)
+    tool = cell.arm.tool(cell.angles)
     symmetry = cell.scene.shapes[obj].symmetry
     turn = wrap(slot.yaw - held.yaw, symmetry) if symmetry else 0.0
     c, s = np.cos(turn), np.sin(turn)
@@ -74,6 +93,22 @@ def placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[np.ndarray, floa
     lowest = offset[2] - cell.scene.shapes[obj].depth(held.rotation) + cell.scene.shapes[obj].half[2]
     turned = np.array([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1], lowest - DROP_HEIGHT_M])
     return resting_centre(cell, obj, slot) - turned, tool.yaw + turn
+
+
+def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, str]]:
+    """Return the poses of the other objects, and which of them lies on top at each location that carries a slot."""
+    poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
+    under: dict[str, str] = {}
+    for place in cell.scene.model.location(slot.location).on:
+        nominal = cell.scene.slots[place][0].position[:2]
+        there = [other for other in poses if np.hypot(*(poses[other].position[:2] - nominal)) < AT_RADIUS_M]
+        if there:
+            under[place] = max(there, key=lambda other: _top(cell.scene, poses, other))
+    return poses, under
+
+
+def _top(scene: Scene, poses: Poses, obj: str) -> float:
+    return float(poses[obj].position[2] + scene.shapes[obj].half[2])
 
 
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:

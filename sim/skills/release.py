@@ -7,12 +7,15 @@ import numpy as np
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Release
 from sim.simulation.workcell import Workcell
-from sim.skills.hand import HOVER_HEIGHT_M, OPEN_DURATION_S, SETTLE_DURATION_S, check_held, held_grip, move_tool
+from sim.skills.hand import BLEND_M, HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, held_grip, move_tool
 from sim.skills.placing import check_free, free_slot, placing_pose
 from sim.skills.skill import Skill
 
 GLOW_DURATION_S = 1.5
-"""How long a marking location works on an object released there."""
+"""How long a marking location works on an object released there; meanwhile the hand rises."""
+
+LET_GO_DURATION_S = 0.15
+"""Time from the beginning of opening the hand to that of raising it: by then the pads have left the object."""
 
 
 class ReleaseSkill(Release, Skill):
@@ -28,22 +31,20 @@ class ReleaseSkill(Release, Skill):
         check_held(cell, obj)
         slot = free_slot(cell, obj, location)
         cell.contacts.handle(obj, aloft=True)
-        cell.wait(SETTLE_DURATION_S)
         position, yaw = placing_pose(cell, obj, slot)
         above = position + [0.0, 0.0, HOVER_HEIGHT_M]
-        move_tool(cell, above, [yaw])
+        move_tool(cell, above, [yaw], within=BLEND_M)
         check_free(cell, obj, slot)
         position, yaw = placing_pose(cell, obj, slot)
         check_held(cell, obj)
         cell.contacts.handle(obj)
-        move_tool(cell, position, [yaw])
-        cell.wait(SETTLE_DURATION_S)
-        cell.grip(held_grip(cell, obj).opening, OPEN_DURATION_S)
-        move_tool(cell, above, [yaw])
+        move_tool(cell, position, [yaw], watch=lambda: check_free(cell, obj, slot))
+        cell.set_width(held_grip(cell, obj).opening, OPEN_DURATION_S)
+        cell.wait(LET_GO_DURATION_S)
+        marks = cell.scene.model.location(location).marks
+        if marks:
+            cell.glow(location, GLOW_DURATION_S)
+        move_tool(cell, above, [yaw], within=BLEND_M, seconds=GLOW_DURATION_S if marks else 0.0)
         cell.contacts.handle(None)
         error = float(np.hypot(*(cell.measure(obj).position - slot.position)[:2]))
         cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
-        if cell.scene.model.location(location).marks:
-            cell.glowing = list(cell.scene.slots).index(location)
-            cell.wait(GLOW_DURATION_S)
-            cell.glowing = -1

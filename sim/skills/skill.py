@@ -19,7 +19,9 @@ class Skill(Operator, ABC):
 
     @abstractmethod
     def perform(self, cell: Workcell, action: Action) -> None:
-        """Carry out one action; after an error the arm is at rest.
+        """Carry out one action.
+
+        The arm may still be ending its last movement, out of which the next action's first one then begins.
 
         Raises:
             SkillError: it ended without its effect.

@@ -12,6 +12,9 @@ from sim.skills.skill import Skill
 from sim.skills.transfer import travel
 from sim.world.shapes import extent
 
+NEAR_M = 0.2
+"""Distance within which the hand over a location passes over other objects, too: more than its own width."""
+
 
 class TransitSkill(Transit, Skill):
     """Bring the empty hand over a location and whatever is piled up there."""
@@ -22,5 +25,7 @@ class TransitSkill(Transit, Skill):
         slots = cell.scene.slots[action.location]
         centre = np.mean([slot.position for slot in slots], axis=0)
         middle = extent(cell.scene.shapes.values()).high / 2
-        height = max(centre[2] + middle + HOVER_HEIGHT_M, passage_height(cell))
-        travel(cell, np.array([*centre[:2], height]), slots[0].yaw, height=passage_height(cell))
+        reach = NEAR_M + float(np.hypot(*(slots[-1].position - centre)[:2]))
+        piled = [obj for obj in cell.shapes if np.hypot(*(cell.observe(obj).position - centre)[:2]) < reach]
+        height = max(centre[2] + middle + HOVER_HEIGHT_M, passage_height(cell, piled))
+        travel(cell, np.array([*centre[:2], height]), slots[0].yaw, height=passage_height(cell, cell.shapes))

@@ -34,21 +34,21 @@ LAMP = "lamp head"
 Slots = Mapping[str, tuple[Slot, ...]]
 
 
-def collisions(stations: Sequence[Station], size: Extent) -> dict[frozenset[str], str]:
+def collisions(stations: Sequence[Station]) -> dict[frozenset[str], str]:
     """Return for each two locations whose objects, walls or plates would collide what is to be said of them."""
     return {
         frozenset((station.name, other.name)): (
             f"locations.{station.name}: {np.hypot(*(station.outline.centre - other.outline.centre)):.3f} m from "
-            f"{other.name!r}, so close that they would touch: at least {_least_distance(station, other, size):.3f} m"
+            f"{other.name!r}, so close that they would touch: at least {_least_distance(station, other):.3f} m"
         )
         for other, station in itertools.combinations(stations, 2)
-        if overlap(_covered(station, size), _covered(other, size))
+        if overlap(_covered(station), _covered(other))
     }
 
 
-def _least_distance(station: Station, other: Station, size: Extent) -> float:
+def _least_distance(station: Station, other: Station) -> float:
     """Return how far apart two stations must be in the direction in which they lie, m, to the millimetre."""
-    moved, fixed = _covered(station, size), _covered(other, size)
+    moved, fixed = _covered(station), _covered(other)
     apart = station.outline.centre - other.outline.centre
     distance = float(np.hypot(*apart))
     direction = apart / distance if distance else np.array([1.0, 0.0])
@@ -64,7 +64,7 @@ def _configuration(arm: Arm, slot: Slot, *, grasping: float, carrying: float) ->
         arm: of the robot.
         slot: on the table or on objects.
         grasping: height of the tool then, m.
-        carrying: height of the tool as it passes over the tallest stack, m.
+        carrying: height of the tool as it passes over the stack there, m.
 
     Raises:
         SimulationError: a slot is out of the hand's reach from above.
@@ -115,10 +115,17 @@ def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
 class RobotAtSlots:
     """The robot at each slot of a layout, among its fixtures and an object in every other slot."""
 
-    def __init__(self, arm: Arm, model: ManipulationModel, stations: Sequence[Station], slots: Slots, size: Extent):
+    def __init__(
+        self,
+        arm: Arm,
+        model: ManipulationModel,
+        stations: Sequence[Station],
+        slots: Slots,
+        sizes: Mapping[str, Extent],
+    ):
         """Compile the fixtures, the objects and the robot."""
-        self._manipulation, self._robot, self._opening = model, arm.robot, size.opening
-        self._find_configurations(arm, slots, size)
+        self._manipulation, self._robot, self._sizes = model, arm.robot, sizes
+        self._find_configurations(arm, slots)
         spec = arm.robot.spec()
         add_studio(spec, target=np.zeros(3), span=1.0)  # for the materials of the fixtures
         for station in stations:
@@ -127,6 +134,7 @@ class RobotAtSlots:
         for slot in (slot for row in slots.values() for slot in row):
             name = f"{slot.location} {slot.index}"
             self._locations[name] = (slot.location, f"an object at {slot.location!r}")
+            size = sizes[slot.location]
             half = np.array([*size.half, size.high / 2])
             body = spec.worldbody.add_body(name=name, pos=slot.position + [0, 0, half[2]], quat=yaw_quat(slot.yaw))
             body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
@@ -137,18 +145,22 @@ class RobotAtSlots:
         self._model.geom_margin[:] = self._model.body_margin[:] = CLEARANCE_M
         self._data = mujoco.MjData(self._model)
 
-    def _find_configurations(self, arm: Arm, slots: Slots, size: Extent) -> None:
-        """Find a configuration for every slot within reach, and the faults of the others."""
-        flat = [slot for row in slots.values() for slot in row]
-        tallest = max((float(slot.position[2]) + size.high for slot in flat), default=0.0)
+    def _find_configurations(self, arm: Arm, slots: Slots) -> None:
+        """Find a configuration for every slot within reach, and the faults of the others.
+
+        Storeys for which there are not objects enough stay empty.
+        """
         self._configurations: list[tuple[str, np.ndarray]] = []
         self._out_of_reach: list[str] = []
-        for slot in flat:
+        for slot in (slot for row in slots.values() for slot in row):
+            storeys, size = _storeys(self._manipulation, slot.location), self._sizes[slot.location]
+            if storeys and storeys >= len(self._manipulation.objects):
+                continue
             # What lies on several storeys is lowest when the lowest objects carry it.
-            spread = _storeys(self._manipulation, slot.location) * (size.high - size.low)
-            grasping = float(slot.position[2]) - spread + size.low / 2
+            grasping = float(slot.position[2]) - storeys * (size.high - size.low) + size.low / 2
             with collecting(self._out_of_reach):
-                q = _configuration(arm, slot, grasping=grasping, carrying=tallest + CARRYING_HEIGHT_M)
+                top = float(slot.position[2]) + size.high
+                q = _configuration(arm, slot, grasping=grasping, carrying=top + CARRYING_HEIGHT_M)
                 self._configurations.append((slot.location, q))
 
     def faults(self, *, known: Collection[frozenset[str]]) -> list[str]:
@@ -159,7 +171,7 @@ class RobotAtSlots:
         """
         found: dict[tuple[str, str], str] = {}
         for location, q in self._configurations:
-            for link, other in self._touches(q):
+            for link, other in self._touches(location, q):
                 there, words = self._locations[other]
                 if there == location or self._stacked(location, there) or frozenset((location, there)) in known:
                     continue
@@ -171,12 +183,12 @@ class RobotAtSlots:
         """Return whether the robot keeps clear of a lamp's head at every slot."""
         self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
         self._data.mocap_quat[0] = yaw_quat(head.yaw)
-        return not any(other == LAMP for _, q in self._configurations for _, other in self._touches(q))
+        return not any(other == LAMP for where, q in self._configurations for _, other in self._touches(where, q))
 
-    def _touches(self, q: np.ndarray) -> list[tuple[str, str]]:
-        """Return names of a body of the robot with the hand open, and of what it is too near to."""
+    def _touches(self, location: str, q: np.ndarray) -> list[tuple[str, str]]:
+        """Return names of a body of the robot, its hand open at a location, and of what it is too near to."""
         model, data = self._model, self._data
-        self._robot.put(data, q, width=self._opening)
+        self._robot.put(data, q, width=self._sizes[location].opening)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         of_robot = self._robot.bodies(model)
@@ -189,16 +201,12 @@ class RobotAtSlots:
         return _rests_on(self._manipulation, location, other) or _rests_on(self._manipulation, other, location)
 
 
-def blocked(station: Station, others: Sequence[Station], gripper: Gripper, size: Extent) -> bool:
+def blocked(station: Station, others: Sequence[Station], gripper: Gripper) -> bool:
     """Return whether the fingers at a station would collide with another station, or the reverse."""
-    return any(
-        _fingers_meet(station, other, gripper, size) or _fingers_meet(other, station, gripper, size) for other in others
-    )
+    return any(_fingers_meet(station, other, gripper) or _fingers_meet(other, station, gripper) for other in others)
 
 
-def lamp_foot(
-    station: Station, stations: Sequence[Station], slots: Slots, robot: RobotAtSlots, size: Extent
-) -> np.ndarray:
+def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, robot: RobotAtSlots) -> np.ndarray:
     """Return the (2,) foot of a station's lamp: clear of the robot, the farther from the base the better."""
     centre = station.outline.centre
     outwards = float(np.arctan2(centre[1], centre[0]))
@@ -211,7 +219,7 @@ def lamp_foot(
         nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in slots.values() for slot in row)
         if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF_M / 2:
             continue
-        if any(overlap(stand, _covered(at, size)) for at in stations):
+        if any(overlap(stand, _covered(at)) for at in stations):
             continue
         if robot.clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
             return foot
@@ -220,13 +228,13 @@ def lamp_foot(
     )
 
 
-def _fingers_meet(station: Station, other: Station, gripper: Gripper, size: Extent) -> bool:
-    half = np.array([size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
+def _fingers_meet(station: Station, other: Station, gripper: Gripper) -> bool:
+    half = np.array([station.size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
     return any(overlap(Rectangle(slot.position[:2], half, slot.yaw), other.outline) for slot in station.slots)
 
 
-def _covered(station: Station, size: Extent) -> Rectangle:
-    swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(size.half.max()) - CUBE_EDGE_M / 2)
+def _covered(station: Station) -> Rectangle:
+    swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(station.size.half.max()) - CUBE_EDGE_M / 2)
     return station.outline.grown(OBJECT_GAP_M / 2 + swing)
 
 

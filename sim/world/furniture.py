@@ -31,7 +31,7 @@ MIN_TABLE_SIDE_M = 0.35
 FOOT_M = 0.22
 """Half the square that the robot's foot needs on the table."""
 
-BIN_WALL_M = 0.004
+BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
 """Thickness of a bin's walls."""
 
 BIN_HEIGHT_M = 0.036
@@ -142,14 +142,16 @@ def _marking(station: Station, others: Sequence[Station]) -> Marking:
 def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
     half = station.outline.half
     floor = np.array([*half + BIN_WALL_M / 2, FLOOR["bin"] / 2])
-    body.add_geom(type=BOX, size=floor, pos=[0, 0, floor[2]], material="studio_bin_floor")
+    body.add_geom(type=BOX, size=floor, pos=[0, 0, floor[2]], group=HIDDEN)
+    inside = rounded(floor, corner=BIN_CORNER_M + BIN_WALL_M / 2, edge=FLOOR["bin"] / 4)
+    draw_solid(spec, body, f"{station.name}_floor", inside, "studio_bin_floor", z=floor[2])
     for axis in (0, 1):
         for side in (-1, 1):
             size = np.array([*half + BIN_WALL_M, BIN_HEIGHT_M / 2])
             position = np.array([0.0, 0.0, BIN_HEIGHT_M / 2])
             size[axis], position[axis] = BIN_WALL_M / 2, side * (half[axis] + BIN_WALL_M / 2)
             body.add_geom(type=BOX, size=size, pos=position, group=HIDDEN)
-    walls = tray(np.array([*half, BIN_HEIGHT_M]), wall=BIN_WALL_M, corner=0.008)
+    walls = tray(np.array([*half, BIN_HEIGHT_M]), wall=BIN_WALL_M, corner=BIN_CORNER_M)
     draw_solid(spec, body, f"{station.name}_walls", walls, "studio_bin")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from sim.motion.kinematics import Arm
 from sim.robots.robot import Gripper, Robot
 from sim.world.clearance import RobotAtSlots, blocked, collisions, lamp_foot, reach
 from sim.world.places import (
+    AT_RADIUS_M,
     BIN_MARGIN_M,
     FLOOR,
     KINDS,
@@ -25,7 +27,7 @@ from sim.world.places import (
     Station,
     TableLayout,
 )
-from sim.world.shapes import Extent, ObjectShape, extent, shape_of
+from sim.world.shapes import CUBE_EDGE_M, Extent, ObjectShape, extent, shape_of
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""
@@ -46,34 +48,54 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     for obj in model.objects:
         with collecting(faults):
             shapes[obj.name] = shape_of(obj, robot.gripper)
-    size = extent(shapes.values())
+    sizes = {place.name: _bounds(model, place, shapes) for place in model.locations}
     grounded = [place for place in model.locations if place.at is not None]
     arm = Arm(robot)
     stations: dict[str, Station] = {}
     for place in grounded:
         with collecting(faults):
-            stations[place.name] = _station(place, _yaws(place, grounded)[0], robot.gripper, size)
+            stations[place.name] = _station(place, _yaws(place, grounded)[0], robot.gripper, sizes[place.name])
     for place in (place for place in grounded if place.name in stations):
         others = [station for name, station in stations.items() if name != place.name]
-        options = [_station(place, yaw, robot.gripper, size) for yaw in _yaws(place, grounded)]
-        free = (option for option in options if not blocked(option, others, robot.gripper, size))
-        stations[place.name] = next((option for option in free if _within_reach(arm, option, size)), options[0])
+        options = [_station(place, yaw, robot.gripper, sizes[place.name]) for yaw in _yaws(place, grounded)]
+        free = (option for option in options if not blocked(option, others, robot.gripper))
+        stations[place.name] = next((option for option in free if _within_reach(arm, option)), options[0])
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
         with collecting(faults):
-            _stack(place, model, slots, shapes)
+            _stack(place, model, slots, shapes, sizes)
     fixed = list(stations.values())
-    touching = collisions(fixed, size)
+    touching = collisions(fixed)
     faults += touching.values()
-    at_slots = RobotAtSlots(arm, model, fixed, slots, size)
+    at_slots = RobotAtSlots(arm, model, fixed, slots, sizes)
     faults += at_slots.faults(known=touching)
     for name, station in stations.items():
         if model.location(name).marks and station.kind != "stove":
             with collecting(faults):
-                stations[name] = replace(station, lamp=lamp_foot(station, fixed, slots, at_slots, size))
+                stations[name] = replace(station, lamp=lamp_foot(station, fixed, slots, at_slots))
     if faults:
         raise SimulationError(*faults)
     return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
+
+
+def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, ObjectShape]) -> Extent:
+    """Return bounds on the dimensions of the objects for which a location must have space.
+
+    What can be moved may come to any location that is open. A spot has neither walls nor a rim, so that it is enough if
+    the smallest has space there: a larger object is put there as long as its neighbours leave it space.
+    """
+    first = [shapes[obj.name] for obj in model.objects if obj.name in shapes and obj.start == place.name]
+    movable = [shapes[obj.name] for obj in model.objects if obj.name in shapes and not (obj.fixed or place.closed)]
+    size = extent([*first, *movable])
+    if _kind(place) != "spot" or place.at is None:
+        return size
+    smallest = sorted(movable, key=lambda shape: float(shape.half[:2].max()))[:1]
+    tight = extent([*first, *smallest])
+    return replace(size, half=tight.half, opening=tight.opening)
+
+
+def _kind(place: Location) -> str:
+    return place.kind or ("pad" if place.marks else "spot")
 
 
 def _yaws(place: Location, grounded: list[Location]) -> list[float]:
@@ -88,21 +110,18 @@ def _yaws(place: Location, grounded: list[Location]) -> list[float]:
     return yaws
 
 
-def _within_reach(arm: Arm, station: Station, size: Extent) -> bool:
-    return all(reach(arm, slot, float(slot.position[2]) + size.low / 2) is not None for slot in station.slots)
+def _within_reach(arm: Arm, station: Station) -> bool:
+    low = station.size.low
+    return all(reach(arm, slot, float(slot.position[2]) + low / 2) is not None for slot in station.slots)
 
 
 def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Station:
-    kind = place.kind or ("pad" if place.marks else "spot")
+    kind = _kind(place)
     if kind not in KINDS:
         raise SimulationError(f"locations.{place.name}.kind: unknown kind {kind!r} {choices(kind, KINDS)}")
     centre = np.array(place.at, dtype=float)
     across = np.array([-np.sin(yaw), np.cos(yaw)])
     offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)
-    slots = tuple(
-        Slot(place.name, i, np.array([*(centre + offset * across), FLOOR[kind]]), yaw)
-        for i, offset in enumerate(offsets)
-    )
     row = np.array([0.0, offsets[-1]])
     half = size.half + row
     if kind in ("pad", "stove"):
@@ -112,7 +131,12 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
         half = np.maximum(half + BIN_MARGIN_M, inside)
     elif kind == "plate":
         half = float(np.hypot(*size.half)) + PLATE_MARGIN_M + row
-    return Station(place.name, kind, Rectangle(centre, half, yaw), slots)
+    radius = AT_RADIUS_M if kind == "spot" else min(AT_RADIUS_M, float(half.min()))
+    slots = tuple(
+        Slot(place.name, i, np.array([*(centre + offset * across), FLOOR[kind]]), yaw, radius)
+        for i, offset in enumerate(offsets)
+    )
+    return Station(place.name, kind, Rectangle(centre, half, yaw), slots, size)
 
 
 def _pitch(gripper: Gripper, size: Extent) -> float:
@@ -124,7 +148,11 @@ def _pitch(gripper: Gripper, size: Extent) -> float:
 
 
 def _stack(
-    place: Location, model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
+    place: Location,
+    model: ManipulationModel,
+    slots: dict[str, tuple[Slot, ...]],
+    shapes: dict[str, ObjectShape],
+    sizes: Mapping[str, Extent],
 ) -> None:
     """Add the slot of a location on others, theirs first: midway between them and one object higher."""
     if place.name in slots or place.at is not None:
@@ -136,38 +164,47 @@ def _stack(
         key = "kind" if place.kind else "marks"
         raise SimulationError(f"{where}.{key}: only a location on the table can have one")
     for support in place.on:
-        _stack(model.location(support), model, slots, shapes)
+        _stack(model.location(support), model, slots, shapes, sizes)
         if support not in slots:
             return  # its own fault is told
         if len(slots[support]) > 1:
             raise SimulationError(
                 f"{where}.on: {support!r} has room for {len(slots[support])}, so nothing has a fixed place on it"
             )
-    below, size = [slots[support][0] for support in place.on], extent(shapes.values())
+    below = [slots[support][0] for support in place.on]
     position = np.mean([slot.position for slot in below], axis=0)
+    lying = [obj.name for obj in model.objects if obj.name in shapes and (not obj.fixed or obj.start == place.name)]
+    sides = [shapes[name].half[:2] for name in lying] or [np.full(2, CUBE_EDGE_M / 2)]
     for slot in below:
         if abs(slot.position[2] - position[2]) > 1e-6:
             raise SimulationError(f"{where}.on: {below[0].location!r} and {slot.location!r} differ in height")
         apart = position[:2] - slot.position[:2]
         axes = Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes
-        if np.abs(axes @ apart).max() > 2 * size.slim - SUPPORT_OVERLAP_M:
+        most = sizes[slot.location].slim - SUPPORT_OVERLAP_M
+        if all(np.any(np.abs(axes @ apart) > most + half) for half in sides):
+            longest = max(float(half.max()) for half in sides)
             raise SimulationError(
                 f"{where}.on: its middle is {np.hypot(*apart):.3f} m from {slot.location!r}, so an object of "
-                f"{2 * size.slim:.3f} m would not rest on it: at most {2 * size.slim - SUPPORT_OVERLAP_M:.3f} m"
+                f"{2 * longest:.3f} m would not rest on it: at most {longest + most:.3f} m"
             )
     if len(below) > 1:
         _check_level(place, model, shapes)
-    yaw = below[0].yaw
-    slots[place.name] = (Slot(place.name, 0, position + [0.0, 0.0, size.high], yaw),)
+    high = max(sizes[slot.location].high for slot in below)
+    slots[place.name] = (Slot(place.name, 0, position + [0.0, 0.0, high], below[0].yaw),)
 
 
 def _check_level(place: Location, model: ManipulationModel, shapes: dict[str, ObjectShape]) -> None:
-    """Raise `SimulationError` if objects of different heights may lie under a location that rests on several."""
+    """Raise `SimulationError` unless enough objects for the supports of a location are equally high."""
     heights = {name: shape.height for name, shape in shapes.items()}
     under = [obj.name for obj in model.objects if obj.name in shapes and (not obj.fixed or obj.start in place.on)]
-    low, high = (choose(under, key=heights.__getitem__, default=None) for choose in (min, max))
-    if low and high and heights[high] - heights[low] > MAX_HEIGHT_DIFFERENCE_M:
+    under.sort(key=heights.__getitem__)
+    level = any(
+        heights[high] - heights[low] <= MAX_HEIGHT_DIFFERENCE_M
+        for low, high in zip(under, under[len(place.on) - 1 :], strict=False)
+    )
+    if under and not level:
+        low, high = under[0], under[-1]
         raise SimulationError(
-            f"locations.{place.name}.on: what rests on several objects needs them equally high, but {low!r} is "
+            f"locations.{place.name}.on: what rests on {len(place.on)} objects needs them equally high, but {low!r} is "
             f"{heights[low]:g} m high and {high!r} {heights[high]:g} m"
         )

@@ -9,6 +9,10 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.geometry.rectangle import Rectangle
+from sim.world.shapes import Extent
+
+AT_RADIUS_M = 0.045
+"""Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
 
 ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
@@ -55,12 +59,15 @@ class Slot:
             On other objects, z is where it rests at the highest: see `sim.perception.grounding.slot_of`.
         yaw: heading about z of the line along which the fingers close, rad; both ends of it are free
             of walls and neighbours. The object rests with this yaw, up to its symmetry.
+        radius: greatest horizontal distance of an object that rests in it from its centre, m: farther off, it would be
+            beside the plate.
     """
 
     location: str
     index: int
     position: np.ndarray
     yaw: float
+    radius: float = AT_RADIUS_M
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,7 @@ class Station:
         kind: one of `KINDS`.
         outline: what it covers of the table, walls left out.
         slots: side by side across the closing line.
+        size: bounds on the objects that may come there.
         lamp: (2,) foot of its lamp if it marks what is released there, m.
     """
 
@@ -78,6 +86,7 @@ class Station:
     kind: str
     outline: Rectangle
     slots: tuple[Slot, ...]
+    size: Extent
     lamp: np.ndarray | None = None
 
 

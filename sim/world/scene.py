@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -45,8 +46,14 @@ SPARE_PITCH = 0.06
 MAX_OVERLAP_M = 0.001
 """Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
 
+SETTLE_DURATION_S = 1.0
+"""How long objects that were moved at random are left to themselves: whatever falls is drawn again."""
+
+MAX_SETTLING_M, MAX_SETTLING_RAD = 0.003, np.radians(3)
+"""What stands moves and tilts by less meanwhile."""
+
 MAX_DRAWS = 1000
-"""... so often at most."""
+"""Number of starts that are drawn at most."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +69,7 @@ class Scene:
         slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
         spares: objects the model does not have, stored below the table until a fault brings them.
-        temporary: locations that the scenario does not have, of objects that lie off every location.
+        temporary: locations that the scenario does not have, each made for one object off every other location.
         table: outline of the table.
         markings: what is printed on it for each location on the table.
         focus: (3,) what the lights point at: over the table's middle, m.
@@ -172,7 +179,7 @@ def initial_state(
         angle: greatest turn about z, rad.
 
     Raises:
-        SimulationError: moved so far, the objects almost always overlap.
+        SimulationError: moved so far, the objects almost always overlap or fall.
     """
     data = mujoco.MjData(scene.mujoco)
     scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
@@ -187,9 +194,22 @@ def initial_state(
         for i, name in enumerate(scene.spares):
             data.joint(name).qpos[:3] = _stored(scene.shapes[name], i)
         mujoco.mj_forward(scene.mujoco, data)
-        if rng is None or data.ncon == 0 or data.contact.dist.min() > -MAX_OVERLAP_M:
+        overlap = data.ncon > 0 and data.contact.dist.min() <= -MAX_OVERLAP_M
+        if rng is None or not overlap and _settles(scene, data):
             return data
-    raise SimulationError(f"objects moved by up to {position * 1000:g} mm stand inside one another; move them by less")
+    raise SimulationError(
+        f"objects moved by up to {position * 1000:g} mm stand inside one another or fall; move them by less"
+    )
+
+
+def _settles(scene: Scene, data: mujoco.MjData) -> bool:
+    """Return whether all objects stand as they do after they are left to themselves."""
+    bodies, later = [scene.mujoco.body(obj.name).id for obj in scene.model.objects], copy.copy(data)
+    for _ in range(round(SETTLE_DURATION_S / TIMESTEP)):
+        mujoco.mj_step(scene.mujoco, later)
+    moved = np.linalg.norm(later.xpos[bodies] - data.xpos[bodies], axis=1)
+    tilted = np.linalg.norm(later.xmat[bodies, 6:] - data.xmat[bodies, 6:], axis=1)
+    return bool(moved.max(initial=0.0) < MAX_SETTLING_M and tilted.max(initial=0.0) < MAX_SETTLING_RAD)
 
 
 def _set_physics(spec: mujoco.MjSpec) -> None:

@@ -35,14 +35,14 @@ USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
 
 PAD_CLEARANCE_M = 0.0075
-"""Least distance from an object to either pad of the open hand, m."""
+"""Least distance from an object to either pad of the open hand where there is space, m."""
+
+TIGHT_CLEARANCE_M = 0.0025
+"""... and where there is hardly any: a sensed position is off by less, m."""
 
 MAX_GRIP_LIFT_M = 0.022
 """Greatest height of the pads' middle over an object's in a high grip, m: half of the pads hold a usual cube, 2 mm over
 a bin's rim, and it is not so far from the tool that it would not count as held."""
-
-UPRIGHT_TILT_RAD = np.radians(20)
-"""An object tilted by less stands, or lies flat, rad."""
 
 
 @dataclass(frozen=True)
@@ -52,19 +52,19 @@ class Grip:
     Attributes:
         turn: heading of their closing line from the object's own yaw, rad.
         width: of the object along it, m.
-        narrow: whether the hand opens no wider than needed, where the clearance is small.
+        clearance: distance from the object to either pad of the open hand, m; None for the usual opening.
         lift: height of the pads' middle over the object's, m.
     """
 
     turn: float
     width: float
-    narrow: bool = False
+    clearance: float | None = None
     lift: float = 0.0
 
     @property
     def opening(self) -> float:
         """Width of the hand that opens for it, m."""
-        return self.width + 2 * PAD_CLEARANCE_M if self.narrow else opening(self.width)
+        return opening(self.width) if self.clearance is None else self.width + 2 * self.clearance
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,13 @@ class ObjectShape:
 
     @property
     def grip_variants(self) -> tuple[Grip, ...]:
-        """Grips to try, the better one first: the usual ones, with the hand opened less, and that near the top."""
+        """Grips to try, the better one first: the usual ones, with the hand opened less and less, also near the top."""
         high = min(float(self.half[2]), MAX_GRIP_LIFT_M)
-        narrow = tuple(replace(grip, narrow=True) for grip in self.grips)
-        return (*self.grips, *narrow, *(replace(grip, lift=high) for grip in narrow))
+        narrow, tight = (
+            [replace(grip, clearance=clearance, lift=lift) for lift in (0.0, high) for grip in self.grips]
+            for clearance in (PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
+        )
+        return (*self.grips, *narrow, *tight)
 
     def depth(self, rotation: np.ndarray) -> float:
         """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
@@ -113,7 +116,7 @@ class ObjectShape:
 
 @dataclass(frozen=True)
 class Extent:
-    """Bounds on the dimensions of a scene's objects, any of which may come to any slot.
+    """Bounds on the dimensions of the objects that may come to a location.
 
     Attributes:
         half: (2,) greatest half sides along the closing line and across it, m.

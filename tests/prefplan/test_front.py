@@ -19,7 +19,7 @@ WHOLE = Front(
 BEGINNING = Front(WHOLE.plans[:1], ended="time", complete_below=26)
 NONE = Front((), reason=Reason("task", ("a & b",)))
 
-HEAD = "<tr><th></th><th>cost</th><th>preference</th><th>wash</th><th>s&lt;b&gt;</th></tr>"
+HEAD = "<tr><th></th><th>cost</th><th>penalty</th><th>wash</th><th>s&lt;b&gt;</th></tr>"
 FIRST = "<tr><td>0</td><td>24</td><td>14</td><td>24</td><td>7.5</td></tr>"
 SECOND = "<tr><td>1</td><td>27</td><td>0</td><td>17</td><td>27</td></tr>"
 
@@ -60,7 +60,7 @@ def test_a_figure_has_the_points_in_steps() -> None:
     (line,) = axes.lines
     assert (list(line.get_xdata()), list(line.get_ydata())) == ([24, 27], [14, 0])
     assert (line.get_drawstyle(), line.get_marker()) == ("steps-post", "o")
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("total cost", "preference (lower is better)")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("total cost", "preference penalty (lower is better)")
     assert axes.get_legend() is None
 
 

@@ -8,6 +8,7 @@ import importlib.util
 from experiments import scenarios
 from experiments.cli.arguments import (
     Commands,
+    add_camera,
     add_command,
     add_fault,
     add_no_open,
@@ -21,27 +22,32 @@ from experiments.cli.choice import chosen_plan, continuation
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
-from prefplan.errors import PrefplanError
-from prefplan.front import NoPlanError
+from prefplan.errors import PreferenceError, PrefplanError
+from prefplan.exact_costs import Number
+from prefplan.front import NoPlanError, Plan
 from prefplan.planner import Planner
 
 INSTALL = "pip install '.[sim,viewer]', in a clone of prefplan"
 """Installs the libraries of this command."""
 
-NAMES: dict[str | int, str] = {"cost": "the cheapest plan", "preference": "the preferred plan"}
-"""Title of the panel by the value of `--plan`; other values are indices."""
+FRONT_TIMEOUT_S = 20.0
+"""Longest search for the other plans of the front."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Carry a plan out live in the browser: play, pause, step by action. Ctrl-C ends it, with status 0."
-    examples = ("prefplan view case_study_3 --plan preference", "prefplan view case_study_3 --fault slip@3 --port 0")
+    summary = "Carry plans out live in the browser, and meddle. Ctrl-C ends it, with status 0."
+    examples = (
+        "prefplan view case_study_3 --plan preference",
+        "prefplan view case_study_3 --fault slip@3 --camera wrist --port 0",
+    )
     parser = add_command(commands, view, summary, *examples)
     add_scenario(parser)
     add_plan(parser)
     add_seed(parser)
     add_fault(parser)
     add_robot(parser)
+    add_camera(parser)
     parser.add_argument(
         "--port",
         type=port,
@@ -56,7 +62,7 @@ def view(options: argparse.Namespace) -> int:
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():
-        from experiments.cli.simulation_options import faults_of, robot_of
+        from experiments.cli.simulation_options import camera_of, faults_of, robot_of
         from experiments.runs.carry_out import begin, scene_of
         from experiments.viewer.session import watch
 
@@ -65,12 +71,16 @@ def view(options: argparse.Namespace) -> int:
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario, robot=robot, faults=faults)
+        camera = camera_of(options.camera, lambda: scene)
         bars("planning", 0, 0, "")
         problem = scenario.problem()
         try:
-            plan = chosen_plan(Planner(problem), options)
+            planner = Planner(problem)
+            plan = chosen_plan(planner, options)
+            plans = front_with(plan, planner, max_cost=options.max_cost)
         except NoPlanError as error:
             return no_plan(error.reason)
+    chosen, choice = plans.index(plan), continuation(options.plan, options.max_preference)
 
     def ready(address: str) -> None:
         print(f"{scenario.name}: {address} (Ctrl-C ends it)", flush=True)
@@ -80,20 +90,40 @@ def view(options: argparse.Namespace) -> int:
     watch(
         problem,
         scene,
-        lambda tell: begin(
-            problem,
-            scene,
-            plan,
-            seed=options.seed,
-            faults=faults,
-            choice=continuation(options.plan, options.max_preference),
-            tell=tell,
+        plans,
+        lambda i: (
+            lambda tell: begin(
+                problem,
+                scene,
+                plans[i],
+                seed=options.seed,
+                faults=faults,
+                choice=choice if i == chosen else i,
+                tell=tell,
+            )
         ),
-        title=f"{scenario.name}: {NAMES.get(options.plan, f'plan {options.plan}')}",
+        title=scenario.name,
+        chosen=chosen,
+        camera=camera,
         port=options.port,
         ready=ready,
     )
     return DONE
+
+
+def front_with(plan: Plan, planner: Planner, *, max_cost: Number | None) -> list[Plan]:
+    """Return the front as far as it is found soon, with a plan of it that is known already."""
+    try:
+        front = [*planner.front(max_cost=max_cost, max_seconds=FRONT_TIMEOUT_S)]
+    except PreferenceError:
+        # A general preference needs a bound on the cost, and the user gave none.
+        front = []
+    points = [(other.cost, other.preference) for other in front]
+    point = plan.cost, plan.preference
+    if point not in points:
+        return sorted([*front, plan], key=lambda other: other.cost)
+    front[points.index(point)] = plan
+    return front
 
 
 def port(text: str) -> int:

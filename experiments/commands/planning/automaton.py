@@ -8,7 +8,7 @@ from experiments.cli.arguments import Commands, add_command, add_plot
 from experiments.cli.console import Console
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
-from experiments.figures import automaton_text
+from experiments.figures.diagrams import automaton_text
 from prefplan.logic.dfa import automaton as minimal_automaton
 
 
@@ -35,7 +35,7 @@ def automaton(options: argparse.Namespace) -> int:
     found = minimal_automaton(options.formula)
     if options.plot is not None:
         with loading():
-            from experiments.figures.automaton import draw
+            from experiments.figures.diagrams.automaton import draw
             from experiments.figures.figures import picture_file
         draw({found.text: found}, picture_file(options.plot))
     if options.format == "table":

@@ -24,7 +24,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "what",
         metavar="WHAT",
         choices=list(PICTURES),
-        help="plans: a map for every plan of the front, on grids; automata: one for each task; system: a small model",
+        help="plans: each plan of the front on its map or graph; automata: one for each task; system: a small model",
     )
     add_scenario(parser)
     parser.add_argument("file", metavar="FILE", help="the picture to write; it ends in .png, .svg or .pdf")
@@ -44,23 +44,31 @@ def draw(options: argparse.Namespace) -> int:
 
 def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     from experiments.figures import plans
+    from experiments.figures.diagrams import route, system
+    from prefplan.models.graph import GraphModel
     from prefplan.models.grid import GridModel
 
-    if not isinstance(scenario.model, GridModel):
+    if not isinstance(scenario.model, GridModel | GraphModel):
         raise ScenarioError(
-            f"{scenario.path}: model.kind: only the plans of a grid model can be drawn on a map; "
+            f"{scenario.path}: model.kind: only the plans of a grid or graph model can be drawn; "
             "`prefplan report` shows those of any model"
         )
     tell_if_compiling(quiet=options.quiet)
     front = Planner(scenario.problem()).front(max_cost=options.max_cost)
     if front.reason:
         return no_plan(front.reason)
-    plans.draw(scenario, front, path)
+    if isinstance(scenario.model, GridModel):
+        plans.draw(scenario, front, path)
+        return DONE
+    try:
+        route.draw(scenario.problem().system, front, path)
+    except system.SystemSizeError as error:
+        raise ScenarioError(f"{scenario.path}: {error}") from None
     return DONE
 
 
 def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures import automaton as picture
+    from experiments.figures.diagrams import automaton as picture
 
     scenario.problem()
     picture.draw({f"{task.name}: {task.formula}": automaton(task.formula) for task in scenario.tasks}, path)
@@ -68,7 +76,7 @@ def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> in
 
 
 def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures import node_link, system
+    from experiments.figures.diagrams import node_link, system
 
     try:
         diagram = system.diagram(scenario.problem().system)

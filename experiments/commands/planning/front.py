@@ -24,7 +24,7 @@ from prefplan.planner import Planner
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Print the Pareto front of total cost and preference."
+    summary = "Print the Pareto front of total cost and preference penalty."
     examples = (
         "prefplan front example",
         "prefplan front example --max-cost 8 --json",

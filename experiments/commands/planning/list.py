@@ -11,7 +11,7 @@ from rich.text import Text
 from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command, add_json
-from experiments.cli.console import Console
+from experiments.cli.console import UNLIMITED, Console
 from experiments.cli.overview import first_sentence, kind_of
 from experiments.cli.status import DONE
 from prefplan.preferences.objective import Measure
@@ -37,7 +37,10 @@ def list_(options: argparse.Namespace) -> int:
     table.add_column("what it is about")
     for one in found:
         table.add_row(one["name"], Text.assemble(one["summary"], (f" ({one['kind']}, {one['tasks']} tasks)", "dim")))
-    Console(highlight=False).print(table)
+    console = Console(highlight=False)
+    unwrapped = console.measure(table, options=console.options.update(max_width=UNLIMITED)).maximum
+    table.show_lines = unwrapped > console.width
+    console.print(table)
     return DONE
 
 

@@ -14,9 +14,9 @@ class TaskCard {
     const used = this.account.bought.map((bought) => make("li", {}, bought.assume === null
       ? `Skipped, for ${bought.cost}`
       : `${bought.assume} counts as true ${bought.step ? `after action ${bought.step}` : "at the start"}, for ${bought.cost}`));
-    const svg = picture.querySelector("svg"), width = Number(svg.getAttribute("width"));
-    svg.style.setProperty("--natural", `${width}px`);
-    this.box = make("div", { class: "automaton", tabindex: 0, role: "region", "aria-label": `Automaton of ${task.name}` }, picture);
+    const svg = picture.querySelector("svg"), width = svg ? Number(svg.getAttribute("width")) : 0;
+    if (svg) svg.style.setProperty("--natural", `${width}px`);
+    this.box = scrollBox(`Automaton of ${task.name}`, "automaton", picture);
     this.element = make("article", { class: width > WIDE ? "task wide" : "task", "data-task": task.name },
       make("h4", {}, task.title), this.status,
       make("p", {}, make("code", {}, task.formula)),
@@ -37,14 +37,6 @@ class TaskCard {
     for (const part of this.box.querySelectorAll(".here")) part.classList.remove("here");
     const entered = done && states && states[done - 1] !== state ? `, .q${states[done - 1]}-q${state}` : "";
     for (const part of this.box.querySelectorAll(`.q${state}${entered}`)) part.classList.add("here");
-    this.scrollTo(this.box.querySelector(".node.here"));
-  }
-
-  // Where an automaton is wider than its box, scroll to its present state.
-  scrollTo(node) {
-    if (!node || this.box.scrollWidth <= this.box.clientWidth) return;
-    const frame = this.box.getBoundingClientRect(), here = node.getBoundingClientRect();
-    if (here.left >= frame.left && here.right <= frame.right) return;
-    this.box.scrollLeft += (here.left + here.right - frame.left - frame.right) / 2;
+    bringIntoView(this.box, this.box.querySelector(".node.here"));
   }
 }

@@ -1,33 +1,62 @@
 "use strict";
 // The Pareto front as a chart: a step line, and points that can be chosen by mouse, touch and keyboard.
 
+const LETTER = 8; // width of a digit, pixels
+const BESIDE_CHART = 80; // width of the axis beside it, pixels
 const LABELLED = 14; // up to so many points each shows its number
 
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-function frontSpec(plans, height) {
+// Those of rising values whose labels, `size` pixels long, have space on an axis of `length` pixels: first the ends.
+function labelledOf(values, size, length) {
+  const ends = [values[0], values[values.length - 1]], least = (size * (ends[1] - ends[0])) / length;
+  const kept = [];
+  for (const value of [...ends, ...values]) {
+    if (kept.every((other) => Math.abs(value - other) >= least && value !== other)) kept.push(value);
+  }
+  return kept;
+}
+
+// Ticks stand only at values that occur; labels are exact, and left out where they would overlap.
+function axisOf(values, title, style, size, length) {
+  const distinct = [...new Set(values)].sort((a, b) => a - b);
+  const low = distinct[0], high = distinct[distinct.length - 1], margin = 0.07 * (high - low) || 1;
+  const labels = JSON.stringify(labelledOf(distinct, size, length / 1.14));
+  return {
+    type: "quantitative", title,
+    scale: { zero: false, nice: false, domain: [low - margin, high + margin] },
+    axis: {
+      ...style, values: distinct, labelOverlap: "greedy", labelSeparation: 4,
+      labelExpr: `indexof(${labels}, datum.value) < 0 ? '' : '' + round(datum.value * 1e6) / 1e6`,
+      labelBound: false, grid: distinct.length <= LABELLED,
+    },
+  };
+}
+
+function frontSpec(plans, unit, width, height) {
   const ink = colour("--ink"), soft = colour("--soft"), line = colour("--line");
   const first = colour("--first"), second = colour("--second"), paper = colour("--paper");
   const many = plans.length > LABELLED;
   const values = plans.map((plan) => ({
     index: plan.index, cost: plan.cost, preference: plan.preference,
-    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
   }));
-  const axis = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
-  const scale = { zero: false, nice: true, padding: 14 };
-  const x = { field: "cost", type: "quantitative", title: "Total cost →", scale, axis: { ...axis, tickCount: 6 } };
-  const y = { field: "preference", type: "quantitative", title: "← Preference (lower is better)", scale, axis: { ...axis, tickCount: 5 } };
+  const style = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
+  const costs = plans.map((plan) => plan.cost), preferences = plans.map((plan) => plan.preference);
+  const longest = Math.max(...costs.map((cost) => show(cost).length));
+  const x = { field: "cost", ...axisOf(costs, `Total cost${unit ? ` (${unit})` : ""} →`, style, 8 + LETTER * longest, width) };
+  const y = { field: "preference", ...axisOf(preferences, "← Preference penalty (lower is better)", style, LETTER * 2, height) };
   const tests = [
     { test: "datum.index === chosen", value: first },
     { test: "datum.index === other", value: second },
   ];
   return {
     width: "container", height, background: "transparent", data: { values },
-    description: `The Pareto front: ${plans.length} plans, cost against preference.`,
+    description: `The Pareto front: ${plans.length} plans, cost against preference penalty.`,
     params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }],
-    config: { view: { stroke: null }, font: "inherit", axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
+    config: { view: { stroke: null }, font: getComputedStyle(document.body).fontFamily, axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
     layer: [
       { mark: { type: "line", interpolate: "step-after", color: soft, strokeWidth: 1.5, aria: false }, encoding: { x, y } },
       {
@@ -54,8 +83,10 @@ function frontSpec(plans, height) {
 }
 
 class FrontChart {
-  constructor(place, plans, choose) {
+  // `unit`: what costs were measured in, or null.
+  constructor(place, plans, unit, choose) {
     this.place = place;
+    this.unit = unit;
     this.plans = plans;
     this.choose = choose;
     this.chosen = [-1, -1];
@@ -66,7 +97,7 @@ class FrontChart {
 
   async draw() {
     if (this.view) this.view.finalize();
-    const spec = frontSpec(this.plans, matchMedia("(max-width: 600px)").matches ? 240 : 320);
+    const spec = frontSpec(this.plans, this.unit, this.place.clientWidth - BESIDE_CHART, matchMedia("(max-width: 600px)").matches ? 240 : 320);
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     const { view } = await vegaEmbed(this.place, spec, { actions: false, renderer: "svg", tooltip: { theme: dark ? "dark" : "light" } });
     this.view = view;

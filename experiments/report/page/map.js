@@ -16,7 +16,7 @@ class GridMap {
     const [, , wide, high] = svg.getAttribute("viewBox").split(" ").map(Number), [columns, rows] = map.size;
     this.points = plan.path.map(([x, y]) => [((x + 0.5) * wide) / columns, ((rows - 0.5 - y) * high) / rows]);
     this.gone = draw("polyline", { class: "gone", points: "" });
-    this.robot = draw("circle", { class: "robot", r: Math.max((0.32 * wide) / columns, 2.5) });
+    this.robot = draw("circle", { class: "robot", r: Math.min(Math.max((0.32 * wide) / columns, 2.5), 9) });
     svg.querySelector(".path").after(this.gone);
     svg.append(this.robot);
     svg.removeAttribute("width");

@@ -7,25 +7,26 @@ const MAP = "A dot with a name: a task is done there. A dot without a name: the 
 
 class Panel {
   // `other`: the plan it is compared with, or null; `part`: number of equal actions at the start of both.
-  constructor(data, plan, { other, part, most, side, seek }) {
+  constructor(data, plan, { other, part, most, side, seek, pictures }) {
     this.plan = plan;
     this.video = this.makeVideo(plan);
-    this.map = data.map ? new GridMap(data.map, plan) : null;
+    this.scene = pictures.view(plan);
+    this.map = data.map ? new GridMap(data.map, plan) : plan.graph ? new PlanGraph(plan) : null;
     this.caption = make("p", { class: "caption" });
     const timeline = new Timeline(plan, ordered(data.tasks, plan), {
       most, seek, part: other ? plan.ledger.spent[part] : null,
     });
     const cards = data.tasks.map((task) => new TaskCard(task, plan));
-    this.followers = [timeline, ...(this.map ? [this.map] : [])];
+    this.followers = [timeline, this.map, this.scene].filter(Boolean);
     this.cards = cards;
     const title = make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
-      ` Cost ${show(plan.cost)}, preference ${show(plan.preference)}`,
+      ` Cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
       plan.rank ? make("span", { class: "rank" }, plan.rank) : null);
     const [first, ...others] = this.explanations(plan, other);
-    const picture = this.video || (this.map && this.map.element) || null;
-    this.view = make("article", { class: `panel view ${side}${picture ? "" : " bare"}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
+    const shown = [this.video, this.scene && this.scene.element, this.map && this.map.element].filter(Boolean);
+    this.view = make("article", { class: `panel view ${side}${shown.length ? "" : " bare"}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
       title,
-      make("div", { class: "watch" }, picture, this.caption, this.map ? make("p", { class: "small" }, MAP) : null, this.videoNote(plan)),
+      make("div", { class: "watch" }, ...shown, this.caption, this.map ? make("p", { class: "small" }, this.map.words || MAP) : null, this.videoNote(plan)),
       timeline.element,
       make("p", { class: "headline" }, first.headline));
     this.element = make("article", { class: `panel more ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index} in detail` },
@@ -84,8 +85,8 @@ class Panel {
         shared ? make("td", {}, mine.map((share) => share.preferred).join("; ") || "–") : null,
         shared ? make("td", { class: adds ? "adds" : null }, show(adds)) : null);
     });
-    const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to preference"] : [])];
-    return make("div", { class: "scroll" }, make("table", { class: "costs" },
+    const heads = ["Task", "Done at cost", "Position", ...(shared ? ["Preferred", "Adds to penalty"] : [])];
+    return scrollBox(`Costs of the tasks in plan ${plan.index}`, "", make("table", { class: "costs" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)));
   }
@@ -105,7 +106,7 @@ class Panel {
     });
     return make("details", { class: "steps" },
       make("summary", {}, actions.length ? `All ${actions.length} actions, one by one` : "There is nothing to do"),
-      make("div", { class: "scroll" }, make("table", {},
+      scrollBox(`Actions of plan ${plan.index}`, "", make("table", {},
         make("thead", {}, make("tr", {}, ...["#", "Action", "Costs", "Spent", "Tasks"].map((head) => make("th", { scope: "col" }, head)))),
         make("tbody", {}, ...rows))));
   }

@@ -6,8 +6,10 @@
   const { plans } = data;
   const byId = (id) => document.getElementById(id);
   const clock = new Clock(() => update());
+  const wanted = new URLSearchParams(location.hash.slice(1));
+  const pictures = new Pictures(byId("pictures"), data, { choose: showPictures, update, inScene: wanted.has("3d") });
   let chosen = 0, other = null, panels = [];
-  const chart = new FrontChart(byId("chart"), plans, (index, compare) => (compare ? select(chosen, index) : select(index, other)));
+  const chart = new FrontChart(byId("chart"), plans, data.cost_unit, (index, compare) => (compare ? select(chosen, index) : select(index, other)));
 
   function select(plan, against) {
     chosen = plan;
@@ -16,19 +18,17 @@
     const shown = two ? [one, two] : [one];
     const part = two ? common(one.ledger.actions, two.ledger.actions) : null;
     const most = Math.max(...shown.map((p) => p.ledger.spent[p.ledger.spent.length - 1]));
-    panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek }));
+    panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek, pictures }));
     for (const [id, partOf] of [["views", (panel) => panel.view], ["panels", (panel) => panel.element]]) {
       byId(id).replaceChildren(...panels.map(partOf));
       byId(id).classList.toggle("two", panels.length === 2);
     }
     byId("plan").textContent = two ? `Plans ${chosen} and ${other}` : `Plan ${chosen}`;
-    const videos = panels.map((panel) => panel.video).filter(Boolean);
-    for (const video of videos) video.muted = true;
     tellParting(one, two, part);
     const duration = Math.max(...shown.map((p) => (p.times.length ? p.times[p.times.length - 1][1] : 0)));
     byId("scrub").max = String(duration || 1);
-    clock.load(duration, videos);
-    clock.setRate(Number(byId("speed").value));
+    clock.load(duration, []);
+    showPictures();
     for (const row of byId("points").querySelectorAll("tbody tr")) {
       const index = Number(row.dataset.plan);
       row.classList.toggle("first", index === chosen);
@@ -38,7 +38,17 @@
       row.querySelector(".compare").disabled = index === chosen;
     }
     chart.show(chosen, other);
-    history.replaceState(null, "", `#plan=${chosen}${other === null ? "" : `&with=${other}`}`);
+  }
+
+  function showPictures() {
+    const playing = clock.playing;
+    for (const panel of panels) pictures.arrange(panel);
+    const videos = panels.map((panel) => panel.video).filter((video) => video && !video.hidden);
+    for (const video of videos) video.muted = true;
+    clock.load(clock.duration, videos);
+    clock.setRate(Number(byId("speed").value));
+    if (playing) clock.play();
+    history.replaceState(null, "", `#plan=${chosen}${other === null ? "" : `&with=${other}`}${pictures.inScene ? "&3d" : ""}`);
   }
 
   function common(one, two) {
@@ -85,6 +95,7 @@
     byId("play").textContent = clock.playing ? "Pause" : "Play";
   }
 
+  for (const box of document.querySelectorAll(".scroll")) watchEdges(box);
   byId("play").addEventListener("click", () => clock.toggle());
   byId("back").addEventListener("click", () => step(-1));
   byId("on").addEventListener("click", () => step(1));
@@ -98,7 +109,7 @@
     else select(chosen, other === index ? null : index);
   });
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("input, select, button, a, summary, [tabindex='0']")) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("input, select, button, a, summary, [tabindex='0']:not(canvas)")) return;
     if (event.key === " ") clock.toggle();
     else if (event.key === "ArrowRight") step(1);
     else if (event.key === "ArrowLeft") step(-1);
@@ -106,7 +117,6 @@
     event.preventDefault();
   });
 
-  const wanted = new URLSearchParams(location.hash.slice(1));
   const known = (name) => (plans[Number(wanted.get(name))] && wanted.has(name) ? Number(wanted.get(name)) : null);
   const best = plans.length > 1 ? plans.length - 1 : null;
   select(known("plan") ?? 0, wanted.has("plan") ? known("with") : best);

@@ -54,7 +54,7 @@ class Timeline {
         type: "button", class: `bar kind-${kindOf(action, actions)}`, title: words, "aria-label": words,
         tabindex: k ? -1 : 0, "data-action": k,
         style: `left:${this.at(spent[k])};width:${this.at(spent[k + 1] - spent[k])}`,
-      }, make("span", { class: action.length > 1 ? "long" : null }, action));
+      }, make("span", {}, action));
       bar.addEventListener("click", () => seek(plan.times[k][0]));
       bar.addEventListener("keydown", (event) => this.walk(event, k, seek));
       return bar;
@@ -62,11 +62,10 @@ class Timeline {
     this.head = make("div", { class: "playhead", "aria-hidden": "true" });
     const lanes = tasks.map((task) => this.lane(task, accounts[task.name], spent));
     const line = part === null ? null : make("div", { class: "part-line", style: `left:${this.at(part)}`, title: "Here the plans part" });
+    const bars = make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys go along them" }, ...this.bars);
+    new ResizeObserver(() => this.fit()).observe(bars);
     this.element = make("div", { class: "timeline", role: "group", "aria-label": `Timeline of plan ${plan.index}` },
-      make("div", { class: "track" },
-        this.scale(),
-        make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys go along them" }, ...this.bars),
-        ...lanes, line, this.head),
+      make("div", { class: "track" }, this.scale(), bars, ...lanes, line, this.head),
       this.legend(actions, accounts));
   }
 
@@ -75,6 +74,15 @@ class Timeline {
     const chips = kinds.flatMap((kind) => [make("span", { class: `chip kind-${KINDS.indexOf(kind)}` }), ` ${kind}   `]);
     const paid = Object.values(accounts).some((account) => account.bought.length);
     return make("p", { class: "small legend" }, ...chips, `○ a task's automaton changes its state · ✓ the task is done${paid ? " · $ it is relaxed" : ""}`);
+  }
+
+  // Show the words of an action where its bar has space for them.
+  fit() {
+    const fits = this.bars.map((bar) => {
+      const words = bar.firstElementChild;
+      return words.scrollWidth <= words.clientWidth && words.offsetHeight <= bar.clientHeight;
+    });
+    this.bars.forEach((bar, k) => bar.classList.toggle("narrow", !fits[k]));
   }
 
   at(cost) {
@@ -92,7 +100,8 @@ class Timeline {
   }
 
   scale() {
-    const raw = this.most / 5, power = 10 ** Math.floor(Math.log10(raw));
+    const whole = this.plan.ledger.spent.every(Number.isInteger);
+    const raw = Math.max(this.most / 5, whole ? 1 : 0), power = 10 ** Math.floor(Math.log10(raw));
     const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw) || raw;
     const ticks = [];
     for (let cost = 0; cost <= this.most * 1.0001; cost += step) {
@@ -111,7 +120,8 @@ class Timeline {
     }));
     for (const bought of account.bought) {
       const what = bought.assume === null ? `skipped for ${bought.cost}` : `${bought.assume} counts as true, for ${bought.cost}`;
-      marks.push(make("span", { class: "bought", style: `left:${this.at(spent[bought.step])}`, title: what }, "$"));
+      const beside = account.advances.includes(bought.step) || account.satisfied === bought.step;
+      marks.push(make("span", { class: beside ? "bought beside" : "bought", style: `left:${this.at(spent[bought.step])}`, title: what }, "$"));
     }
     if (account.satisfied !== null) marks.push(make("span", { class: "done", style: `left:${this.at(end)}`, title: words }, "✓"));
     return make("div", { class: "lane", "data-task": task.name },

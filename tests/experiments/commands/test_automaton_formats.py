@@ -17,7 +17,7 @@ from hoa.core import HOA
 from hoa.parsers import HOAParser
 
 from experiments.commands.command_line import main
-from experiments.figures.automaton_text import dot, hoa
+from experiments.figures.diagrams.automaton_text import dot, hoa
 from prefplan import Automaton
 from prefplan.logic.dfa import automaton
 

@@ -78,9 +78,10 @@ def test_a_narrow_terminal_cuts_no_word_of_the_list(run: Run, monkeypatch: pytes
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "60")
     lines = re.sub(r"\x1b\[[0-9;]*m", "", run("list").out).splitlines()
-    assert max(map(len, lines)) <= 60 and len(lines) < 5 * len(scenarios.names())
+    assert max(map(len, lines)) <= 60 and len(lines) < 6 * len(scenarios.names())
     names, about = zip(*(line.split("│")[1:3] for line in lines if line.startswith("│")), strict=True)
     assert "".join(names).split() == scenarios.names()
+    assert sum(line.startswith("├") for line in lines) == len(scenarios.names()) - 1
     assert sorted([*scenarios.names(), *" ".join(about).split()]) == sorted(whole[5:])
 
 

@@ -32,7 +32,7 @@ def test_a_front_is_a_table_of_costs_and_its_plans(run: Run, detour: Path, termi
     result = run("front", "detour.toml")
     assert (result.status, result.err) == (0, "")
     assert cells(result.out) == [
-        ["#", "cost", "preference", "pay", "buy"],
+        ["#", "cost", "penalty", "pay", "buy"],
         ["0", "3.5", "2.5", "3.5", "1"],
         ["1", "5", "0", "3", "5"],
     ]
@@ -44,7 +44,7 @@ def test_off_a_terminal_a_front_is_plain_columns(run: Run, detour: Path, monkeyp
     out = run("front", "detour.toml").out
     rows = [line.split() for line in out.splitlines()[1:4]]
     assert rows == [
-        ["#", "cost", "preference", "pay", "buy"],
+        ["#", "cost", "penalty", "pay", "buy"],
         ["0", "3.5", "2.5", "3.5", "1"],
         ["1", "5", "0", "3", "5"],
     ]
@@ -64,7 +64,7 @@ def test_no_color_turns_colours_off_on_a_terminal(run: Run, detour: Path, monkey
 def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
     result = run("plan", "detour.toml", "--objective", "preference")
     assert (result.status, result.err) == (0, "")
-    assert "cost 5, preference 0" in result.out
+    assert "cost 5, preference penalty 0" in result.out
     assert "bank, shop" in result.out
 
 
@@ -129,7 +129,10 @@ def test_one_plan_by_choice_and_bound(run: Run, detour: Path, options: list[str]
     ("options", "message"),
     [
         (["--plan", "2"], "--plan 2: the front has plans 0 to 1"),
-        (["--plan", "0", "--max-preference", "2.4"], "--plan 0: its preference is 2.5, more than --max-preference 2.4"),
+        (
+            ["--plan", "0", "--max-preference", "2.4"],
+            "--plan 0: its preference penalty is 2.5, more than --max-preference 2.4",
+        ),
     ],
 )
 def test_a_number_without_a_plan_within_the_bound(run: Run, detour: Path, options: list[str], message: str) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import judge
 import pytest
 
-from experiments.figures.automaton_text import hoa
+from experiments.figures.diagrams.automaton_text import hoa
 from prefplan import Automaton
 from prefplan.logic.dfa import automaton
 

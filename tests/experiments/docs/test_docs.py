@@ -1,4 +1,4 @@
-"""The documentation is built without a warning, and describes all that `import prefplan` and `import sim` offer."""
+"""The documentation is built without a warning, and has all that the packages offer and every scenario that ships."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import pytest
 
 import prefplan
 import sim
+from experiments import scenarios
+from experiments.cli.output import number
 
 inventory = pytest.importorskip("sphinx.util.inventory")
 
@@ -53,3 +55,22 @@ def test_pages_need_nothing_from_the_network_and_the_first_leads_to_all_others(s
     text = (site / "index.html").read_text(encoding="utf-8")
     for page in (ROOT / "docs").glob("*/*.md"):
         assert f'href="{page.parent.name}/{page.stem}.html"' in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", scenarios.names())
+def test_the_gallery_has_each_scenario_with_its_picture_and_front(site: Path, name: str) -> None:
+    page = (site / "gallery.html").read_text(encoding="utf-8")
+    _, _, after = page.partition(f'<section id="{name.replace("_", "-")}">')
+    section, _, _ = after.partition("</section>")
+    rows = [re.findall(r"<td[^>]*><p>(.*?)</p></td>", row) for row in section.split("<tr")[2:]]
+    front = prefplan.pareto_front(scenarios.find(name).problem())
+    assert [row[1:3] for row in rows] == [[number(plan.cost), number(plan.preference)] for plan in front]
+    (picture,) = re.findall(r'<img [^>]*src="([^"]*)"', section)
+    assert (site / picture).stat().st_size > 0
+
+
+def test_the_pictures_of_the_gallery_are_light() -> None:
+    pictures = list((ROOT / "docs" / "gallery").iterdir())
+    assert sorted(picture.stem for picture in pictures) == scenarios.names()
+    assert sum(picture.stat().st_size for picture in pictures) < 400_000

@@ -14,6 +14,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import tomllib
 import urllib.request
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ PAGES = [
     ROOT / f"{name}.md"
     for name in (
         "README",
+        "docs/guide/installation",
         "docs/tutorial/first_grid",
         "docs/tutorial/own_preference",
         "docs/tutorial/partial_satisfaction",
@@ -40,6 +42,7 @@ PAGES = [
         "docs/guide/scenarios",
         "docs/guide/executions",
         "docs/guide/report",
+        "docs/guide/why",
         "docs/guide/json",
         "docs/guide/extending",
     )
@@ -61,6 +64,9 @@ SLURM = {"sbatch": 'exec sh "$1"', "srun": 'exec "$@"'}
 
 PORT = "8786"
 """The pages use Dask's usual port; here another test may have taken it."""
+
+EXTRAS = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
+"""What may be installed with prefplan."""
 
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
@@ -154,7 +160,7 @@ def done_in_order(page: list[Block], folder: Path) -> Iterator[tuple[Block | Non
 
 
 def printed_by(script: str) -> str:
-    """Return what a script prints; videos and make's targets are spared."""
+    """Return what a script prints; videos, make's targets and installations are spared."""
     if "&\n" in script:  # what runs in the background serves the lines after it
         return in_shell(script)
     return "".join(map(line_printed_by, re.split(r"\n| && ", script.strip())))
@@ -164,9 +170,13 @@ def line_printed_by(line: str) -> str:
     if line.startswith("make "):
         subprocess.run([*line.split(), "-n"], cwd=ROOT, check=True, capture_output=True)
         return ""
+    if line.startswith("pip install "):
+        assert set(re.findall(r"\w+", line.partition("[")[2])) <= EXTRAS
+        return ""
     if line.startswith("prefplan view "):
         return looked_at(line)
-    line = re.sub(r"^(?:MUJOCO_GL=\w+ )?(prefplan run .*)", r"\1 --no-video", line)
+    line = re.sub(r"^(?:MUJOCO_GL=\w+ )?prefplan run ", "prefplan run --no-video ", line)
+    line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
     if line.startswith("prefplan ") and not FOR_A_SHELL.search(line):
         return in_this_process(line)
     return in_shell(line)

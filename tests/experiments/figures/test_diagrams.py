@@ -10,9 +10,10 @@ import judge
 import numpy as np
 import pytest
 
-from experiments.figures import automaton as picture
-from experiments.figures.guards import ELSE, LONG, cover, labels
-from experiments.figures.layered import Box, place
+from experiments.figures.diagrams import automaton as picture
+from experiments.figures.diagrams.guards import LONG, OTHERWISE, cover, labels
+from experiments.figures.diagrams.layered import Box, place
+from experiments.figures.diagrams.node_link import ADVANCE
 from prefplan.logic.dfa import automaton
 from prefplan.logic.mtbdd import leaves
 
@@ -47,12 +48,14 @@ def test_guards_hold_exactly_where_the_automaton_goes_there_and_no_term_can_be_l
                 assert any(covered(cubes, x) and not covered(fewer, x) for x in letters(dfa.propositions))
 
 
-def test_only_one_long_label_of_a_state_says_else() -> None:
+def test_one_label_of_a_state_says_otherwise_that_of_the_dead_state_or_the_longest() -> None:
     dfa = automaton("F(cheese & F(tacos) & F(grocer) & F(pizza))")
     texts = list(labels(dfa, 8).values())
-    assert texts.count(ELSE) == 1
-    assert labels(automaton("!a U b"), 0) == {1: "b", 0: "!a & !b", 2: "a & !b"}
-    assert len("!a & !b") < LONG
+    assert texts.count(OTHERWISE) == 1
+    assert labels(automaton("F (a & b)"), 0) == {1: "a & b", 0: "!a | !b"}
+    assert len("!a | !b") < LONG
+    dfa = automaton("!a U b")
+    assert labels(dfa, 0) == {1: "b", 0: "!a & !b", 2: OTHERWISE} and dfa.dead == 2
 
 
 @pytest.mark.parametrize("formula", FORMULAS)
@@ -104,3 +107,20 @@ def test_labels_lie_apart_from_each_other_and_from_nodes() -> None:
     for (a, b), route, ahead in zip(edges, layout.routes, forward, strict=True):
         assert layout.nodes[a][0] != layout.nodes[b][0]
         assert (np.diff(route[:, 0]) >= 0).all() if ahead else (np.diff(route[:, 0]) <= 0).all()
+
+
+def test_every_letter_of_a_long_label_is_in_the_picture() -> None:
+    formula = "F (stove & F (table & F door)) & (!cellar U (gate & (attic | hall) | F attic))"
+    dfa = automaton(formula)
+    drawn = picture.diagram(dfa)
+    numbers = {arrow.lines[0] for arrow in drawn.arrows if arrow.lines[0].startswith("(")}
+    assert numbers and {line.split(" ")[0] for line in drawn.notes if line.startswith("(")} == numbers
+    said = " ".join([*drawn.notes, *(" ".join(arrow.lines) for arrow in drawn.arrows)])
+    assert "..." not in said
+    squeezed = "".join(said.split())
+    for state in range(dfa.size):
+        for target, text in labels(dfa, state).items():
+            assert "".join(text.split()) in squeezed or (target == state and state in (dfa.accepting, dfa.dead))
+    assert max(len(line) for line in drawn.notes) * ADVANCE <= drawn.size[0]
+    notes = [element for element in ET.fromstring(picture.svg(dfa)).iter() if element.get("class") == "note"]
+    assert len(notes) == len(drawn.notes)

@@ -15,8 +15,9 @@ from PIL import Image
 from experiments import scenarios
 from experiments.commands.command_line import main
 from experiments.figures.front import draw, draw_front
-from experiments.figures.plans import draw_map
+from experiments.figures.grid_map import draw_map, label_map
 from prefplan import Front, Plan, Scenario, pareto_front
+from prefplan.models.grid import GridModel
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -130,7 +131,10 @@ def test_labels_of_points_never_overlap(axes: Axes, example: Scenario) -> None:
 
 def test_a_map_shows_regions_by_name_and_tasks_where_they_are_satisfied(axes: Axes, example: Scenario) -> None:
     plan = pareto_front(example.problem())[0]
-    draw_map(axes, example.model, plan)  # type: ignore[arg-type]
+    assert isinstance(example.model, GridModel)
+    draw_map(axes, example.model, plan)
+    assert not axes.texts
+    label_map(axes, example.model, plan)
     assert {text.get_text() for text in axes.texts} == {"dirt", "plant", "rock", "charge", "phi1", "phi2", "phi3"}
 
 

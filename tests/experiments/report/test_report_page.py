@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import base64
+import io
+import re
+import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
+from report_browser import Page
 from report_pages import ERRANDS, pictures_for_tests
 from selenium import webdriver
-from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.remote.webelement import WebElement
-from selenium.webdriver.support.ui import WebDriverWait
 
 from experiments.commands.command_line import main
-
-TIMEOUT_S = 30
-"""Longest wait for the browser."""
+from experiments.report import recordings, scene
+from experiments.report.page import write_page
+from experiments.starters import starter
+from prefplan import pareto_front
+from prefplan.scenario.decode import loads
+from sim.evidence.log import read_log
+from sim.evidence.replay import RecordedWorld
+from sim.rendering.cameras import Camera
 
 CUPS = """# Two cups; the hand begins over the one that should be cleared away last.
 [model]
@@ -95,66 +102,6 @@ def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
     return once
 
 
-@pytest.fixture(scope="module")
-def chrome(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
-    options = webdriver.ChromeOptions()
-    options.binary_location, driver = chromium
-    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield browser
-    browser.quit()
-
-
-class Page:
-    """A report that is open."""
-
-    def __init__(
-        self, browser: webdriver.Chrome, path: Path, *, chosen: str = "", width: int = 1280, scheme: str = "light"
-    ) -> None:
-        self.browser = browser
-        size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 600}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
-        browser.get("about:blank")
-        browser.get_log("browser")
-        browser.get(path.as_uri() + chosen)
-
-    def wait(self, happens: Callable[[], Any]) -> Any:
-        return WebDriverWait(self.browser, TIMEOUT_S, 0.05).until(lambda _: happens())
-
-    def all(self, selector: str) -> list[WebElement]:
-        return self.browser.find_elements(By.CSS_SELECTOR, selector)
-
-    def one(self, selector: str) -> WebElement:
-        (found,) = self.all(selector)
-        return found
-
-    def click(self, element: WebElement) -> None:
-        self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
-        element.click()
-
-    def run(self, script: str) -> Any:
-        return self.browser.execute_script(f"return {script}")
-
-    def scrub(self, time: float) -> None:
-        """Move the slider of the playback to a time, s."""
-        slider = "document.getElementById('scrub')"
-        self.run(f"({slider}.value = {time}, {slider}.dispatchEvent(new Event('input')))")
-
-    def points(self, number: int) -> list[WebElement]:
-        self.wait(lambda: len(self.all("#chart path[data-plan]")) == number)
-        return self.all("#chart path[data-plan]")
-
-    def press(self, *keys: str) -> None:
-        ActionChains(self.browser).send_keys(*keys).perform()
-
-    def complaints(self) -> list[Any]:
-        return [entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
-
-
 def here(page: Page, panel: str, task: str) -> str:
     """Return the class of the automaton's node that is lit."""
     return page.one(f"{panel} .task[data-task={task}] .node.here").get_attribute("class") or ""
@@ -163,8 +110,12 @@ def here(page: Page, panel: str, task: str) -> str:
 def test_every_point_of_a_grid_shows_its_plan(make: Make, chrome: webdriver.Chrome) -> None:
     page = Page(chrome, make("errands", ERRANDS))
     wanted = [
-        ("Cost 7, preference 5", "No plan costs less.", "7 moves"),
-        ("Cost 8, preference 0", "1 more than the cheapest: it goes first to bank instead of post, so that", "8 moves"),
+        ("Cost 7, preference penalty 5", "No plan costs less.", "7 moves"),
+        (
+            "Cost 8, preference penalty 0",
+            "1 more than the cheapest: it goes first to bank instead of post, so that",
+            "8 moves",
+        ),
     ]
     for i in (1, 0):
         page.click(page.points(2)[i])
@@ -224,6 +175,17 @@ def test_everything_can_be_done_by_keyboard(make: Make, chrome: webdriver.Chrome
     assert page.complaints() == []
 
 
+def test_the_present_state_of_a_graph_goes_along(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("town", starter("graph", file="town.toml")), chosen="#plan=1")
+    plan = page.run("JSON.parse(document.getElementById('data').textContent).plans[1]")
+    shown = []
+    for k in range(len(plan["plan"]) + 1):
+        page.scrub(k + 0.01)
+        shown.append(page.one(".graph .node.here").get_attribute("class"))
+    assert shown == [f"node plain s{node} here" for node in plan["graph"]["at"]] and len(set(shown)) > 2
+    assert page.complaints() == []
+
+
 @pytest.mark.slow
 def test_the_first_screen_plays_the_cheapest_and_the_preferred_plan(make: Make, chrome: webdriver.Chrome) -> None:
     page = Page(chrome, make("cups", CUPS))
@@ -267,6 +229,94 @@ def test_videos_play_and_two_of_them_in_step(make: Make, chrome: webdriver.Chrom
     duration = page.run("Number(document.getElementById('scrub').max)")
     page.wait(lambda: max(page.run(times)) > duration + 1 / 60 - 1e-3)
     assert page.complaints() == []
+
+
+def pictures(page: Page, time_shown: float) -> list[np.ndarray]:
+    """Return what the panels' 3-D scenes show at a time, each (height, width, 3) int."""
+    page.scrub(time_shown)
+    page.wait(lambda: times_drawn(page) == [pytest.approx(time_shown, abs=1e-3)] * 2)
+    links = page.run("[...document.querySelectorAll('canvas.scene')].map((canvas) => canvas.toDataURL())")
+    images = [Image.open(io.BytesIO(base64.b64decode(link.partition(",")[2]))) for link in links]
+    return [np.asarray(image.convert("RGB")).astype(int) for image in images]
+
+
+def times_drawn(page: Page) -> list[float]:
+    return [float(scene.get_attribute("data-time") or "nan") for scene in page.all("canvas.scene")]
+
+
+@pytest.mark.slow
+def test_two_plans_in_step_are_seen_in_3d_as_their_logs_say(make: Make, chrome: webdriver.Chrome) -> None:
+    path = make("cups", CUPS)
+    page = Page(chrome, path, chosen="#plan=0&with=1")
+    library = "[...document.scripts].filter((script) => /three|scene_data/.test(script.src)).length"
+    assert page.run(library) == 0 and not page.all("canvas.scene")[0].is_displayed()
+    page.click(page.all("#pictures button")[1])
+    page.wait(lambda: times_drawn(page) == [0, 0])
+    assert page.run(library) == 2 and not page.all(".panel video")[0].is_displayed()
+    logs = [read_log(path.with_name(f"plan_{i}.npz")) for i in (0, 1)]
+    worlds = [RecordedWorld(log) for log in logs]
+    ends = [action.end for action in logs[0].about.actions]
+    for time_shown in (0.0, ends[3], ends[-1]):
+        for world, picture in zip(worlds, pictures(page, time_shown), strict=True):
+            camera = Camera(world.scene, "fixed", picture.shape[1::-1])
+            for obj, channel in (("red", 2), ("yellow", 0)):  # a blue cube and a pink one
+                path_seen = camera.pixels(world.path(obj)[[0, world.frame_at(time_shown)]])
+                was, now = (picture[y, x] for x, y in path_seen.round().astype(int))
+                assert now.argmax() == channel and np.ptp(now) > 90, (time_shown, obj, now)
+                moved = np.linalg.norm(path_seen[1] - path_seen[0]) > 30
+                assert moved == (np.abs(was - now).max() > 30), (time_shown, obj, was, now)
+    page.browser.execute_script("document.querySelector('.first canvas').focus()")
+    before = pictures(page, 1.0)
+    page.press(Keys.ARROW_LEFT, "-")
+    page.wait(lambda: (pictures(page, 1.0)[1] != before[1]).mean() > 0.2)
+    page.press(Keys.HOME)
+    page.wait(lambda: np.array_equal(pictures(page, 1.0), before))
+    page.press(Keys.SPACE)
+    page.wait(lambda: times_drawn(page)[0] > 1.2)
+    page.press(Keys.SPACE)
+    one, two = times_drawn(page)
+    assert one == two
+    assert page.complaints() == []
+
+
+@pytest.mark.slow
+def test_without_videos_the_scene_is_shown_and_without_webgl_a_sentence(
+    make: Make, chrome: webdriver.Chrome, tmp_path: Path
+) -> None:
+    shutil.copytree(make("cups", CUPS).parent, tmp_path / "out")
+    path = tmp_path / "out" / "index.html"
+    path.write_text(re.sub(r'"video": "plan_\d.mp4"', '"video": null', path.read_text(encoding="utf-8")))
+    page = Page(chrome, path, width=390)
+    page.wait(lambda: times_drawn(page) == [0, 0])
+    assert not page.all("#pictures button") and not page.all("video")
+    assert page.run("document.documentElement.scrollWidth") <= 390
+    assert page.all("canvas.scene")[0].is_displayed() and not page.all(".scene-note")[0].is_displayed()
+    assert page.complaints() == []
+    none = "HTMLCanvasElement.prototype.getContext = () => null"
+    script = chrome.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": none})
+    try:
+        page = Page(chrome, path)
+        sentence = "No 3-D scene: this browser has no WebGL, or it is switched off."
+        page.wait(lambda: [note.text for note in page.all(".scene-note")] == [sentence] * 2)
+        page.scrub(1.0)
+        assert page.all(".caption")[0].text.startswith("1 of ")
+    finally:
+        chrome.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+    assert page.complaints() == []
+
+
+@pytest.mark.slow
+def test_where_the_library_is_missing_the_page_is_complete_without_a_scene(
+    make: Make, chrome: webdriver.Chrome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = loads(CUPS, name="cups")
+    recording = recordings.read(make("cups", CUPS).with_name("plan_0"))
+    assert recording is not None
+    monkeypatch.setattr(scene, "LIBRARY_END", "nowhere")
+    page = Page(chrome, write_page(scenario, pareto_front(scenario.problem()), {0: recording}, tmp_path))
+    assert page.one(".notice").text.startswith("No 3-D scene: ")
+    assert not page.all("canvas") and page.all(".panel .bar") and not (tmp_path / "page" / scene.SCENE).exists()
+    assert [entry for entry in page.complaints() if ".mp4" not in entry["message"]] == []
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])

@@ -54,6 +54,8 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
         (["cup.toml", "--robot", "defualt"], "--robot: unknown name 'defualt' (did you mean 'default'?)"),
         (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
+        (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
+        (["cup.toml", "--inset", "top", "--camera", "top"], "--inset top: is what --camera shows already"),
         (["cup.toml", "--fault", "move:cap@2"], "--fault 'move:cap@2': unknown object 'cap' (did you mean 'cup'?)"),
         (["cup.toml", "--noise", "some"], "'some' is not a number >= 0"),
         (["cup.toml", "--seed", "-1"], "'-1' is not a whole number >= 0"),
@@ -136,7 +138,10 @@ def test_people_get_a_summary(run: Run, cup: Path) -> None:
 def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(0.60, 0.10)))
     result = run("cup.toml", "--no-video")
-    assert "expected cup on desk, but it rests on shelf: planned again, cost 10, preference 0: transit" in result.out
+    assert (
+        "expected cup on desk, but it rests on shelf: planned again, cost 10, preference penalty 0: transit"
+        in result.out
+    )
     printed = json.loads(Path("out/cup/cost.json").read_text())
     assert printed["replans"] == 1 and printed["task_costs"] == {"tidy": 10}
     # No seed puts the cup there: the log is not one of this scenario.
@@ -171,7 +176,7 @@ def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.Mon
     printed = json.loads(result.out)
     assert (printed["completed"], printed["executed"], printed["task_costs"]) == (False, [], {"tidy": 0})
     assert printed["reason"].startswith("expected cup on desk, but it lies off every location, at (3.00, 0.00, ")
-    assert printed["reason"].endswith("; task tidy can never be satisfied; cup is out of reach")
+    assert printed["reason"].endswith("; task tidy can never be satisfied; cup fell from the table")
     assert printed["reason"] in result.err
 
 

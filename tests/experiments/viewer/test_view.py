@@ -13,14 +13,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from scenario_texts import CUP
+from scenario_texts import CUP, shipped
 from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
 from experiments.commands.command_line import main
+from experiments.commands.execution.view import front_with
 from experiments.viewer import session
+from prefplan.planner import Planner
+from prefplan.scenario.decode import loads
 
 PROGRAM = [sys.executable, "-c", "import sys; from experiments.commands.command_line import main; sys.exit(main())"]
 
@@ -87,7 +90,7 @@ def refuse(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 @pytest.mark.slow
-def test_a_spectator_steps_through_a_plan_sees_it_end_and_presses_ctrl_c(
+def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_presses_ctrl_c(
     server: subprocess.Popen[str], browser: webdriver.Chrome
 ) -> None:
     browser.get(address_of(server))
@@ -100,6 +103,7 @@ def test_a_spectator_steps_through_a_plan_sees_it_end_and_presses_ctrl_c(
 
     def click(label: str) -> None:
         (button,) = (b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label)
+        browser.execute_script("arguments[0].scrollIntoView()", button)
         button.click()
 
     until(lambda: text(".count").startswith("0 of 4 actions done"))
@@ -107,15 +111,20 @@ def test_a_spectator_steps_through_a_plan_sees_it_end_and_presses_ctrl_c(
     click("Step")
     until(lambda: text(".count").startswith("1 of 4") and text(".state") == "paused")
     assert text(".current") == "grasp cup"
-    click("Play")
+    assert browser.title == "cup - prefplan"
+    icon = browser.find_element(By.CSS_SELECTOR, "link[rel=icon]").get_attribute("href") or ""
+    assert icon.startswith("data:image/svg+xml;base64,")
+    click("0: cost 10, preference 0")
+    until(lambda: text(".count").startswith("0 of 4") and text(".state") == "playing")
+    click("Knock over")
+    until(lambda: "fault: knock:cup@1" in text(".news:last-of-type"))
     until(lambda: text(".state") == "completed")
-    assert text(".count").startswith("4 of 4")
+    assert "again: after `" in text("")
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")
     ActionChains(browser).drag_and_drop_by_offset(thumb, -100, 0).perform()
     until(lambda: text(".state") == "paused")
     sought = float(thumb.get_attribute("aria-valuenow") or "nan")
     until(lambda: abs(float(text(".count").split()[-2]) - sought) < 0.1)
-    assert not text(".count").startswith("4 of 4")
     click("Restart")
     until(lambda: text(".count").startswith("0 of 4 actions done"))
     assert browser.find_element(By.TAG_NAME, "canvas").size["width"] > 200
@@ -160,11 +169,23 @@ def test_without_its_libraries_it_names_the_command_that_installs_them(
     assert told == f"prefplan: view needs the libraries viser and mjviser: {install}\n"
 
 
+def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
+    planner = Planner(shipped("case_study_3").problem())
+    preferred = planner.preferred()
+    assert [plan.cost for plan in front_with(preferred, planner, max_cost=None)] == [34, 41]
+    assert [plan.cost for plan in front_with(preferred, planner, max_cost=34)] == [34, 41]
+    product = 'kind = "expression"\nexpression = "tidy * tidy"\ncontract = "general"'
+    boundless = Planner(loads(CUP.replace('kind = "order"', product)).problem())
+    cheapest = boundless.cheapest()
+    assert front_with(cheapest, boundless, max_cost=None) == [cheapest], "its whole front may be infinite"
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["cup.toml", "--port=65536"], "'65536' is not a port, 0 to 65535"),
         (["cup.toml", "--port=http"], "'http' is not a port, 0 to 65535"),
+        (["case_study_3", "--camera=wirst"], "--camera: unknown name 'wirst' (did you mean 'wrist'?)"),
         (["case_study_1", "--no-browser"], "only a manipulation model can be carried out"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scenario_texts import cup_scenario
 
 from experiments.runs.carry_out import begin, scene_of
 from experiments.viewer.live_run import Frame, LiveRun, Status
-from experiments.viewer.panel import status_html
+from experiments.viewer.panel import front_html, status_html
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
@@ -35,10 +36,10 @@ AGES = 1e6
 """Longer than any run, s."""
 
 
-def live_run(scenario: Scenario, *faults: Fault) -> LiveRun:
+def live_run(scenario: Scenario, *faults: Fault, until: float = AGES) -> LiveRun:
     problem, scene = scenario.problem(), scene_of(scenario, faults=faults)
     plan = preferred_plan(problem)
-    return LiveRun(problem, lambda tell: begin(problem, scene, plan, faults=faults, tell=tell))
+    return LiveRun(problem, lambda tell: begin(problem, scene, plan, faults=faults, tell=tell), until=until)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def finished() -> LiveRun:
 
 @pytest.fixture
 def playback(finished: LiveRun) -> Playback:
-    return Playback(finished)
+    return Playback([finished])
 
 
 def test_the_costs_are_known_before_every_action_and_at_the_end(finished: LiveRun) -> None:
@@ -77,23 +78,23 @@ def test_nothing_moves_until_it_is_played(playback: Playback) -> None:
     playback.advance(0.5)
     playback.speed = 4.0
     playback.advance(0.25)
-    assert playback.time == pytest.approx(playback.run.frames[0].time + 1.5)
+    assert playback.time == pytest.approx(playback.runs[0].frames[0].time + 1.5)
     playback.pause()
     playback.advance(AGES)
-    assert playback.time == pytest.approx(playback.run.frames[0].time + 1.5)
+    assert playback.time == pytest.approx(playback.runs[0].frames[0].time + 1.5)
 
 
 def test_a_step_ends_with_its_action_and_what_has_ended_can_be_played_again(playback: Playback) -> None:
     for done in (1, 2, 3, 4):
         playback.step()
         playback.advance(AGES)
-        status = playback.run.status_at(playback.time)
+        status = playback.runs[0].status_at(playback.time)
         assert status.done == done and not playback.playing
     assert status.ended == "completed"
     playback.play()
     playback.advance(0.1)
     assert 0 < playback.time < 1
-    playback.restart()
+    playback.load(playback.runs, playing=False)
     assert (playback.time, playback.playing, playback.sought) == (0.0, False, False)
 
 
@@ -102,7 +103,7 @@ def test_a_time_that_is_sought_is_held(playback: Playback) -> None:
     playback.seek(2.5)
     playback.advance(AGES)
     assert (playback.time, playback.playing, playback.sought) == (2.5, False, True)
-    assert abs(playback.run.frame_at(2.5).time - 2.5) < 1 / 29
+    assert abs(playback.runs[0].frame_at(2.5).time - 2.5) < 1 / 29
     playback.play()
     assert not playback.sought
 
@@ -110,13 +111,36 @@ def test_a_time_that_is_sought_is_held(playback: Playback) -> None:
 def test_the_playback_waits_for_the_simulation(finished: LiveRun) -> None:
     run = LiveRun(finished.problem, finished._begin)
     run.statuses, run.frames = finished.statuses[:2], finished.frames[:10]
-    playback = Playback(run)
+    playback = Playback([run])
     playback.step()
     playback.advance(AGES)
     assert playback.playing and playback.time == run.frames[-1].time
     run.statuses, run.frames = finished.statuses, finished.frames
     playback.advance(AGES)
     assert not playback.playing and run.status_at(playback.time).done == 1
+
+
+def test_runs_in_step_wait_for_the_one_that_is_behind(finished: LiveRun) -> None:
+    behind = LiveRun(finished.problem, finished._begin)
+    behind.statuses, behind.frames = finished.statuses[:3], finished.frames[:20]
+    playback = Playback([finished, behind])
+    playback.play()
+    playback.advance(AGES)
+    assert playback.playing and playback.time == playback.latest == behind.frames[-1].time
+    behind.statuses, behind.frames = finished.statuses, finished.frames[:]
+    playback.step()
+    playback.advance(AGES)
+    assert [run.status_at(playback.time).done for run in playback.runs] == [1, 1] and not playback.playing
+
+
+def test_no_more_is_simulated_than_is_allowed() -> None:
+    run = live_run(loads(CUP), until=0.0)
+    run.start()
+    run.allow(0.5)
+    while not run.frames or run.frames[-1].time < 0.45:
+        time.sleep(0.001)
+    run.stop()
+    assert run.frames[-1].time < 0.55 and not run.ended and run.failure is None
 
 
 def test_a_run_that_is_stopped_ends_early() -> None:
@@ -140,12 +164,28 @@ def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
     plan = Plan(4, 0, {"a": 4}, {"a": 0}, ("transit desk", "grasp cup"), ())
     tasks = (Task("a", "F (holding_cup & !cup_tray)"), Task("b", "F x"))
     costs = Entry(3, {"a": 3, "b": 2}, {"a": 0, "b": 0}, frozenset({"b"}), 0)
-    html = status_html(tasks, Status(1.0, plan, 1, costs, ("1.0 s: fault: <b>",)), 1.25, state="playing")
+    status = Status(1.0, plan, 1, costs, ("1.0 s: fault: <b>",))
+    html = status_html(tasks, status, 1.25, state="playing", waiting=["knock"])
     assert '<li class="muted">transit desk</li>\n<li class="current">grasp cup</li>' in html
     assert "1 of 2 actions done, 1.2 s" in html and "playing" in html
     assert 'F (holding_cup &amp; !cup_tray)</td>\n<td class="number">open' in html
     assert 'F x</td>\n<td class="number">2' in html
     assert "fault: &lt;b&gt;" in html
+    assert "knock: happens as soon as the run goes on" in html
+    narrow = status_html(tasks, status, 1.25, state="playing", heading="Plan 1", colour="#228be6")
+    assert '<div style="color: #228be6"><b>Plan 1</b>' in narrow and "cup_tray" not in narrow
+
+
+def test_the_front_is_drawn_with_the_plans_that_are_carried_out() -> None:
+    plans = [Plan(cost, preference, {}, {}, (), ()) for cost, preference in ((34, 17), (41, 0), (41, 0))]
+    html = front_html(plans, {1: "#228be6"})
+    assert re.findall('fill="(#.*?|currentColor)"\n +opacity="(.*?)"', html) == [
+        ("currentColor", "0.5"),
+        ("#228be6", "1"),
+        ("currentColor", "0.5"),
+    ]
+    assert re.findall('cx="(.*?)" cy="(.*?)"', html)[:2] == [("26.0", "16.0"), ("272.0", "70.0")]
+    assert 'cx="149.0"' in front_html(plans[:1], {})
 
 
 def test_a_location_at_work_glows() -> None:
@@ -158,7 +198,7 @@ def test_a_location_at_work_glows() -> None:
 
         def colours() -> list[tuple[int, int, int]]:
             bodies = [scene.mujoco.body(body).id for body in ("basin_base", "basin_lamp_head")]
-            meshes = [server.scene.get_handle_by_name(f"/glow/basin/{body}") for body in bodies]
+            meshes = [server.scene.get_handle_by_name(f"/left/glow/basin/{body}") for body in bodies]
             return [mesh.color for mesh in meshes if mesh]
 
         stage.show(Frame(0.0, qpos, -1))

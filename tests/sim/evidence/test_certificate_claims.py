@@ -117,7 +117,7 @@ def test_every_certificate_of_a_forger_who_guesses_is_refuted(arch_log: Log) -> 
             (0.3, float(rng.uniform(0.40, 0.5)), 0.0225),
             since=float(rng.uniform(0.1, 0.95)) * arch_log.times[-1],
         ),
-        lambda: replace(arch_log, pad_forces=arch_log.pad_forces * (arch_log.times < rng.uniform(0, 25))[:, None]),
+        lambda: replace(arch_log, pad_forces=arch_log.pad_forces * (arch_log.times < rng.uniform(0, 18))[:, None]),
     ]
     for _ in range(35):
         certificate = certify(kinds[int(rng.integers(len(kinds)))]())

@@ -75,21 +75,25 @@ def test_what_no_frame_shows_was_neither_held_nor_marked(
     assert found["completed"] == "not satisfied: phi1, phi2"
 
 
-@pytest.mark.parametrize("joint", [0, 3, 6])
-@pytest.mark.parametrize(("name", "limits"), [("speeds", PANDA.velocity_limits), ("torques", PANDA.torque_limits)])
-def test_a_limit_that_was_passed_is_told(arch_log: Log, name: str, limits: np.ndarray, joint: int) -> None:
+@pytest.mark.parametrize(
+    ("name", "joint"),
+    [("speeds", 0), ("accelerations", 1), ("jerks", 2), ("torques", 3), ("torques", 6), ("torque_rates", 5)],
+)
+def test_a_limit_that_was_passed_is_told(arch_log: Log, name: str, joint: int) -> None:
     beyond = getattr(arch_log, name).copy()
-    beyond[100, joint] = 1.01 * limits[joint]
-    words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name}"]
+    beyond[100, joint] = 1.01 * np.asarray(PANDA.load_limits[name])[joint]
+    words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name.replace('_', ' ')}"]
     assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
 
 
-def test_a_joint_past_its_stop_is_told_and_speeds_are_not_hidden(arch_log: Log) -> None:
+def test_a_joint_past_its_stop_is_told_and_speeds_and_accelerations_are_not_hidden(arch_log: Log) -> None:
     qpos = arch_log.qpos.copy()
     qpos[:, arch_log.about.joints["joint4"]] = -3.1
-    found = refutations(replace(arch_log, qpos=qpos, speeds=np.zeros_like(arch_log.speeds)))
+    none = np.zeros_like(arch_log.speeds)
+    found = refutations(replace(arch_log, qpos=qpos, speeds=none, accelerations=none))
     assert "exceeded" in found["joint positions"]
     assert "but at most 0.00 rad/s are recorded" in found["joint speeds"]
+    assert "but at most 0.00 rad/s^2 are recorded" in found["joint accelerations"]
 
 
 def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:

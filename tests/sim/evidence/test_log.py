@@ -13,7 +13,8 @@ import pytest
 from prefplan.claims import Claims
 from prefplan.front import Purchase
 from sim.errors import LogError
-from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, About, Log, LoggedAction, encode, read_log, text_hash
+from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log, text_hash
+from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event
 
 
@@ -43,6 +44,7 @@ def log() -> Log:
         glow=np.array([-1, 0]),
         speeds=rows + 1,
         torques=rows + 2,
+        **{name: rows + k for k, name in enumerate(RATES, 3)},
         pad_forces=np.zeros((2, 2)),
         controls=np.array([[3, -4], [2**40, 1]]),
         interventions=np.array([[0, np.pi]]),
@@ -71,7 +73,7 @@ def npy(array: np.ndarray) -> bytes:
 Rewrite = Callable[..., None]
 
 NO_FRAMES = {"times": np.zeros(0), "glow": np.zeros(0, int), "pad_forces": np.zeros((2, 0), int)}
-NO_FRAMES |= {name: np.zeros((7, 0), int) for name in ("qpos", "qvel", "speeds", "torques")}
+NO_FRAMES |= {name: np.zeros((7, 0), int) for name in ("qpos", "qvel", *PANDA.load_limits)}
 
 
 @pytest.fixture

@@ -81,7 +81,8 @@ def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     assert run.steps[-1].action == "transport pink bin2" and "expected pink in the hand" in str(run.reason)
     tool = run.cell.data.site("tcp").xpos
     assert min(np.hypot(*(tool - slot.position)[:2]) for slot in scene.slots["bin2"]) > 0.1, "it went on to the end"
-    assert run.rollout().speed_share.max() < 1 and run.rollout().torque_share.max() < 1
+    shares = {load: float(share.max()) for load, share in run.rollout().load_shares.items()}
+    assert max(shares.values()) < 1, shares
 
 
 def test_missed_grasps_close_on_nothing_and_disturb_nothing(scene: Scene) -> None:
@@ -128,3 +129,38 @@ def test_the_robot_waits_until_it_sees_again_but_not_for_ever(scene: Scene) -> N
     assert run.steps[1].end - run.steps[1].start > 2
     run = run_with(scene, LIFT, "blind:9@2")
     assert run.lost_sensor and "nothing has been seen of" in str(run.reason)
+
+
+def test_a_fault_happens_at_once_if_it_can(scene: Scene) -> None:
+    run = run_with(scene, ["transit top"])
+    assert not run.injector.inject(Fault("slip", 1)), "nothing hangs in the hand"
+    assert run.step("grasp pink")
+    assert not run.injector.inject(Fault("knock", 2, "pink")), "the hand holds it"
+    tick, cell = run.cell.disturb, run.cell
+    slipped: list[float] = []
+
+    def drop_it_high() -> None:
+        if not slipped and cell.data.body("pink").xpos[2] > 0.15 and run.injector.inject(Fault("slip", 3)):
+            slipped.append(float(cell.data.time))
+        tick()
+
+    cell.disturb = drop_it_high
+    assert not run.step("transport pink bin2")
+    (fault,) = (event for event in cell.events if event.kind == "fault")
+    assert (fault.detail, fault.time) == ({"fault": "slip@3"}, slipped[0])
+    assert "expected pink in the hand" in str(run.reason)
+
+
+def test_what_is_pulled_follows_the_pointer_and_falls_when_it_is_let_go(scene: Scene) -> None:
+    run = run_with(scene, ["transit san"])
+    pink, target = run.cell.data.body("pink"), np.array([0.5, -0.1, 0.25])
+    run.injector.pull("pink", target)
+    run.cell.wait(1.5)
+    assert np.linalg.norm(pink.xpos - target) < 0.005
+    run.injector.pull("pink", target - [0.1, 0.0, 0.0])
+    run.cell.wait(1.0)
+    run.injector.let_go()
+    run.cell.wait(1.0)
+    assert np.hypot(*(pink.xpos - target)[:2]) > 0.05 and pink.xpos[2] < 0.08
+    told = [event.detail for event in run.cell.events if event.kind == "fault"]
+    assert told == [{"fault": "pull:pink@1", "object": "pink"}]

@@ -71,8 +71,8 @@ def test_each_object_and_remote_states_have_their_turn(wanted: dict[Pair, tuple[
 
 
 def test_a_simulated_action_takes_what_it_takes_in_an_execution(scene: Scene) -> None:
-    actions = ["transit top", "grasp pink", "transport pink san"]
-    *_, step = execute(scene, actions).steps
+    actions = ["transit top", "grasp pink", "transport pink san", "release pink san"]
+    *_, step, _ = execute(scene, actions).steps
     effort = simulate(scene, Trial(replace(step.predicted, hand="top"), "transport pink san"))
     assert effort.energy == pytest.approx(step.effort.energy, rel=0.02)
     assert effort.time == pytest.approx(step.effort.time, abs=0.02)

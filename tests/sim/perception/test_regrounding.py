@@ -45,7 +45,7 @@ def location(found: Regrounded, name: str) -> Location:
 
 def test_what_is_as_the_scenario_has_it_stays_so(scene: Scene, see: See) -> None:
     found = see()
-    assert found.state == scene.model.initial_state and found.lost == ()
+    assert found.state == scene.model.initial_state and found.lost == {}
     assert found.scene.model.locations == scene.model.locations
 
 
@@ -88,14 +88,14 @@ def test_nothing_is_put_where_something_lies_half_in_the_way(see: See) -> None:
 
 def test_what_is_in_the_way_and_out_of_reach_closes_a_location(see: See) -> None:
     found = see(pink=(0.669, 0.20, 0.0225), reach=0.66)
-    assert found.lost == ("pink",) and location(found, "table").closed
+    assert found.lost == {"pink": "is out of reach"} and location(found, "table").closed
     (pink,) = (obj for obj in found.scene.model.objects if obj.name == "pink")
     assert pink.fixed
 
 
 def test_what_fell_from_the_table_is_no_longer_in_the_model(see: See) -> None:
     found = see(pink=(1.0, 0.0, -5.0))
-    assert found.lost == ("pink",)
+    assert found.lost == {"pink": "fell from the table"}
     assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
     assert found.state.place == {"blue": "left", "green": "right"}
 

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
+import mujoco
 import numpy as np
 import pytest
 from scenario_texts import shipped
 
 from sim.errors import RenderingError
-from sim.rendering.cameras import AZIMUTH_DEG, SWING_DEG, Camera, label_anchors, object_corners, read_view, with_strays
-from sim.rendering.labels import place_labels
+from sim.rendering.cameras import (
+    AZIMUTH_DEG,
+    SWING_DEG,
+    Camera,
+    camera_names,
+    label_anchors,
+    label_offsets,
+    read_view,
+    with_strays,
+)
+from sim.rendering.labels import label_boxes
 from sim.robots.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M
 from sim.world.scene import Scene, build_scene, initial_state
@@ -21,6 +32,9 @@ SIZE = (1280, 612)
 
 HAND_M = (0.10, 0.03, 0.10)
 """The hand, from the tool along the closing line, across it and upwards."""
+
+FRAMES = 600
+"""Of a video of 20 s, shorter than any of these scenes'."""
 
 SCENES = ("case_study_3", "kitchen")
 
@@ -84,17 +98,30 @@ def test_a_cube_is_large_in_the_picture(scenes: dict[str, Scene], name: str, lea
     assert narrowest_cube(scenes[name], Camera(scenes[name], "fixed", SIZE)) >= least_px
 
 
+def anchors_in(scene: Scene, camera: Camera, share: float) -> dict[str, np.ndarray]:
+    places = label_anchors(scene)
+    return dict(zip(places, camera.pixels(np.array([*places.values()]), share), strict=True))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_names_go_with_their_locations_as_the_camera_turns(scenes: dict[str, Scene], name: str) -> None:
+    scene, camera = scenes[name], Camera(scenes[name], "orbit", SIZE)
+    offsets = label_offsets(scene, camera)
+    anchors = [anchors_in(scene, camera, share) for share in np.arange(0.0, 1.0, 1 / FRAMES)]
+    boxes = [label_boxes(shown, offsets, SIZE) for shown in anchors]
+    for label in scene.slots:
+        turned, moved = (abs(np.diff([shown[label][:2] for shown in frames], axis=0)) for frames in (anchors, boxes))
+        # At the edge of the picture a name stays; elsewhere it goes as far, to a pixel.
+        assert turned.max() > 2 and (moved <= turned + 1).all()
+
+
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.25, 0.4, 0.75])
 def test_every_name_is_in_the_picture_and_none_overlaps_another(
     scenes: dict[str, Scene], name: str, share: float
 ) -> None:
     scene, camera = scenes[name], Camera(scenes[name], "orbit", SIZE)
-    places = label_anchors(scene)
-    anchors = dict(zip(places, camera.pixels(np.array([*places.values()]), share), strict=True))
-    corners = camera.pixels(object_corners(scene).reshape(-1, 3), share).reshape(-1, 8, 2)
-    obstacles = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-    placed = place_labels(anchors, obstacles, SIZE)
+    placed = label_boxes(anchors_in(scene, camera, share), label_offsets(scene, camera), SIZE)
     assert placed.keys() == scene.slots.keys()
     for left, top, right, bottom in placed.values():
         assert 0 <= left < right <= SIZE[0] and 0 <= top < bottom <= SIZE[1] and bottom - top >= 20
@@ -127,6 +154,18 @@ def test_a_camera_may_be_anywhere(scenes: dict[str, Scene]) -> None:
     view = Camera(scenes["case_study_3"], "90, -45,2.5", SIZE).view()
     assert (view.azimuth, view.elevation, view.distance) == (90, -45, 2.5)
     assert read_view("-10,-90,1") == (-10, -90, 1)
+
+
+def test_a_camera_of_the_mjcf_is_chosen_by_its_name() -> None:
+    def watched(meshes: bool | None) -> mujoco.MjSpec:
+        spec = PANDA.mjcf(meshes)
+        spec.worldbody.add_camera(name="door", pos=[2.0, 0.0, 1.0])
+        return spec
+
+    scene = build_scene(shipped("case_study_3").model, robot=replace(PANDA, mjcf=watched), meshes=False)
+    assert camera_names(scene) == ("fixed", "orbit", "wrist", "top", "door")
+    door = Camera(scene, "door", SIZE)
+    assert door.mounted and door.view().fixedcamid == scene.mujoco.camera("door").id
 
 
 @pytest.mark.parametrize("text", ["above", "1,2", "1,2,3,4", "1,2,x", "0,-100,1", "0,0,0", "0,0,nan", "nan,0,1"])

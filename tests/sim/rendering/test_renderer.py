@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import binary_erosion, median_filter
 
 from prefplan.models.manipulation.model import Location, ManipulationModel
 from sim.errors import RenderingError
@@ -44,6 +46,22 @@ def test_a_wide_lamp_sheds_softer_shadows_than_a_point(scene: Scene, gl: None, m
     hard, soft = (sum(float((np.diff(shown, axis=axis) ** 2).sum()) for axis in (0, 1)) for shown in pictures)
     assert soft < 0.985 * hard
     assert abs(pictures[0].mean() - pictures[1].mean()) < 1
+
+
+def test_the_lit_table_has_no_specks_of_shadow(scene: Scene, gl: None) -> None:
+    unshadowed = replace(scene, mujoco=copy.copy(scene.mujoco))
+    unshadowed.mujoco.light_castshadow[:] = False
+    lit, plain = (
+        render_frame(one, initial_state(scene).qpos, size=(960, 540), quality=replace(DRAFT, samples=5)).astype(float)
+        for one in (scene, unshadowed)
+    )
+    light = lit.sum(axis=2) / plain.sum(axis=2)
+    wood = plain[..., 0] > plain[..., 2] + 25
+    around = median_filter(light, 7)
+    plane = binary_erosion(wood & (abs(around - np.median(light[wood])) < 0.02), iterations=4)
+    assert plane.mean() > 0.2
+    # Without `fill_specks`, 0.0011 with Mesa's software renderer.
+    assert (light - around < -0.03)[plane].mean() < 1e-4
 
 
 def test_smoothing_softens_a_slanted_edge_and_leaves_flat_areas() -> None:

@@ -67,6 +67,23 @@ def test_tasks_are_all_shown_and_end_at_the_margin(count: int) -> None:
         assert 10 <= np.ptp(rows) <= 40 and rows.max() < 716
 
 
+def test_six_tasks_can_be_read_to_their_ends() -> None:
+    texts = (
+        "soup first on stove, then on plate1",
+        "fish first on stove, then on plate3",
+        "blue first on san, then on bin1",
+    )
+    tasks = tuple(
+        TaskStatus(name, text, "open") for name, text in zip(("ada", "ben", "cleo") * 2, texts * 2, strict=True)
+    )
+    whole = captioned(Caption(0, 1, "grasp pink", 3, 34, tasks), (1280, 720))
+    for i, task in enumerate(tasks):
+        for other in (replace(task, text=f"{task.text[:-1]}x"), replace(task, state="satisfied")):
+            shown = Caption(0, 1, "grasp pink", 3, 34, (*tasks[:i], other, *tasks[i + 1 :]))
+            rows = np.flatnonzero((whole != captioned(shown, (1280, 720))).any(axis=(1, 2)))
+            assert np.ptp(rows) >= 8
+
+
 @pytest.mark.slow
 def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path) -> None:
     frames = 3 * FRAME_RATE
@@ -83,8 +100,7 @@ def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path) -> No
         qpos=qpos,
         qvel=np.zeros((frames, scene.mujoco.nv)),
         glow=np.where(times > 1.0, lit, -1),
-        speeds=np.zeros((frames, 7)),
-        torques=np.zeros((frames, 7)),
+        **dict.fromkeys(scene.robot.load_limits, np.zeros((frames, 7))),
         pad_forces=np.zeros((frames, 2)),
         controls=np.zeros((0, scene.mujoco.nu), int),
         interventions=np.zeros((0, 1)),

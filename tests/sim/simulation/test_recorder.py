@@ -20,17 +20,22 @@ def grasp(scene: Scene) -> Rollout:
 def test_the_greatest_load_between_two_frames_and_after_the_last_is_kept(scene: Scene) -> None:
     data, recorder = initial_state(scene), Recorder(scene)
     recorder.record(data, glow=-1)
-    for speed in (0.5, -2.0, 1.0):
+    period = scene.mujoco.opt.timestep
+    for step, speed in enumerate((0.5, -2.0, 1.0, 1.0)):
         data.joint("joint2").qvel[0] = speed
         mujoco.mj_forward(scene.mujoco, data)
-        recorder.feel(data)
+        recorder.feel(data, np.full(7, 5.0 * (step * period) ** 3))
     recorder.record(data, glow=-1)
     data.joint("joint2").qvel[0] = 0.25
     data.ctrl[:] = 0
     mujoco.mj_forward(scene.mujoco, data)
-    recorder.feel(data)
+    recorder.feel(data, np.full(7, 5.0 * (4 * period) ** 3))
     loads = recorder.arrays
     assert loads["speeds"][:, 1].tolist() == [0, 2.0]
+    assert loads["accelerations"][:, 1] == pytest.approx([0, 3.0 / period])
+    assert loads["jerks"][:, 1] == pytest.approx([0, 30.0])
+    torque = loads["torques"][1, 1]
+    assert 0 < loads["torque_rates"][1, 1] <= 2 * torque / period
     assert loads["torques"].shape == (2, 7) and (loads["torques"][1] / PANDA.torque_limits).max() > 0.9
 
 
@@ -49,6 +54,7 @@ def test_whatever_presses_a_pad_is_felt(scene: Scene) -> None:
 def test_a_rollout_holds_the_loads_of_every_frame(grasp: Rollout) -> None:
     frames = len(grasp.times)
     assert grasp.speeds.shape == grasp.torques.shape == (frames, 7) and grasp.pad_forces.shape == (frames, 2)
-    assert 0.1 < grasp.speed_share.max() < 1 and 0.1 < grasp.torque_share.max() < 1
+    shares = {name: share.max() for name, share in grasp.load_shares.items()}
+    assert len(shares) == 5 and all(0.01 < share < 1 for share in shares.values()), shares
     assert np.median(grasp.pad_forces[-10:], axis=0) == pytest.approx([15, 15], abs=2)
     assert not grasp.pad_forces[grasp.times < grasp.steps[0].end].any()

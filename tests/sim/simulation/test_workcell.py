@@ -3,10 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sim.errors import SimulationError
 from sim.execution.executor import Execution
 from sim.robots.panda import PANDA
+from sim.simulation.rollout import REST_SPEED_RAD_S
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
+from sim.skills.hand import move_tool
 from sim.world.scene import Scene, initial_state
 
 
@@ -40,6 +43,36 @@ def test_energy_is_at_least_the_work_done_against_gravity(cell: Workcell) -> Non
         spent.append(cell.effort.energy)
     assert heights[1] - heights[0] > 5
     assert spent[1] - spent[0] > heights[1] - heights[0]
+
+
+def test_the_next_movement_begins_before_the_arm_rests_and_leads_to_its_goal(cell: Workcell) -> None:
+    data, speeds = cell.data, []
+    low, high = (np.array([0.5, 0.1, z]) for z in (0.15, 0.35))
+    move_tool(cell, high, [0.0, np.pi], within=0.02)
+    assert 0 < np.linalg.norm(data.site("tcp").xpos - high) < 0.025 and len(cell.ending)
+    cell.disturb = lambda: speeds.append(np.abs(data.qvel[:7]).max())
+    move_tool(cell, low, [0.0, np.pi])
+    assert np.linalg.norm(data.site("tcp").xpos - low) < 0.002 and not len(cell.ending)
+    assert min(speeds[: len(speeds) // 2]) > REST_SPEED_RAD_S
+    recorded = cell.recorder.arrays
+    assert all((recorded[load] < limits).all() for load, limits in PANDA.load_limits.items())
+
+
+def test_a_surprise_on_the_way_brakes_the_arm_within_its_limits(cell: Workcell) -> None:
+    goal = np.array([0.5, 0.2, 0.35])
+
+    def watch() -> None:
+        if cell.data.time > 0.5:
+            raise SimulationError("surprise")
+
+    with pytest.raises(SimulationError, match="surprise"):
+        move_tool(cell, goal, [0.0, np.pi], watch=watch)
+    assert 0.5 < cell.data.time < 1.0 and not len(cell.ending)
+    assert np.abs(cell.data.qvel[:7]).max() < REST_SPEED_RAD_S
+    assert np.linalg.norm(cell.data.site("tcp").xpos - goal) > 0.02
+    assert cell.angles == pytest.approx(cell.reference, abs=0.002)
+    recorded = cell.recorder.arrays
+    assert all((recorded[load] < limits).all() for load, limits in PANDA.load_limits.items())
 
 
 def test_a_step_tells_its_own_effort(scene: Scene) -> None:

@@ -200,7 +200,7 @@ def test_an_object_is_not_lowered_onto_one_that_has_come_meanwhile(scene: Scene)
     place, began = scene.slots["table"][0].position, cell.data.time
 
     def disturb() -> None:
-        if cell.data.time > began + 0.3:
+        if cell.data.time > began + 0.15:
             cell.disturb = lambda: None
             cell.data.joint("green").qpos[:3] = place + [0.0, 0.028, CUBE_EDGE_M / 2]
 

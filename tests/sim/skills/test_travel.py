@@ -141,3 +141,12 @@ def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
     assert cell.collisions(q, width=0.0, clearance=0.006) == ["cup"]
     assert cell.collisions(q, width=0.0) == []
     assert (cell.data.qpos == before).all() and (scene.mujoco.geom_margin == 0).all()
+
+
+@pytest.mark.parametrize("meshes", [False, True])
+def test_the_arms_own_links_are_in_each_others_way(meshes: bool) -> None:
+    scene = build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.5, 0.0)),), ()), meshes=meshes)
+    cell = perform_all(scene)
+    assert cell.collisions(scene.robot.home) == cell.collisions(scene.robot.home, width=0.0, clearance=0.006) == []
+    folded = np.array([0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.78])
+    assert {"hand", "link7"} <= set(cell.collisions(folded))

@@ -102,12 +102,15 @@ def test_places_that_cannot_work_are_refused_by_name(
         layout_of(*locations)
 
 
-def test_a_tall_stack_lowers_the_reach_of_the_hand_that_passes_over_it(layout_of: Callable[..., TableLayout]) -> None:
-    tower = [Location("s0", at=(0.4, 0.2))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 8)]
-    edge = Location("edge", at=(0.75, -0.2))
-    layout_of(edge)
-    with pytest.raises(SimulationError, match=r"locations\.edge: .* passes over a stack 0\.36 m high"):
-        layout_of(*tower, edge)
+def test_storeys_must_be_within_reach_only_where_there_are_objects_for_them(
+    layout_of: Callable[..., TableLayout],
+) -> None:
+    tower = [Location("s0", at=(0.6, -0.4))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 9)]
+    objects = [Object(f"obj{i}", f"s{i}") for i in range(9)]
+    locations = (*tower, Location("edge", at=(0.70, 0.2)))
+    arrange(ManipulationModel("home", COSTS, locations, tuple(objects[:3])), PANDA)
+    with pytest.raises(SimulationError, match=r"locations\.s\d: .* passes over a stack"):
+        arrange(ManipulationModel("home", COSTS, locations, tuple(objects)), PANDA)
 
 
 def test_a_lamp_keeps_out_of_the_hands_way(arch_model: ManipulationModel) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.patches import BoxStyle, Ellipse, FancyArrowPatch, FancyBboxPatch
 from matplotlib.path import Path as Path2D
 
+from experiments.figures.diagrams.curves import LOOP, RADIUS, curve_between, loop_above
+from experiments.figures.diagrams.edge_labels import edge_labels, wrapped
+from experiments.figures.diagrams.layered import Box, place
 from experiments.figures.figures import drawing, inline_svg, write_figure
-from experiments.figures.layered import Box, place
 
 POINTS = 72
 """Points in an inch."""
@@ -37,20 +39,15 @@ FILL = {"plain": "#ffffff", "accepting": "#d9efdc", "dead": "#f2f2f2"}
 
 FONT: dict[str, Any] = {"family": "monospace", "fontsize": LETTER, "color": INK}
 
-RADIUS = 17.0
-"""Radius of a node with a short name; a node with a long name is a box with ends of this radius."""
-
-LOOP = 30.0
-"""Height of a self-loop above its node, px."""
+PLAIN: dict[str, Any] = {"color": INK}
+TAKEN: dict[str, Any] = {"color": "#0072b2", "linewidth": 2.4}
+"""Styles of edges: of any, and of those of a plan."""
 
 HEAD = (9.0, 3.6)
 """Length and half the width of an arrow head, px."""
 
-WIDEST, WIDEST_LOOP = 36, 9
-"""Most letters in a line of a label that can be broken: of an edge, of a self-loop (edges leave the node beside it)."""
-
-MOST_LINES = 6
-"""Most lines of a label."""
+NOTE_LETTERS = 48
+"""Letters in a line below a narrow diagram."""
 
 GAP = (32.0, 12.0)
 """Least distance between columns and within them, px."""
@@ -88,11 +85,12 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """An edge between two nodes, given by number, with its label."""
+    """An edge between two nodes, given by number, with its label; `kind` is `plain` or `taken`, by a plan."""
 
     source: int
     target: int
     label: str
+    kind: str = "plain"
 
 
 @dataclass(frozen=True)
@@ -122,7 +120,8 @@ class Diagram:
         sizes: (N, 2) widths and heights of the nodes.
         start: (4, 2) the curve of the arrow that points at the start.
         arrows: the edges.
-        size: width and height of the diagram.
+        size: width and height of the diagram, with its notes.
+        notes: lines of text below the drawing.
     """
 
     nodes: tuple[Node, ...]
@@ -131,38 +130,50 @@ class Diagram:
     start: np.ndarray
     arrows: tuple[Arrow, ...]
     size: tuple[float, float]
+    notes: tuple[str, ...] = ()
 
 
 def arrange(nodes: Sequence[Node], edges: Sequence[Edge]) -> Diagram:
     """Lay out a diagram in which every node can be reached from the first."""
     texts = [(max(map(len, node.text)), len(node.text)) for node in nodes]
     sizes = (np.array(texts) * (ADVANCE, LINE) + np.array((1.2, 0.8)) * RADIUS).clip(min=2 * RADIUS)
-    loops = {edge.source: _lines(edge.label, WIDEST_LOOP) for edge in edges if edge.source == edge.target}
+    straight = [edge for edge in edges if edge.source != edge.target]
+    round_edges = [edge for edge in edges if edge.source == edge.target]
+    labels, notes = edge_labels([(edge.label, edge.source == edge.target) for edge in [*straight, *round_edges]])
+    loops = {edge.source: lines for edge, lines in zip(round_edges, labels[len(straight) :], strict=True)}
     boxes = []
     for i, (width, height) in enumerate(sizes):
         lines = loops.get(i, ())
         above = height / 2 + (LOOP + LINE * len(lines) + 4 if lines else 0)
         boxes.append(Box(max([width, *(ADVANCE * len(line) for line in lines)]), above, height / 2))
-    straight = [edge for edge in edges if edge.source != edge.target]
-    labels = [_lines(edge.label, WIDEST) for edge in straight]
-    spaces = [Box(ADVANCE * max(map(len, lines)) + 8, LINE * len(lines) + 4, 4) for lines in labels]
+    spaces = [Box(ADVANCE * max(map(len, lines)) + 8, LINE * len(lines) + 4, 4) for lines in labels[: len(straight)]]
     layout = place(boxes, [(edge.source, edge.target) for edge in straight], spaces, gap=GAP)
     origin = np.array([MARGIN + START, MARGIN])
-    middles = layout.nodes + origin
-    halves = sizes / 2
+    middles, halves = layout.nodes + origin, sizes / 2
     arrows = []
-    for edge, route, lines, at in zip(straight, layout.routes, labels, layout.labels, strict=True):
+    for edge, route, lines, at in zip(straight, layout.routes, labels, layout.labels, strict=False):
         a, b = edge.source, edge.target
-        curve = _through(middles[a], halves[a], route + origin, middles[b], halves[b])
+        clear = [boxes[end].width / 2 if end in loops else 0.0 for end in (a, b)]
+        curve = curve_between(middles[a], halves[a], route + origin, middles[b], halves[b], clear)
         arrows.append(Arrow(edge, curve, lines, at + origin - [0, 2]))
-    for edge in edges:
-        if edge.source == edge.target:
-            top = middles[edge.source] - [0, halves[edge.source][1]]
-            arrows.append(Arrow(edge, _loop(top), loops[edge.source], top - [0, LOOP - 1]))
+    for edge in round_edges:
+        top = middles[edge.source] - [0, halves[edge.source][1]]
+        arrows.append(Arrow(edge, loop_above(top), loops[edge.source], top - [0, LOOP - 1]))
     entry = middles[0] - [halves[0][0], 0]
     start = entry - np.outer([START, START / 2, START / 2, 0], [1, 0])
     size = (layout.size[0] + START + 2 * MARGIN, layout.size[1] + 2 * MARGIN)
-    return Diagram(tuple(nodes), middles, sizes, start, tuple(arrows), size)
+    return _with_notes(Diagram(tuple(nodes), middles, sizes, start, tuple(arrows), size), notes)
+
+
+def _with_notes(diagram: Diagram, notes: Sequence[str]) -> Diagram:
+    """Return a diagram with long labels below it."""
+    if not notes:
+        return diagram
+    width, height = diagram.size
+    letters = max(NOTE_LETTERS, int((width - 2 * MARGIN) / ADVANCE))
+    lines = tuple(line for note in notes for line in wrapped(note, letters))
+    widest = max(map(len, lines)) * ADVANCE + 2 * MARGIN
+    return replace(diagram, notes=lines, size=(max(width, widest), height + LINE * len(lines) + MARGIN))
 
 
 def svg(diagram: Diagram, *, title: str) -> str:
@@ -200,11 +211,17 @@ def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
 def _draw(axes: Axes, diagram: Diagram) -> None:
     axes.set(xlim=(0, diagram.size[0]), ylim=(diagram.size[1], 0))
     axes.set_axis_off()
-    _draw_arrow(axes, diagram.start, "start")
+    _draw_arrow(axes, diagram.start, "start", PLAIN)
     for arrow in diagram.arrows:
         ends = "-".join(diagram.nodes[end].name for end in (arrow.edge.source, arrow.edge.target))
-        _draw_arrow(axes, arrow.curve, f"edge {ends}")
-        _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=f"edge {ends}")
+        gid, style = f"edge {ends}", PLAIN
+        if arrow.edge.kind == "taken":
+            gid, style = f"edge {ends} taken", TAKEN
+        _draw_arrow(axes, arrow.curve, gid, style)
+        _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=gid, color=style["color"])
+    below = diagram.size[1] - MARGIN - LINE * (len(diagram.notes) - 1)
+    for i, line in enumerate(diagram.notes):
+        axes.text(MARGIN, below + i * LINE, line, ha="left", va="bottom", gid="note", parse_math=False, **FONT)
     for node, middle, size in zip(diagram.nodes, diagram.middles, diagram.sizes, strict=True):
         _draw_box(axes, middle, size, kind=node.kind, gid=f"node {node.kind} {node.name}")
         if node.kind == "accepting":
@@ -213,13 +230,13 @@ def _draw(axes: Axes, diagram: Diagram) -> None:
 
 
 def _draw_text(axes: Axes, at: np.ndarray, lines: Sequence[str], **place: Any) -> None:
-    axes.text(at[0], at[1], "\n".join(lines), ha="center", linespacing=SPACING, parse_math=False, **FONT, **place)
+    axes.text(at[0], at[1], "\n".join(lines), ha="center", linespacing=SPACING, parse_math=False, **FONT | place)
 
 
-def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str) -> None:
+def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str, line: Mapping[str, Any]) -> None:
     path = Path2D(curve, [Path2D.MOVETO, *[Path2D.CURVE4] * (len(curve) - 1)])
     style = f"-|>,head_length={HEAD[0]},head_width={HEAD[1]}"
-    axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, color=INK, gid=gid))
+    axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, gid=gid, **line))
 
 
 def _draw_box(axes: Axes, middle: np.ndarray, size: np.ndarray, *, kind: str, gid: str) -> None:
@@ -230,55 +247,3 @@ def _draw_box(axes: Axes, middle: np.ndarray, size: np.ndarray, *, kind: str, gi
     corner, radius = middle - size / 2, min(RADIUS, size[1] / 2)
     rounded = BoxStyle.Round(pad=0, rounding_size=radius)
     axes.add_patch(FancyBboxPatch((corner[0], corner[1]), size[0], size[1], rounded, gid=gid, **style))
-
-
-def _lines(label: str, widest: int) -> tuple[str, ...]:
-    """Return a label in lines, one for each term of a sum if it is too long for one, broken before `&` if need be."""
-    lines: list[str] = []
-    for term in [label] if len(label) <= widest else label.replace(" | ", "\n| ").split("\n"):
-        lines.append("")
-        for word in [term] if len(term) <= widest else term.replace(" & ", "\n& ").split("\n"):
-            if lines[-1] and len(lines[-1]) + 1 + len(word) > widest:
-                lines.append("")
-            lines[-1] = f"{lines[-1]} {word}".strip()
-    return tuple(lines if len(lines) <= MOST_LINES else [*lines[: MOST_LINES - 1], "..."])
-
-
-def _through(
-    source: np.ndarray, half: np.ndarray, route: np.ndarray, target: np.ndarray, other: np.ndarray
-) -> np.ndarray:
-    """Return a smooth curve from node to node that is level in given points between them."""
-    first, last = _border(source, half, route[0]), _border(target, other, route[-1])
-    points = [first, *route, last]
-    out, into = _outwards(source, first), -_outwards(target, last)
-    level = np.array([np.sign(route[-1][0] - route[0][0]) or np.sign(target[0] - source[0]), 0.0])
-    tangents = [out, *([level] * len(route)), into]
-    curve = [first]
-    for (a, b), (u, v) in zip(
-        zip(points, points[1:], strict=False), zip(tangents, tangents[1:], strict=False), strict=True
-    ):
-        reach = 0.55 * abs(b[0] - a[0])
-        curve += [a + reach * u / max(abs(u[0]), 0.7), b - reach * v / max(abs(v[0]), 0.7), b]
-    return np.array(curve)
-
-
-def _border(middle: np.ndarray, half: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    """Return where a curve that comes from some point meets a node: on its side, less steeply than it comes."""
-    apart = towards - middle
-    up = half[1] * np.sin(np.clip(np.arctan2(apart[1], abs(apart[0])), -1.0, 1.0))
-    round_part = max(0.0, abs(up) - (half[1] - RADIUS))
-    across = half[0] - RADIUS + np.sqrt(RADIUS**2 - round_part**2)
-    return middle + [(np.sign(apart[0]) or 1.0) * across, up]
-
-
-def _outwards(middle: np.ndarray, border: np.ndarray) -> np.ndarray:
-    apart = border - middle
-    apart = np.array([apart[0], apart[1] * 0.6])
-    return apart / np.linalg.norm(apart)
-
-
-def _loop(top: np.ndarray) -> np.ndarray:
-    """Return a self-loop above a node."""
-    a, b = top + [-8.5, 2.4], top + [8.5, 2.4]
-    rise = 1.25 * LOOP
-    return np.array([a, a + [-9, -rise], b + [9, -rise], b])

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from experiments.figures.guards import cover, product, targets
+from experiments.figures.diagrams.guards import cover, product, targets
 from prefplan.logic.dfa import Automaton
 
 

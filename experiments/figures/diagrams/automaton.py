@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from experiments.figures import node_link
-from experiments.figures.guards import labels
-from experiments.figures.node_link import Diagram, Edge, Node
+from experiments.figures.diagrams import node_link
+from experiments.figures.diagrams.guards import labels
+from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.errors import PrefplanError
 from prefplan.logic.dfa import Automaton
 
@@ -15,14 +15,18 @@ MOST_STATES = 40
 """Most states of an automaton that can be read."""
 
 
+class AutomatonSizeError(PrefplanError):
+    """An automaton has more states than a picture can show."""
+
+
 def diagram(automaton: Automaton) -> Diagram:
     """Return a laid out automaton; state i is node `q<i>`.
 
     Raises:
-        PrefplanError: it has too many states.
+        AutomatonSizeError: it has too many states.
     """
     if automaton.size > MOST_STATES:
-        raise PrefplanError(
+        raise AutomatonSizeError(
             f"the automaton of '{automaton.text}' has {automaton.size} states, and only one of up to {MOST_STATES} "
             "can be drawn so that it can be read"
         )
@@ -42,7 +46,7 @@ def svg(automaton: Automaton) -> str:
     State i has the class `q<i>`, and the edge from i to j `q<i>-q<j>`; self-loops of absorbing states are left out.
 
     Raises:
-        PrefplanError: it has too many states.
+        AutomatonSizeError: it has too many states.
     """
     return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 
 from experiments.cli.output import number
-from experiments.figures import node_link
-from experiments.figures.node_link import Diagram, Edge, Node
+from experiments.figures.diagrams import node_link
+from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.errors import PrefplanError
 from prefplan.models.transition_system import TransitionSystem
 
@@ -27,20 +27,14 @@ def diagram(system: TransitionSystem) -> Diagram:
     Raises:
         SystemSizeError: it has too many states.
     """
-    number_of = {system.start: 0}
-    order = [system.start]
-    for state in order:
-        for edge in system.edges(state):
-            target = int(system.targets[edge])
-            if target not in number_of:
-                number_of[target] = len(order)
-                order.append(target)
-        if len(order) > MOST_STATES:
-            raise SystemSizeError(
-                f"the transition system has {system.size} states, and only one of up to {MOST_STATES} can be drawn "
-                "so that it can be read"
-            )
-    nodes = [Node(f"s{i}", _text(system, state)) for i, state in enumerate(order)]
+    order = reachable(system)
+    if order is None:
+        raise SystemSizeError(
+            f"the transition system has {system.size} states, and only one of up to {MOST_STATES} can be drawn "
+            "so that it can be read"
+        )
+    number_of = {state: i for i, state in enumerate(order)}
+    nodes = [Node(f"s{i}", text_of(system, state)) for i, state in enumerate(order)]
     edges = []
     for state in order:
         actions: dict[int, list[str]] = defaultdict(list)
@@ -52,7 +46,19 @@ def diagram(system: TransitionSystem) -> Diagram:
     return node_link.arrange(nodes, edges)
 
 
-def _text(system: TransitionSystem, state: int) -> tuple[str, ...]:
+def reachable(system: TransitionSystem) -> list[int] | None:
+    """Return the states that can be reached, the start first; None if they are too many to be drawn."""
+    order = [system.start]
+    for state in order:
+        targets = dict.fromkeys(int(system.targets[edge]) for edge in system.edges(state))
+        order += [target for target in targets if target not in order]
+        if len(order) > MOST_STATES:
+            return None
+    return order
+
+
+def text_of(system: TransitionSystem, state: int) -> tuple[str, ...]:
+    """Return the lines of text in a state: its name and its propositions."""
     name = system.states[state]
     label = sorted(system.label(state))
     shown = [*label[:MOST_NAMES], *(["..."] if len(label) > MOST_NAMES else [])]

@@ -15,20 +15,22 @@ Cube = dict[str, bool]
 """A term: the propositions that it fixes, and their values."""
 
 LONG = 22
-"""The longest label of a state is replaced by `else` if it has more letters than this."""
+"""The longest guard of a state is said as `otherwise` if it has more letters than this."""
 
-ELSE = "else"
+OTHERWISE = "otherwise"
 
 
 def labels(automaton: Automaton, state: int) -> dict[int, str]:
     """Return the guard of each successor of a state, in their order of first appearance.
 
-    The automaton is complete, so that the longest guard may be replaced by `else`.
+    The automaton is complete, so that one guard may be said as `otherwise`: that of the dead state, or the longest.
     """
     found = {target: " | ".join(map(product, cover(automaton, state, target))) for target in targets(automaton, state)}
     longest = max(found, key=lambda target: len(found[target]))
-    if len(found) > 1 and len(found[longest]) > LONG:
-        found[longest] = ELSE
+    if len(found) > 1 and automaton.dead in found:
+        found[automaton.dead] = OTHERWISE
+    elif len(found) > 1 and len(found[longest]) > LONG:
+        found[longest] = OTHERWISE
     return found
 
 

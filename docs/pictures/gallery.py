@@ -1,0 +1,89 @@
+"""The gallery: every scenario that ships, with its picture, its front and commands to try.
+
+As an extension of Sphinx it writes the sections when the pages are built; called as a program it makes the pictures.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from frames import taken
+from PIL import Image
+from sphinx.application import Sphinx
+
+from experiments import scenarios
+from experiments.cli.output import number
+from experiments.cli.overview import introduction, kind_of
+from experiments.figures import plans
+from experiments.runs.carry_out import carry_out, scene_of
+from prefplan import Front, Scenario, pareto_front
+
+PICTURES = Path(__file__).parents[1] / "gallery"
+
+WIDTH = 880
+"""Width of a picture, pixels."""
+
+QUALITY = 78
+"""Quality of the WebP files: at most 100 kB each."""
+
+COMMANDS = {
+    "grid": "prefplan draw plans {0} {0}.pdf\nprefplan report {0}",
+    "manipulation": "prefplan run {0} --plan preference\nprefplan report {0}",
+}
+"""What to try with a scenario of each kind."""
+
+
+def main() -> None:
+    """Make the picture of every scenario: the maps of its plans, or the arm as it carries the preferred plan out."""
+    PICTURES.mkdir(exist_ok=True)
+    for name in scenarios.names():
+        scenario = scenarios.find(name)
+        front = pareto_front(scenario.problem())
+        if kind_of(scenario.model) == "manipulation":
+            scene = scene_of(scenario)
+            picture = taken(scenario, scene, carry_out(scenario, scene, front[-1]))
+        else:
+            picture = _maps(scenario, front)
+        picture.thumbnail((WIDTH, picture.height), Image.Resampling.LANCZOS)
+        picture.save(PICTURES / f"{name}.webp", quality=QUALITY, method=6)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Add the sections to the page `gallery` as Sphinx reads it."""
+    app.connect("source-read", _add_sections)
+    return {"parallel_read_safe": True}
+
+
+def section(scenario: Scenario) -> str:
+    """Return what the page says of a scenario."""
+    name, tasks = scenario.name, [task.name for task in scenario.tasks]
+    rows = [["plan", "cost", "penalty", *tasks], ["---:"] * (3 + len(tasks))]
+    for i, plan in enumerate(pareto_front(scenario.problem())):
+        rows.append([str(i), *map(number, (plan.cost, plan.preference, *plan.task_costs.values()))])
+    table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    commands = COMMANDS[kind_of(scenario.model)].format(name)
+    return (
+        f"## {name}\n\n{introduction(scenario.text)}\n\n![{name}](gallery/{name}.webp)\n\n{table}\n\n"
+        f"```sh\nprefplan front {name}\n{commands}\n```\n"
+    )
+
+
+def _add_sections(app: Sphinx, page: str, source: list[str]) -> None:
+    if page != "gallery":
+        return
+    for name in scenarios.names():
+        scenario = scenarios.find(name)
+        app.env.note_dependency(scenario.path)
+        source[0] += f"\n{section(scenario)}"
+
+
+def _maps(scenario: Scenario, front: Front) -> Image.Image:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "maps.png")
+        plans.draw(scenario, front, file)
+        return Image.open(file).convert("RGB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Node-link diagrams: automata, transition systems, and plans on graphs."""

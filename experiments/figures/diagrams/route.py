@@ -1,0 +1,110 @@
+"""A plan on the graph of its model: the edges that it takes, numbered in their order."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from experiments.cli.output import number
+from experiments.figures.diagrams import node_link
+from experiments.figures.diagrams.node_link import Edge, Node
+from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
+from prefplan.front import Front, Plan
+from prefplan.models.transition_system import TransitionSystem
+
+MOST_EDGES = 90
+"""Most edges of a graph that is drawn whole."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """What is drawn of a graph with a plan on it.
+
+    Attributes:
+        nodes: the states that are drawn; the first is the start.
+        edges: between them; those of the plan are of the kind `taken`.
+        at: for each state of the plan, the node that it is, or the one before it if it is not drawn.
+        note: what is left out of the graph; None if it is drawn whole.
+    """
+
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+    at: tuple[int, ...]
+    note: str | None
+
+
+def route(system: TransitionSystem, plan: Plan) -> Route:
+    """Return a small graph with a plan on it; of a large graph, what the plan visits.
+
+    Raises:
+        SystemSizeError: the plan visits too many states with labels.
+    """
+    visited, costs = [system.start], []
+    for action in plan.actions:
+        target, cost = system.step(visited[-1], action)
+        visited.append(target)
+        costs.append(cost)
+    shown, note = _shown(system, visited)
+    node_of = {state: i for i, state in enumerate(shown)}
+    labels: dict[tuple[int, int], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    stops = [k for k, state in enumerate(visited) if state in node_of]
+    for k, m in pairwise(stops):
+        action = plan.actions[k] if m == k + 1 else f"{m - k} actions, cost"
+        step = str(m) if m == k + 1 else f"{k + 1}-{m}"
+        labels[node_of[visited[k]], node_of[visited[m]]][f"{action} {number(sum(costs[k:m]))}"].append(step)
+    taken = set(labels)
+    for state in shown if note is None else ():
+        for edge in system.edges(state):
+            action = system.action_names[system.actions[edge]]
+            ends = node_of[state], node_of[int(system.targets[edge])]
+            _ = labels[ends][f"{action} {number(system.cost(edge))}"]
+    edges = tuple(
+        Edge(*ends, " | ".join(map(_numbered, texts.items())), "taken" if ends in taken else "plain")
+        for ends, texts in labels.items()
+    )
+    at = [0]
+    for state in visited[1:]:
+        at.append(node_of.get(state, at[-1]))
+    return Route(tuple(Node(f"s{i}", text_of(system, state)) for i, state in enumerate(shown)), edges, tuple(at), note)
+
+
+def svg(route: Route, *, title: str) -> str:
+    """Return a route as inline SVG; node i has the class `s<i>`, and an edge of the plan `taken`."""
+    return node_link.svg(node_link.arrange(route.nodes, route.edges), title=title)
+
+
+def draw(system: TransitionSystem, front: Front, path: Path) -> None:
+    """Write every plan of a front on its graph, one below the other.
+
+    Raises:
+        PrefplanError: a plan visits too many states with labels, or the file cannot be written.
+    """
+    diagrams = {}
+    for i, plan in enumerate(front):
+        found = route(system, plan)
+        title = f"{i}: cost {number(plan.cost)}, μ = {number(plan.preference)}"
+        diagrams[f"{title}. {found.note}" if found.note else title] = node_link.arrange(found.nodes, found.edges)
+    node_link.draw(diagrams, path)
+
+
+def _shown(system: TransitionSystem, visited: Sequence[int]) -> tuple[list[int], str | None]:
+    """Return the states to draw, the start first, and what is left out."""
+    whole = reachable(system)
+    if whole is not None and sum(len(system.edges(state)) for state in whole) <= MOST_EDGES:
+        return whole, None
+    shown, which = list(dict.fromkeys(visited)), "those that the plan visits"
+    if len(shown) > MOST_STATES:
+        ends = (visited[0], visited[-1])
+        shown = [state for state in shown if system.label(state) or state in ends]
+        which = "those with propositions that the plan visits, its first and its last"
+    if len(shown) > MOST_STATES:
+        raise SystemSizeError(f"the plan visits {len(shown)} states with propositions, too many to draw")
+    return shown, f"Drawn of {system.size} states: {which}."
+
+
+def _numbered(text: tuple[str, Sequence[str]]) -> str:
+    action, steps = text
+    return f"{', '.join(steps)}. {action}" if steps else action

@@ -1,0 +1,130 @@
+"""Places for the labels of a map: near what they name, apart from each other, and off what should be seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+STEPS = 48
+"""Places tried along each side of the frame."""
+
+BESIDE, PER_LINE, COVERED_POINT, COVERED_AREA, COVERED_DOT = 2.0, 1.5, 1.0, 2.0, 40.0
+"""Penalties: for a place outside, for each line of text of distance, and for what a label lies on."""
+
+
+@dataclass(frozen=True)
+class Label:
+    """A label to place; rectangles are (left, low, right, high).
+
+    Attributes:
+        size: width and height.
+        target: (4,) rectangle that it names.
+        inside: whether it may lie in the rectangle; otherwise beside it.
+    """
+
+    size: tuple[float, float]
+    target: np.ndarray
+    inside: bool
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """What labels should not cover.
+
+    Attributes:
+        points: (P, 2) of a path.
+        dots: (D, 4) rectangles of marks.
+        areas: (A, 4) rectangles of what else has a name.
+    """
+
+    points: np.ndarray
+    dots: np.ndarray
+    areas: np.ndarray
+
+
+def place(labels: Sequence[Label], frame: np.ndarray, obstacles: Obstacles, *, line: float) -> list[np.ndarray | None]:
+    """Return the rectangle of each label, None where it would overlap another one everywhere.
+
+    Labels that have little space are placed first, each at the place of the least penalty that is left.
+
+    Args:
+        labels: to place.
+        frame: (4,) rectangle in which they stay.
+        obstacles: in the same coordinates.
+        line: height of a line of text.
+    """
+    taken: list[np.ndarray] = []
+    places: list[np.ndarray | None] = [None] * len(labels)
+    for i in sorted(range(len(labels)), key=lambda i: (labels[i].inside, _area(labels[i].target))):
+        rectangles = _candidates(labels[i], frame)
+        if taken:
+            rectangles = rectangles[~_overlaps(rectangles, np.array(taken)).any(axis=1)]
+        if len(rectangles):
+            places[i] = best = rectangles[np.argmin(_penalties(rectangles, labels[i], obstacles, line))]
+            taken.append(best)
+    return places
+
+
+def leader(rectangle: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return the (2, 2) ends of the shortest line from a label to the middle of its target's nearest part."""
+    middle = (target[:2] + target[2:]) / 2
+    start = np.clip(middle, rectangle[:2], rectangle[2:])
+    return np.array([start, np.clip(start, *_shrunk(target))])
+
+
+def gap(rectangles: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return the (R,) distances of (R, 4) rectangles from one."""
+    apart = np.maximum(rectangles[:, :2] - target[2:], target[:2] - rectangles[:, 2:]).clip(min=0)
+    return np.hypot(*apart.T)
+
+
+def _shrunk(target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    inset = np.minimum(4.0, (target[2:] - target[:2]) / 2)
+    return target[:2] + inset, target[2:] - inset
+
+
+def _area(rectangle: np.ndarray) -> float:
+    return float(np.prod(rectangle[2:] - rectangle[:2]))
+
+
+def _candidates(label: Label, frame: np.ndarray) -> np.ndarray:
+    """Return (R, 4) rectangles of a label's size in the frame: on a lattice, and around its target."""
+    low, high = frame[:2], frame[2:] - label.size
+    if (high < low).any():
+        return np.empty((0, 4))
+    left, bottom, right, top = label.target
+    width, height = label.size
+    near = (
+        (left, (left + right - width) / 2, right - width, left - width, right),
+        (bottom - height, bottom, top - height, top),
+    )
+    x, y = (
+        np.unique(np.concatenate([np.linspace(a, b, STEPS), np.clip(places, a, b)]))
+        for a, b, places in zip(low, high, near, strict=True)
+    )
+    corners = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    rectangles = np.hstack([corners, corners + label.size])
+    return rectangles if label.inside else rectangles[~_overlaps(rectangles, label.target[None])[:, 0]]
+
+
+def _overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return for (R, 4) and (S, 4) rectangles which overlap, (R, S)."""
+    pairs: np.ndarray = (one[:, None, :2] < other[:, 2:]) & (other[:, :2] < one[:, None, 2:])
+    return np.asarray(pairs.all(axis=2))
+
+
+def _penalties(rectangles: np.ndarray, label: Label, obstacles: Obstacles, line: float) -> np.ndarray:
+    points = np.hstack([obstacles.points, obstacles.points])
+    others = obstacles.areas[(obstacles.areas != label.target).any(axis=1)]
+    left, low, right, high = label.target
+    within = (rectangles[:, :2] >= (left, low)).all(axis=1) & (rectangles[:, 2:] <= (right, high)).all(axis=1)
+    # Of places inside an area, its upper left corner is where a reader looks first.
+    corner = np.hypot(rectangles[:, 0] - left, rectangles[:, 3] - high) / line
+    return (
+        np.where(within, 0.05 * corner, BESIDE + PER_LINE * gap(rectangles, label.target) / line)
+        + COVERED_POINT * _overlaps(rectangles, points).sum(axis=1)
+        + COVERED_DOT * _overlaps(rectangles, obstacles.dots).sum(axis=1)
+        + COVERED_AREA * _overlaps(rectangles, others).sum(axis=1)
+    )

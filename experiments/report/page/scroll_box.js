@@ -1,0 +1,30 @@
+"use strict";
+// Boxes that scroll: their content fades on each side where there is more, and Tab reaches them while there is.
+
+function watchEdges(box) {
+  const mark = () => {
+    const across = box.scrollWidth - box.clientWidth, down = box.scrollHeight - box.clientHeight;
+    box.classList.toggle("more-left", box.scrollLeft > 1);
+    box.classList.toggle("more-right", box.scrollLeft < across - 1);
+    box.classList.toggle("more-below", box.scrollTop < down - 1);
+    if (across > 1 || down > 1) box.tabIndex = 0;
+    else box.removeAttribute("tabindex");
+  };
+  box.addEventListener("scroll", mark, { passive: true });
+  const observer = new ResizeObserver(mark);
+  for (const element of [box, ...box.children]) observer.observe(element);
+  return box;
+}
+
+// `name`: for those who cannot see the box.
+function scrollBox(name, kind, content) {
+  return watchEdges(make("div", { class: `scroll ${kind}`, role: "region", "aria-label": name }, content));
+}
+
+// Where a picture is wider than its box, scroll to the part that matters now.
+function bringIntoView(box, part) {
+  if (!part || box.scrollWidth <= box.clientWidth) return;
+  const frame = box.getBoundingClientRect(), here = part.getBoundingClientRect();
+  if (here.left >= frame.left && here.right <= frame.right) return;
+  box.scrollLeft += (here.left + here.right - frame.left - frame.right) / 2;
+}

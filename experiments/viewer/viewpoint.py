@@ -1,0 +1,69 @@
+"""Where a browser looks from: the page's start is a camera of the videos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+import viser
+
+from sim.rendering.cameras import Camera
+from sim.world.scene import Scene, initial_state
+
+PICTURE = (900, 720)
+"""Width and height of the picture that a viewpoint is chosen for: a usual window without the panel."""
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """Where to look from.
+
+    Attributes:
+        eye: (3,) m.
+        target: (3,) a point straight ahead, m.
+        up: (3,) direction that is up in the picture.
+        field: angle of view from top to bottom, rad.
+    """
+
+    eye: np.ndarray
+    target: np.ndarray
+    up: np.ndarray
+    field: float
+
+    @classmethod
+    def of(cls, scene: Scene, camera: str) -> Viewpoint:
+        """Return that of a camera at the start of a run.
+
+        Args:
+            scene: what it looks at.
+            camera: as for `sim.rendering.cameras.Camera`.
+
+        Raises:
+            RenderingError: there is no such camera.
+        """
+        view, upright = Camera(scene, camera, PICTURE).view(), np.array([0.0, 0.0, 1.0])
+        if view.type == mujoco.mjtCamera.mjCAMERA_FIXED:
+            data = initial_state(scene)
+            mujoco.mj_forward(scene.mujoco, data)
+            eye, axes = data.cam_xpos[view.fixedcamid], data.cam_xmat[view.fixedcamid].reshape(3, 3)
+            field = np.radians(scene.mujoco.cam_fovy[view.fixedcamid])
+            return cls(eye.copy(), eye - axes[:, 2], axes[:, 1].copy(), float(field))
+        turn, rise = np.radians([view.azimuth, view.elevation])
+        ahead = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        field = np.radians(scene.mujoco.vis.global_.fovy)
+        return cls(view.lookat - view.distance * ahead, view.lookat.copy(), upright, float(field))
+
+    def beside(self, offset: np.ndarray) -> Viewpoint:
+        """Return one that has two scenes in the picture, of which the other is at a (3,) offset, m."""
+        back = float(np.linalg.norm(offset)) / 2 / np.tan(self.field / 2) * PICTURE[1] / PICTURE[0]
+        ahead = (self.target - self.eye) / np.linalg.norm(self.target - self.eye)
+        return replace(self, eye=self.eye + offset / 2 - back * ahead, target=self.target + offset / 2)
+
+    def take(self, server: viser.ViserServer) -> None:
+        """Look from there, in every browser that looks and in those to come."""
+        first = server.initial_camera
+        first.up, first.position, first.look_at, first.fov = self.up, self.eye, self.target, self.field
+        for client in server.get_clients().values():
+            now = client.camera
+            now.up_direction, now.position, now.look_at, now.fov = self.up, self.eye, self.target, self.field

@@ -1,0 +1,137 @@
+"""A run as an animation of glTF: channels for the bodies that have joints, and for the lamps that come on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sim.evidence.log import Log
+from sim.evidence.replay import RecordedWorld
+from sim.export.keyframes import position_keys, rotation_keys
+from sim.export.names import OFF, ON, body_node, geom_node, lamps
+
+FLOAT = 5126
+"""glTF's number for 32-bit floating point numbers."""
+
+KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
+"""glTF's names of rows of so many numbers."""
+
+Items = dict[Any, bytes]
+"""Contents of the file's binary part, in order, under names of which each occurs once."""
+
+
+def local_poses(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where each body is in its parent's frame.
+
+    Args:
+        model: a scene's.
+        qpos: (T, nq) positions.
+
+    Returns:
+        (T, nbody, 3) positions, m, and (T, nbody, 4) unit quaternions, w first, without a change of sign over time.
+    """
+    data = mujoco.MjData(model)
+    positions, quaternions = np.empty((len(qpos), model.nbody, 3)), np.empty((len(qpos), model.nbody, 4))
+    for row, values in enumerate(qpos):
+        data.qpos[:] = values
+        mujoco.mj_kinematics(model, data)
+        positions[row], quaternions[row] = data.xpos, data.xquat
+    local_positions, local_quaternions = positions.copy(), quaternions.copy()
+    for body in range(1, model.nbody):
+        parent = int(model.body_parentid[body])
+        into = _rotations(quaternions[:, parent]).inv()
+        local_positions[:, body] = into.apply(positions[:, body] - positions[:, parent])
+        turned = np.roll((into * _rotations(quaternions[:, body])).as_quat(), 1, axis=1)
+        flips = np.sign(np.sum(turned[1:] * turned[:-1], axis=1))
+        turned[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
+        local_quaternions[:, body] = turned
+    return local_positions, local_quaternions
+
+
+def add_animation(tree: dict[str, Any], items: Items, name: str, world: RecordedWorld, log: Log) -> None:
+    """Add a run to a glTF document.
+
+    Args:
+        tree: the document, with its nodes; its accessors still have names.
+        items: its binary part.
+        name: of the animation.
+        world: the run's.
+        log: of the run.
+    """
+    model, times = world.mujoco, log.times
+    channels = _Channels(tree, items, times)
+    positions, quaternions = local_poses(model, world.qpos)
+    for body in np.flatnonzero(model.body_jntnum):
+        node, turned = body_node(model, int(body)), quaternions[:, body]
+        channels.add(node, "translation", position_keys(times, positions[:, body]), positions[:, body])
+        channels.add(node, "rotation", rotation_keys(times, turned), np.roll(turned, -1, axis=1))
+    places = [place.name for place in world.model.locations]
+    for geom, place in lamps(world.scene).items():
+        shines = log.glow == places.index(place)
+        changes = np.concatenate([[0], 1 + np.flatnonzero(np.diff(shines))])
+        for ending, visible in ((ON, shines), (OFF, ~shines)):
+            scales = np.repeat(visible.astype(float)[:, None], 3, axis=1)
+            channels.add(geom_node(model, geom) + ending, "scale", changes, scales, interpolation="STEP")
+    animation = {"name": name, "channels": channels.channels, "samplers": channels.samplers}
+    tree.setdefault("animations", []).append(animation)
+
+
+class _Channels:
+    """The channels of one animation, and their samplers.
+
+    Attributes:
+        channels: in glTF's words.
+        samplers: the same.
+    """
+
+    def __init__(self, tree: dict[str, Any], items: Items, times: np.ndarray) -> None:
+        """Begin with none, for samples at (T,) times, s."""
+        self.channels: list[dict[str, Any]] = []
+        self.samplers: list[dict[str, Any]] = []
+        self._tree, self._items, self._times = tree, items, times
+        self._nodes = {node["name"]: index for index, node in enumerate(tree["nodes"])}
+
+    def add(self, name: str, path: str, keys: np.ndarray, values: np.ndarray, *, interpolation: str = "LINEAR") -> None:
+        """Add a channel with the (T, n) values of a node at some keyframes; its first value is the node's at rest."""
+        node = self._tree["nodes"][self._nodes[name]]
+        _unpack(node)
+        node.setdefault(path, values[0].tolist())
+        self.channels.append({"sampler": len(self.samplers), "target": {"node": self._nodes[name], "path": path}})
+        self.samplers.append(
+            {
+                "input": _accessor(self._tree, self._items, self._times[keys]),
+                "output": _accessor(self._tree, self._items, values[keys]),
+                "interpolation": interpolation,
+            }
+        )
+
+
+def _unpack(node: dict[str, Any]) -> None:
+    """Replace the matrix of a node, which no animated one may have, by its position and rotation."""
+    if "matrix" in node:
+        matrix = np.reshape(node.pop("matrix"), (4, 4)).T
+        node["translation"] = matrix[:3, 3].tolist()
+        node["rotation"] = Rotation.from_matrix(matrix[:3, :3]).as_quat().tolist()
+
+
+def _rotations(quaternions: np.ndarray) -> Rotation:
+    """Return rotations for (N, 4) quaternions with w first; scipy's have it last."""
+    return Rotation.from_quat(np.roll(quaternions, -1, axis=1))
+
+
+def _accessor(tree: dict[str, Any], items: Items, values: np.ndarray) -> int:
+    """Add an array of (N,) or (N, n) numbers and return the index of its accessor."""
+    rows = values.reshape(len(values), -1).astype("<f4")
+    items[f"animation {len(items)}"] = rows.tobytes()
+    tree["accessors"][f"animation {len(items)}"] = {
+        "bufferView": len(items) - 1,
+        "componentType": FLOAT,
+        "type": KINDS[rows.shape[1]],
+        "count": len(rows),
+        "min": rows.min(axis=0).tolist(),
+        "max": rows.max(axis=0).tolist(),
+    }
+    return len(tree["accessors"]) - 1

@@ -1,0 +1,110 @@
+"""Runs as animations of one scene, in a binary glTF 2.0 file (Khronos Group, ISO/IEC 12113:2022).
+
+Every body of the MuJoCo model is a node in its parent's frame; bodies with joints are animated. The root node turns
+MuJoCo's z into glTF's y, upwards. Metres stay metres, and a time in the animation is the simulated time in seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+import mujoco
+import numpy as np
+import trimesh
+from trimesh.visual.texture import TextureVisuals
+
+from sim.evidence.log import Log
+from sim.evidence.replay import RecordedWorld
+from sim.export.animation import Items, add_animation, local_poses
+from sim.export.geoms import Appearance, appearance_of, solid_of
+from sim.export.names import OFF, ON, ROOT, body_node, geom_node, lamps
+from sim.export.studio import add_studio
+from sim.geometry.mjcf import VISIBLE
+from sim.world.materials import glow_of
+from sim.world.scene import Scene
+
+BASE = "world"
+"""trimesh's name for what holds the root."""
+
+
+def encode_glb(logs: Mapping[str, Log]) -> bytes:
+    """Return a binary glTF file with the scene of some runs, and each run as an animation.
+
+    Args:
+        logs: of runs in the same scene, one at least, by the animation's name.
+
+    Raises:
+        LogError: the scene of a log cannot be built.
+    """
+    worlds = {name: RecordedWorld(log) for name, log in logs.items()}
+    first = next(iter(worlds.values()))
+    stage, looks = _stage(first.scene, first.qpos[:1])
+
+    def animate(items: Items, tree: dict[str, Any]) -> None:
+        for name, world in worlds.items():
+            add_animation(tree, items, name, world, logs[name])
+
+    def finish(tree: dict[str, Any]) -> None:
+        tree["asset"] = {"version": "2.0", "generator": f"prefplan {version('prefplan')}, with trimesh"}
+        for material in tree["materials"]:
+            # trimesh rounds colours to 8 bits, in which dark ones are told apart badly once they are linear.
+            look = looks[material["name"]]
+            material["pbrMetallicRoughness"]["baseColorFactor"] = look.colour
+            if any(look.emission):
+                material["emissiveFactor"] = look.emission
+        add_studio(tree, first.scene)
+
+    return bytes(
+        trimesh.exchange.gltf.export_glb(
+            stage, include_normals=True, buffer_postprocessor=animate, tree_postprocessor=finish
+        )
+    )
+
+
+def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, Appearance]]:
+    """Return all that is drawn of a scene, with its bodies where (1, nq) positions put them, and the looks by name."""
+    model, looks = scene.mujoco, {}
+    stage = trimesh.Scene(base_frame=BASE)
+    stage.graph.update(ROOT, BASE, matrix=trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
+    positions, rotations = local_poses(model, qpos)
+    for body in range(1, model.nbody):
+        matrix = _matrix(positions[0, body], rotations[0, body])
+        stage.graph.update(body_node(model, body), body_node(model, int(model.body_parentid[body])), matrix=matrix)
+    lit = lamps(scene)
+    for geom in map(int, np.flatnonzero(model.geom_group <= VISIBLE)):
+        if (solid := solid_of(model, geom)) is None:
+            continue
+        look = appearance_of(model, geom)
+        place = lit.get(geom)
+        variants = {"": look}
+        if place is not None:
+            variants = {OFF: look, ON: look.glowing(glow_of(scene.model.location(place).kind).on)}
+        for ending, variant in variants.items():
+            looks[variant.name] = variant
+            name = _add_mesh(stage, model, geom, solid, variant)
+            stage.graph.update(
+                geom_node(model, geom) + ending,
+                body_node(model, int(model.geom_bodyid[geom])),
+                matrix=_matrix(model.geom_pos[geom], model.geom_quat[geom]),
+                geometry=name,
+            )
+    return stage, looks
+
+
+def _add_mesh(stage: trimesh.Scene, model: mujoco.MjModel, geom: int, solid: trimesh.Trimesh, look: Appearance) -> str:
+    """Add the mesh of a geom unless it is there already, as of the second finger, and return its name."""
+    mesh = int(model.geom_dataid[geom])
+    name = f"{model.mesh(mesh).name if mesh >= 0 else geom_node(model, geom)}, {look.name}"
+    if name not in stage.geometry:
+        solid = solid.copy()
+        solid.visual = TextureVisuals(uv=getattr(solid.visual, "uv", None), material=look.material())
+        stage.geometry[name] = solid
+    return name
+
+
+def _matrix(position: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
+    matrix = trimesh.transformations.quaternion_matrix(quaternion)
+    matrix[:3, 3] = position
+    return matrix

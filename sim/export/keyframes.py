@@ -1,0 +1,81 @@
+"""Keyframes of a motion: the samples without which interpolation would leave a tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+POSITION_TOLERANCE_M = 2e-5
+"""Greatest distance of an interpolated position from the recorded one."""
+
+ANGLE_TOLERANCE_RAD = 5e-6
+"""The same of a rotation. At the arm's reach of 0.86 m the errors of seven joints add up to 0.03 mm."""
+
+MIN_ANGLE_RAD = 1e-7
+"""Between quaternions nearer to each other the interpolation is a straight line."""
+
+Errors = Callable[[int, int], np.ndarray]
+"""Returns the interpolation error of every sample between two keyframes."""
+
+
+def position_keys(times: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Return the indices of the keyframes between which straight lines stay within `POSITION_TOLERANCE_M`.
+
+    Args:
+        times: (T,) s, increasing.
+        positions: (T, 3) m.
+    """
+
+    def errors(first: int, last: int) -> np.ndarray:
+        between = slice(first + 1, last)
+        share = ((times[between] - times[first]) / (times[last] - times[first]))[:, None]
+        line = positions[first] + share * (positions[last] - positions[first])
+        return np.linalg.norm(line - positions[between], axis=1)
+
+    return _keys(len(times), errors, POSITION_TOLERANCE_M)
+
+
+def rotation_keys(times: np.ndarray, quaternions: np.ndarray) -> np.ndarray:
+    """Return the indices of the keyframes between which spherical interpolation stays within `ANGLE_TOLERANCE_RAD`.
+
+    Args:
+        times: (T,) s, increasing.
+        quaternions: (T, 4) of length 1.
+    """
+
+    def errors(first: int, last: int) -> np.ndarray:
+        between = slice(first + 1, last)
+        share = (times[between] - times[first]) / (times[last] - times[first])
+        turned = _slerp(quaternions[first], quaternions[last], share[:, None])
+        cosines = np.abs(np.sum(turned * quaternions[between], axis=1))
+        return 2 * np.sqrt(np.maximum(0.0, 2 - 2 * cosines))
+
+    return _keys(len(times), errors, ANGLE_TOLERANCE_RAD)
+
+
+def _slerp(one: np.ndarray, two: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return the unit quaternions at (N, 1) shares of the shorter turn from one to another."""
+    cosine = float(one @ two)
+    if cosine < 0:
+        two, cosine = -two, -cosine
+    angle = np.arccos(min(1.0, cosine))
+    if angle < MIN_ANGLE_RAD:
+        return one + share * (two - one)
+    return (np.sin((1 - share) * angle) * one + np.sin(share * angle) * two) / np.sin(angle)
+
+
+def _keys(count: int, errors: Errors, tolerance: float) -> np.ndarray:
+    """Return keyframes, first and last included: each stretch is split at its worst sample (Douglas and Peucker)."""
+    keys = {0, count - 1}
+    stretches = [(0, count - 1)]
+    while stretches:
+        first, last = stretches.pop()
+        if last - first < 2:
+            continue
+        found = errors(first, last)
+        if found.max() > tolerance:
+            worst = first + 1 + int(found.argmax())
+            keys.add(worst)
+            stretches += [(first, worst), (worst, last)]
+    return np.array(sorted(keys))

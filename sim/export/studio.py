@@ -1,0 +1,78 @@
+"""Lights and camera of a scene in a glTF document (with the extension KHR_lights_punctual)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sim.export.geoms import linear
+from sim.export.names import ROOT
+from sim.rendering.cameras import Camera
+from sim.world.scene import Scene
+
+LIGHTS = "KHR_lights_punctual"
+
+WHITE_LUX = np.pi
+"""Illuminance under which a white surface is white in the picture, for viewers that have no exposure."""
+
+PICTURE = (16, 9)
+"""Sides of the video, whose view the camera has."""
+
+NEAR_M, FAR_M = 0.02, 30.0
+
+
+def add_studio(tree: dict[str, Any], scene: Scene) -> None:
+    """Add the scene's lights and the camera of its videos to a glTF document.
+
+    Args:
+        tree: the document, with its nodes.
+        scene: seen in it.
+    """
+    model = scene.mujoco
+    directional = model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    lights = []
+    for light in map(int, np.flatnonzero(directional & (model.light_active != 0))):
+        diffuse = np.array(linear(model.light_diffuse[light]))
+        strength = float(diffuse.max())
+        lights.append(
+            {
+                "type": "directional",
+                "name": model.light(light).name,
+                "color": (diffuse / strength).tolist(),
+                "intensity": strength * WHITE_LUX,
+            }
+        )
+        node = _looking(model.light_pos[light], model.light_dir[light])
+        _add_node(
+            tree,
+            node | {"name": f"{model.light(light).name}, light", "extensions": {LIGHTS: {"light": len(lights) - 1}}},
+        )
+    tree.setdefault("extensions", {})[LIGHTS] = {"lights": lights}
+    tree.setdefault("extensionsUsed", []).append(LIGHTS)
+    view = Camera(scene, "fixed", PICTURE).view()
+    heading, pitch = np.radians([view.azimuth, view.elevation])
+    ahead = np.array([np.cos(pitch) * np.cos(heading), np.cos(pitch) * np.sin(heading), np.sin(pitch)])
+    lens = {"yfov": float(np.radians(model.vis.global_.fovy)), "aspectRatio": PICTURE[0] / PICTURE[1]}
+    tree["cameras"] = [{"type": "perspective", "perspective": lens | {"znear": NEAR_M, "zfar": FAR_M}}]
+    # The distance to the middle of the work: what a viewer turns about.
+    extras = {"distance": float(view.distance)}
+    node = _looking(view.lookat - view.distance * ahead, ahead)
+    _add_node(tree, node | {"name": "camera", "camera": 0, "extras": extras})
+
+
+def _looking(position: np.ndarray, ahead: np.ndarray) -> dict[str, Any]:
+    """Return the pose of a node whose -z looks ahead and whose y is upwards, as far as can be."""
+    back = -np.asarray(ahead) / np.linalg.norm(ahead)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-6 else np.array([1.0, 0.0, 0.0])
+    rotation = Rotation.from_matrix(np.stack([right, np.cross(back, right), back], axis=1))
+    return {"translation": np.asarray(position).tolist(), "rotation": rotation.as_quat().tolist()}
+
+
+def _add_node(tree: dict[str, Any], node: dict[str, Any]) -> None:
+    (root,) = (one for one in tree["nodes"] if one["name"] == ROOT)
+    root["children"].append(len(tree["nodes"]))
+    tree["nodes"].append(node)

@@ -1,0 +1,76 @@
+"""Trajectories of the joints: smooth curves through references, which run into one another and can be braked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from sim.motion.trajectory import CONTROL_PERIOD_S
+
+
+@dataclass(frozen=True)
+class JointTrajectory:
+    """A movement of the arm's n joints, sampled at every step of the simulation; its last sample is at rest.
+
+    Attributes:
+        positions: (K, n) rad.
+        velocities: (K, n) rad/s.
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+
+    def __len__(self) -> int:
+        """Return the number of samples K."""
+        return len(self.positions)
+
+    def after(self, samples: int) -> JointTrajectory:
+        """Return what is left of it after some samples."""
+        return JointTrajectory(self.positions[samples:], self.velocities[samples:])
+
+    def out_of(self, ending: JointTrajectory, rest: np.ndarray) -> JointTrajectory:
+        """Return the trajectory that begins while another one is ending: their sum.
+
+        Each is at rest where they meet, so that the sum is as smooth as they are, and stays near that point.
+
+        Args:
+            ending: what is left of the movement before.
+            rest: (n,) where that ends and this one begins, rad.
+        """
+        extra = max(0, len(ending) - len(self))
+        positions = np.vstack([self.positions, np.repeat(self.positions[-1:], extra, axis=0)])
+        velocities = np.vstack([self.velocities, np.zeros((extra, len(rest)))])
+        positions[: len(ending)] += ending.positions - rest
+        velocities[: len(ending)] += ending.velocities
+        return JointTrajectory(positions, velocities)
+
+    def braked(self, samples: int) -> JointTrajectory:
+        """Return the same path, on which the joints slow down at once and stop after some samples.
+
+        Their pace falls from 1 to 0 as a smooth step, at most by 1.5 and with a curvature of at most 6 over the whole
+        duration (`Arm.braking_time`).
+        """
+        u = np.linspace(0.0, 1.0, samples + 1)[1:]
+        pace = 1 - u**2 * (3 - 2 * u)
+        # The integral of the pace is how far along the path the joints have come.
+        passed = np.minimum((u - u**3 + u**4 / 2) * samples, len(self)) - 1
+        path = CubicSpline(np.arange(len(self)), np.hstack([self.positions, self.velocities]))
+        positions, velocities = np.hsplit(path(passed), 2)
+        return JointTrajectory(positions, velocities * pace[:, None])
+
+
+def through(points: np.ndarray, steps: int) -> JointTrajectory:
+    """Return the smooth curve from rest through joint references to rest.
+
+    Args:
+        points: (N + 1, n) rad, where the joints are and then a reference for every `CONTROL_PERIOD_S`.
+        steps: of the simulation in a control period.
+
+    Returns:
+        N * steps samples.
+    """
+    curve = CubicSpline(np.arange(len(points)) * CONTROL_PERIOD_S, points, bc_type="clamped")
+    t = np.arange(1, steps * (len(points) - 1) + 1) * CONTROL_PERIOD_S / steps
+    return JointTrajectory(curve(t), curve(t, 1))

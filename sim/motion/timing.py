@@ -1,0 +1,100 @@
+"""Timing of joint references: as fast as a robot's limits allow, and out of a movement that is ending."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from sim.motion.trajectory import CONTROL_PERIOD_S
+from sim.robots.robot import Robot
+
+HEADROOM = 0.8
+"""Share of the joints' speed and acceleration limits a reference may use; the rest is for what the controller adds."""
+
+JERK_HEADROOM = 0.1
+"""Share of the joints' jerk limits a reference may use: with more the torques would change too fast."""
+
+SLOWING_MARGIN = 1.02
+"""By how much more than needed a movement is slowed, since its references are sampled anew."""
+
+BRAKING_HEADROOM = 0.5
+"""Share of the acceleration limits that braking uses; the path itself may use the rest."""
+
+MIN_BRAKING_TIME_S = 0.1
+"""Shortest time in which the arm stops."""
+
+DELAYS_TRIED = 4
+"""Number of moments, from the present to the end of the movement before, at which a movement is tried to begin."""
+
+
+def timed(robot: Robot, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
+    """Return the references of a movement from rest to rest, slowed until it keeps to the limits.
+
+    Args:
+        robot: whose n joints move.
+        knots: (K,) times, from 0 to a multiple of `CONTROL_PERIOD_S`, s.
+        points: (K, n) where the joints are then, rad.
+        seconds: least duration, s.
+
+    Returns:
+        (N, n) rad, every `CONTROL_PERIOD_S`; the last is the last of the points.
+    """
+    curve, duration = CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
+    slower = max(1.0, seconds / duration)
+    excess = _excess(robot, _sampled(curve, duration, slower) - points[0])
+    if excess > 1:
+        slower *= SLOWING_MARGIN * excess
+    return _sampled(curve, duration, slower)
+
+
+def begun_late(robot: Robot, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
+    """Return references that begin so late that with the ending of the movement before they keep to the limits.
+
+    Args:
+        robot: whose n joints move.
+        references: (N, n) of a movement from rest, rad.
+        rest: (n,) where it begins, rad.
+        ending: (M, n) what is left of the movement before, relative to that, rad.
+    """
+    late = references
+    for delay in np.linspace(0, len(ending), DELAYS_TRIED, dtype=int):
+        late = np.vstack([np.repeat(rest[None], delay, axis=0), references])
+        if _excess(robot, summed(late, ending) - rest) <= 1:
+            break
+    return late
+
+
+def summed(references: np.ndarray, ending: np.ndarray) -> np.ndarray:
+    """Return the references of a movement and of the ending of the one before together; arguments as above."""
+    both = np.vstack([references, np.repeat(references[-1:], max(0, len(ending) - len(references)), axis=0)])
+    both[: len(ending)] += ending
+    return both
+
+
+def braking_time(robot: Robot, velocities: np.ndarray) -> float:
+    """Return how long joints of (n,) velocities, rad/s, take to stop smoothly (`JointTrajectory.braked`), s."""
+    speeds = np.abs(velocities)
+    slowing = 1.5 * speeds / (BRAKING_HEADROOM * robot.acceleration_limits)
+    jerking = np.sqrt(6 * speeds / (JERK_HEADROOM * robot.jerk_limits))
+    return float(max(slowing.max(), jerking.max(), MIN_BRAKING_TIME_S))
+
+
+def _sampled(curve: CubicSpline, duration: float, slower: float) -> np.ndarray:
+    """Return the references along a curve of a duration, s, that is followed so many times slower."""
+    count = int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
+    return np.asarray(curve(np.arange(1, count + 1) * duration / count))
+
+
+def _excess(robot: Robot, offsets: np.ndarray) -> float:
+    """Return how many times too fast joints are that pass (N, n) offsets to rest, rad; up to 1 they are not."""
+    offsets = np.vstack([offsets, np.repeat(offsets[-1:], 3, axis=0)])
+    speeds, accelerations, jerks = (
+        np.abs(np.diff(offsets, k, axis=0)).max(axis=0) / CONTROL_PERIOD_S**k for k in (1, 2, 3)
+    )
+    return float(
+        max(
+            (speeds / robot.velocity_limits).max() / HEADROOM,
+            ((accelerations / robot.acceleration_limits).max() / HEADROOM) ** (1 / 2),
+            ((jerks / robot.jerk_limits).max() / JERK_HEADROOM) ** (1 / 3),
+        )
+    )

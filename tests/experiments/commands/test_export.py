@@ -1,0 +1,52 @@
+"""`prefplan export`: what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import Run, assert_is_error
+from glb_files import GlbFile
+from scenario_texts import CUP
+
+from experiments.commands.command_line import main
+from sim.evidence.log import read_log
+
+
+@pytest.fixture(scope="module")
+def cup(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The log of a run."""
+    folder = tmp_path_factory.mktemp("cup")
+    (folder / "cup.toml").write_text(CUP)
+    assert main(["run", str(folder / "cup.toml"), "--no-video", "--out", str(folder)]) == 0
+    return folder / "cost.npz"
+
+
+def test_the_file_lies_beside_the_log_unless_another_place_is_named(run: Run, cup: Path) -> None:
+    result = run("export", str(cup), "--to", "glb")
+    assert (result.status, result.out, result.err) == (0, f"{cup.with_suffix('.glb')}\n", "")
+    file, log = GlbFile(cup.with_suffix(".glb").read_bytes()), read_log(cup)
+    (ends,) = file.poses("cost", log.times[-1:])["cup"]
+    x, y, z = log.qpos[-1, log.about.joints["cup"] :][:3]
+    assert np.allclose(ends[:3, 3], [x, z, -y], atol=1e-4)
+    assert_is_error(run("export", str(cup), "--to", "glb"), "cost.glb: already exists; --force replaces it")
+    assert run("export", str(cup), "--to", "glb", "--force").status == 0
+    assert run("export", str(cup), "--to", "glb", "--out", "new/arm.GLB").out == "new/arm.GLB\n"
+    assert [path.name for path in Path("new").iterdir()] == ["arm.GLB"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["no.npz", "--to", "glb"], "no.npz: no such file"),
+        (["text.npz", "--to", "glb"], "text.npz: broken, or not a log"),
+        (["text.npz", "--to", "glb", "--out", "arm.gltf"], "arm.gltf: the file's name ends in .glb"),
+        (["text.npz", "--to", "gbl"], "--to: unknown value 'gbl' (did you mean 'glb'?)"),
+        (["text.npz"], "the following arguments are required: --to"),
+    ],
+)
+def test_what_cannot_be_exported_is_said(run: Run, tmp_path: Path, words: list[str], message: str) -> None:
+    Path("text.npz").write_text("no log")
+    assert_is_error(run("export", *words), message)
+    assert [path.name for path in tmp_path.iterdir()] == ["text.npz"]

@@ -1,0 +1,187 @@
+"""Every report at every width: nothing is cut or covered, all text can be read, and all can be done by keyboard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import pytest
+from report_browser import Page
+from selenium import webdriver
+
+from experiments import scenarios
+from experiments.report.page import write_page
+from experiments.starters import starter
+from prefplan import Scenario, load
+from prefplan.planner import Planner
+
+WIDTHS = (390, 1280, 1920)
+"""Of the window, px: a phone, a laptop, a large screen."""
+
+AUDIT = Path(__file__).with_name("page_audit.js").read_text(encoding="utf-8")
+
+MAX_COST = {"case_study_1": 70, "crowded": 62, "kitchen": 62, "kitchen_energy": 565}
+"""Bounds of fronts with many plans, as a page needs two plans to show all of its parts."""
+
+CROWDED = """# Eight places on a map, some in single cells side by side, and six tasks with long names.
+[model]
+kind = "grid"
+size = [15, 15]
+start = [7, 7]
+[model.regions]
+post_office = [0, 0, 0, 0]
+bakery = [14, 14, 14, 14]
+swimming_pool = [13, 0, 14, 1]
+town_hall = [6, 7, 6, 7]
+library = [7, 8, 7, 8]
+train_station = [8, 7, 8, 7]
+pharmacy = [14, 7, 14, 7]
+park = [2, 10, 5, 12]
+[model.obstacles]
+river = [[3, 3, 3, 8], [10, 5, 10, 11]]
+
+[[tasks]]
+name = "collect_the_parcel"
+formula = "F post_office"
+[[tasks]]
+name = "buy_bread_then_sit"
+formula = "!park U (bakery & F park)"
+[[tasks]]
+name = "swim_after_reading"
+formula = "!swimming_pool U library & F (swimming_pool & F (library & F (post_office | bakery)))"
+[[tasks]]
+name = "sign_at_the_town_hall"
+formula = "F town_hall & F (library & F park)"
+[[tasks]]
+name = "fetch_medicine"
+formula = "F (pharmacy & F town_hall)"
+[[tasks]]
+name = "visit_everything"
+formula = "F train_station & F library & F post_office & F bakery & F pharmacy & F park"
+
+[preference]
+kind = "order"
+"""
+
+ONE_PLAN = """# One plan, whose costs are no integers.
+[model]
+kind = "graph"
+start = "home"
+transitions = [
+  { from = "home", to = "shop", cost = 26.5 },
+]
+[model.labels]
+shop = ["bread"]
+
+[[tasks]]
+name = "buy"
+formula = "F bread"
+
+[preference]
+kind = "expression"
+expression = "2 * buy + 17.5"
+"""
+
+OWN = {"crowded": CROWDED, "town": starter("graph", file="town.toml"), "one_plan": ONE_PLAN}
+
+Make = Callable[[str], Path]
+
+
+@pytest.fixture(scope="module")
+def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
+    """Return a function that makes the page of a scenario, once, of plans that are not carried out."""
+
+    def scenario_of(name: str, folder: Path) -> Scenario:
+        if name not in OWN:
+            return scenarios.find(name)
+        (folder / f"{name}.toml").write_text(OWN[name])
+        return load(folder / f"{name}.toml")
+
+    @cache
+    def once(name: str) -> Path:
+        folder = tmp_path_factory.mktemp(name)
+        scenario = scenario_of(name, folder)
+        front = Planner(scenario.problem()).front(max_cost=MAX_COST.get(name))
+        return write_page(scenario, front, {}, folder)
+
+    return once
+
+
+def opened(chrome: webdriver.Chrome, path: Path) -> Page:
+    """Return a page with all its details and, if there are two plans, a comparison."""
+    page = Page(chrome, path)
+    page.wait(lambda: page.all("#chart path[data-plan]"))
+    chrome.execute_script(AUDIT)
+    chrome.execute_script("document.querySelectorAll('details').forEach((details) => { details.open = true; })")
+    return page
+
+
+def complaints(page: Page, of: str) -> list[str]:
+    page.browser.execute_async_script("audit.settled(arguments[0])")
+    found: list[str] = page.run(f"audit.{of}()")
+    return found
+
+
+def assert_ticks_are_exact(page: Page) -> None:
+    """Check that ticks of the chart stand at the values that occur, and costs have their unit."""
+    shown = page.run("JSON.parse(document.getElementById('data').textContent)")
+    values = [{plan[of] for plan in shown["plans"]} for of in ("cost", "preference")]
+    axes = page.all("#chart .mark-group.role-axis[aria-roledescription=axis]")
+    for axis, occurring in zip(axes, values, strict=True):
+        texts = axis.find_elements("css selector", ".role-axis-label text")
+        labels = {float(text.text) for text in texts if text.text and text.get_attribute("opacity") != "0"}
+        assert {min(occurring), max(occurring)} <= labels <= occurring
+        assert len(axis.find_elements("css selector", ".role-axis-tick line")) == len(occurring)
+    unit = f" ({shown['cost_unit']})" if shown["cost_unit"] else ""
+    assert f"Total cost{unit} →" in page.one("#chart").text
+    if shown["scenario"] == "one_plan":
+        assert values == [{26.5}, {70.5}]
+    assert (shown["cost_unit"] == "energy, J") == shown["scenario"].endswith("_energy")
+
+
+@pytest.mark.parametrize("name", [*scenarios.names(), *OWN])
+def test_nothing_is_cut_covered_faint_without_a_name_or_out_of_reach(
+    name: str, make: Make, chrome: webdriver.Chrome
+) -> None:
+    page = opened(chrome, make(name))
+    assert_ticks_are_exact(page)
+    for width, of in product(WIDTHS, ("layout", "playback")):
+        page.resize(width)
+        assert complaints(page, of) == [], width
+    page.resize(1280)
+    assert complaints(page, "access") == []
+    for scheme in ("light", "dark"):
+        page.set_scheme(scheme)
+        assert complaints(page, "contrast") == [], scheme
+    chrome.execute_script("document.documentElement.style.fontSize = '200%'")
+    assert complaints(page, "layout") == []
+    assert page.complaints() == []
+
+
+FAULTS = [
+    ("layout", ".headline", "style", "margin-top: -3rem", "lies on"),
+    ("layout", "h1", "style", "white-space: nowrap; width: 2rem; overflow: hidden", "is cut"),
+    ("layout", ".map .name text", "transform", "translate(315 9)", "leaves its picture"),
+    ("layout", ".points .scroll", "class", "bare", "the page is"),
+    ("layout", ".points .scroll", "style", "mask: none", "there is more"),
+    ("contrast", ".caption", "style", "color: #888888", "contrast of"),
+    ("access", ".map", "aria-label", "", "has no name"),
+    ("access", "html", "lang", "", "has no language"),
+    ("access", "#play", "style", "outline: none", "does not show its focus"),
+    ("playback", "#transport", "style", "position: static", "out of sight"),
+]
+"""Part of the audit, element, attribute, its faulty value, and what is said of it."""
+
+
+def test_the_audit_sees_faults(make: Make, chrome: webdriver.Chrome) -> None:
+    page = opened(chrome, make("example"))
+    page.resize(390)
+    for of, selector, attribute, value, complaint in FAULTS:
+        assert not any(complaint in told for told in complaints(page, of)), complaint
+        element = page.all(selector)[0]
+        right = element.get_dom_attribute(attribute) or ""
+        chrome.execute_script("arguments[0].setAttribute(arguments[1], arguments[2])", element, attribute, value)
+        assert any(complaint in told for told in complaints(page, of)), complaint
+        chrome.execute_script("arguments[0].setAttribute(arguments[1], arguments[2])", element, attribute, right)

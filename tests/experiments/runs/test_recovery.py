@@ -1,0 +1,162 @@
+"""Surprises that a run gets over: what fell and is not needed, crooked towers, walls, and motion at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments import scenarios
+from experiments.runs.carry_out import carry_out, scene_of
+from experiments.runs.evidence import evidence
+from experiments.runs.outcome import Outcome
+from prefplan import Scenario, load, pareto_front
+from sim.evidence.certificate import certify
+from sim.execution.faults import read_fault
+from sim.simulation.rollout import FRAME_RATE
+
+REST_SPEED_M_S = 0.01
+
+HEAD = """
+[model]
+kind = "manipulation"
+start = "home"
+costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
+"""
+
+BYSTANDER = """
+[model.locations]
+a = { at = [0.42, -0.12] }
+v = { at = [0.60, -0.28] }
+bin = { at = [0.42, 0.36], kind = "bin" }
+[model.objects]
+x = { start = "a" }
+vase = { start = "v", kind = "cylinder", size = [0.045, 0.06] }
+[[tasks]]
+name = "tidy"
+formula = "F x_bin"
+"""
+
+TOWER = """
+[model.locations]
+base = { at = [0.4532, -0.2113] }
+goal = { at = [0.4532, 0.2113] }
+buf = { at = [0.42, 0.0] }
+b1 = { on = ["base"] }
+b2 = { on = ["b1"] }
+g1 = { on = ["goal"] }
+g2 = { on = ["g1"] }
+[model.objects]
+p = { start = "base" }
+q = { start = "b1" }
+r = { start = "b2" }
+[[tasks]]
+name = "turn"
+formula = "F (r_goal & q_g1 & p_g2)"
+"""
+
+PLANK = """
+[model.locations]
+l = { at = [0.5, 0.04] }
+r = { at = [0.5, -0.04] }
+top = { on = ["l", "r"] }
+p = { at = [0.3182, 0.3182] }
+q = { at = [0.3182, -0.3182] }
+s = { at = [0.5196, 0.3] }
+[model.objects]
+a = { start = "p" }
+b = { start = "q" }
+plank = { start = "s", kind = "box", size = [0.045, 0.1, 0.03] }
+[[tasks]]
+name = "bridge"
+formula = "F (a_l & b_r & plank_top)"
+"""
+
+CAN = """
+[model.locations]
+a = { at = [0.42, -0.22] }
+d = { at = [0.5, 0.22], kind = "plate" }
+[model.objects]
+x = { start = "a", kind = "cylinder", size = [0.06, 0.03] }
+[[tasks]]
+name = "serve"
+formula = "F x_d"
+"""
+
+TAIL = """
+[preference]
+kind = "order"
+"""
+
+Recover = Callable[..., Outcome]
+
+
+@pytest.fixture
+def recover(tmp_path: Path) -> Recover:
+    """Return a function that carries out the cheapest plan for a scene while faults happen, and certifies it."""
+
+    def run(scene: str, *faults: str, seed: int) -> Outcome:
+        if scene in scenarios.names():
+            scenario: Scenario = scenarios.find(scene)
+        else:
+            (tmp_path / "scene.toml").write_text(HEAD + scene + TAIL)
+            scenario = load(tmp_path / "scene.toml")
+        built = scene_of(scenario)
+        read = [read_fault(text, built.model) for text in faults]
+        outcome = carry_out(scenario, built, pareto_front(scenario.problem())[0], seed=seed, faults=read)
+        certificate = certify(evidence(scenario, built, outcome))
+        assert certificate.confirmed, certificate.refuted
+        return outcome
+
+    return run
+
+
+def final_speed(outcome: Outcome, first: int) -> float:
+    """Return how fast an object moves at the end, m/s, whose position begins at a column of the recorded states."""
+    last = outcome.rollout.qpos[-2:, first : first + 3]
+    return float(np.linalg.norm(np.diff(last, axis=0))) * FRAME_RATE
+
+
+def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> None:
+    outcome = recover(BYSTANDER, "knock:vase@1", seed=1)
+    assert outcome.rollout.completed, outcome.rollout.reason
+    assert (outcome.pursuit.replans, len(outcome.executed)) == (0, 4)
+    assert "vase" in str([event.detail for event in outcome.rollout.events if event.kind == "unaffected"])
+
+
+def test_what_a_task_needs_and_fell_over_is_told(recover: Recover) -> None:
+    outcome = recover(BYSTANDER.replace("x_bin", "vase_bin"), "knock:vase@1", seed=1)
+    assert not outcome.rollout.completed and "vase lies on its side" in str(outcome.rollout.reason)
+
+
+@pytest.mark.slow
+def test_success_is_judged_by_the_tasks(recover: Recover) -> None:
+    outcome = recover("kitchen", "knock:pie@24", "knock:fish@24", "knock:mug@24", seed=4)
+    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.ledger.final.satisfied == {"ada", "ben", "cleo", "tidy"}
+
+
+@pytest.mark.parametrize("seed", [7, 9])
+def test_a_tower_is_built_on_what_stands_there(recover: Recover, seed: int) -> None:
+    outcome = recover(TOWER, "knock:r@12", seed=seed)
+    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.pursuit.replans <= 1
+
+
+def test_a_block_against_a_wall_is_taken(recover: Recover) -> None:
+    outcome = recover("case_study_3", "move:blue@14", seed=0)
+    assert outcome.rollout.completed, outcome.rollout.reason
+
+
+def test_a_plank_is_laid_on_two_blocks(recover: Recover) -> None:
+    outcome = recover(PLANK, seed=0)
+    assert outcome.rollout.completed, outcome.rollout.reason
+
+
+@pytest.mark.parametrize("seed", [1, 41])
+def test_nothing_moves_when_a_run_is_completed(recover: Recover, seed: int) -> None:
+    outcome = recover(CAN, "knock:x@4", seed=seed)
+    assert outcome.rollout.completed, outcome.rollout.reason
+    assert final_speed(outcome, outcome.rollout.qpos.shape[1] - 7) < REST_SPEED_M_S

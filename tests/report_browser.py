@@ -1,0 +1,70 @@
+"""A report that is open in headless Chromium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from selenium import webdriver
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.remote.webelement import WebElement
+from selenium.webdriver.support.ui import WebDriverWait
+
+TIMEOUT_S = 30
+"""Longest wait for the browser."""
+
+
+class Page:
+    """A report that is open."""
+
+    def __init__(
+        self, browser: webdriver.Chrome, path: Path, *, chosen: str = "", width: int = 1280, scheme: str = "light"
+    ) -> None:
+        self.browser = browser
+        self.resize(width)
+        self.set_scheme(scheme)
+        browser.get("about:blank")
+        browser.get_log("browser")
+        browser.get(path.as_uri() + chosen)
+
+    def resize(self, width: int) -> None:
+        size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 600}
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+
+    def set_scheme(self, scheme: str) -> None:
+        media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+
+    def wait(self, happens: Callable[[], Any]) -> Any:
+        return WebDriverWait(self.browser, TIMEOUT_S, 0.05).until(lambda _: happens())
+
+    def all(self, selector: str) -> list[WebElement]:
+        return self.browser.find_elements(By.CSS_SELECTOR, selector)
+
+    def one(self, selector: str) -> WebElement:
+        (found,) = self.all(selector)
+        return found
+
+    def click(self, element: WebElement) -> None:
+        self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
+        element.click()
+
+    def run(self, script: str) -> Any:
+        return self.browser.execute_script(f"return {script}")
+
+    def scrub(self, time: float) -> None:
+        """Move the slider of the playback to a time, s."""
+        slider = "document.getElementById('scrub')"
+        self.run(f"({slider}.value = {time}, {slider}.dispatchEvent(new Event('input')))")
+
+    def points(self, number: int) -> list[WebElement]:
+        self.wait(lambda: len(self.all("#chart path[data-plan]")) == number)
+        return self.all("#chart path[data-plan]")
+
+    def press(self, *keys: str) -> None:
+        ActionChains(self.browser).send_keys(*keys).perform()
+
+    def complaints(self) -> list[Any]:
+        return [entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"]
