@@ -37,7 +37,14 @@ def log_of_run(scenario: Scenario, *, seed: int | None = None, faults: Sequence[
         preference=plan.preference,
         relaxations=plan.relaxations,
     )
-    return log_of(scene, run.rollout(), claims, scenario=scenario.name, text=scenario.text, setting={"seed": seed})
+    return log_of(
+        scene,
+        run.rollout(),
+        claims,
+        scenario=scenario.name,
+        text=scenario.text,
+        setting={"seed": seed, "faults": [str(fault) for fault in faults]},
+    )
 
 
 def claiming(log: Log, **claims: Any) -> Log:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import groupby
 from typing import Any
@@ -13,14 +14,27 @@ from prefplan.claims import Check
 from sim.evidence.certificate import Certificate
 from sim.evidence.log import Log
 
+LEVELS = {
+    "plain": "the claims follow from the recorded states, and these obey physics as far as they show it",
+    "scenario": "the log is of the given scenario",
+    "resimulate": "the recorded commands lead to the recorded states",
+    "key": "the file is as the owner of the key signed it",
+}
+"""What each level of `prefplan verify` proves."""
 
-def certificate_json(log: Log, certificate: Certificate) -> dict[str, Any]:
-    """Return a certificate as the documented JSON object."""
+UNPROVEN = "that the sensor saw what the log says, or that anything happened outside the simulation"
+"""What no level proves."""
+
+
+def certificate_json(log: Log, certificate: Certificate, levels: Sequence[str] = ("plain",)) -> dict[str, Any]:
+    """Return a certificate as the documented JSON object; the levels are those of `LEVELS` that were checked."""
     return {
         "confirmed": certificate.confirmed,
         "agrees": certificate.agrees,
         "scenario": log.about.scenario,
-        "program": log.about.program,
+        "levels": list(levels),
+        "proves": [LEVELS[level] for level in levels] if certificate.confirmed else [],
+        "versions": log.about.versions,
         "setting": log.about.setting,
         "claimed": log.about.claims.completed,
         "completed": certificate.completed,
@@ -39,7 +53,7 @@ def in_a_line(certificate: Certificate) -> str:
     return f"certified: {len(certificate.checks)} checks of its log hold"
 
 
-def show_certificate(console: Console, log: Log, certificate: Certificate) -> None:
+def show_certificate(console: Console, log: Log, certificate: Certificate, levels: Sequence[str] = ("plain",)) -> None:
     """Print a certificate, one line for each check and one for several actions that succeeded."""
     claims = log.about.claims
     what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
@@ -53,6 +67,11 @@ def show_certificate(console: Console, log: Log, certificate: Certificate) -> No
         for check in row:
             mark, style = ("ok", "green") if check.holds else ("NO", "red")
             console.print(Text.assemble("  ", (mark, style), f"  {check.name}: {check.words}"))
+    if certificate.confirmed:
+        console.print(Text(f"  proved: {'; '.join(LEVELS[level] for level in levels)}", style="dim"))
+        for level in (level for level in LEVELS if level not in levels):
+            console.print(Text(f"  not checked (--{level}): {LEVELS[level]}", style="dim"))
+        console.print(Text(f"  never proved: {UNPROVEN}", style="dim"))
 
 
 def _is_plain(check: Check) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from experiments.cli.files import write_bytes, write_json
 from experiments.cli.output import plan_json
@@ -13,10 +14,16 @@ from prefplan.claims import Claims
 from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log, encode, log_of, read_log
+from sim.evidence.signature import sign
 from sim.world.scene import Scene
 
+if TYPE_CHECKING:
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path) -> Outcome:
+
+def prove(
+    scenario: Scenario, scene: Scene, outcome: Outcome, path: Path, *, key: Ed25519PrivateKey | None = None
+) -> Outcome:
     """Write the log of an outcome and the certificate that the written file gets; return the outcome with both.
 
     Args:
@@ -24,11 +31,13 @@ def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path) -> Out
         scene: what was simulated.
         outcome: what came of it.
         path: of the log, `NAME.npz`; the certificate, `NAME.certificate.json`, lies beside it.
+        key: signs the log; None to leave it unsigned.
 
     Raises:
         PrefplanError: a file cannot be written.
     """
-    write_bytes(path, encode(evidence(scenario, scene, outcome)))
+    contents = encode(evidence(scenario, scene, outcome))
+    write_bytes(path, sign(contents, key) if key else contents)
     log = read_log(path)
     certificate = certify(log)
     write_json(path.with_suffix(".certificate.json"), certificate_json(log, certificate))

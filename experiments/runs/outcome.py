@@ -59,6 +59,19 @@ class Outcome:
     quantity: str | None = None
 
     @property
+    def completed(self) -> bool:
+        """Whether the plan was carried out, and the log does not refute it."""
+        return self.reason is None
+
+    @property
+    def reason(self) -> str | None:
+        """Why it was not, in one sentence; None if it was."""
+        if self.rollout.completed and self.certificate is not None and self.certificate.refuted:
+            first = self.certificate.refuted[0]
+            return f"the log refutes it: {first.name}: {first.words}"
+        return self.rollout.reason
+
+    @property
     def executed(self) -> tuple[str, ...]:
         """The actions that were carried out."""
         return tuple(step.action for step in self.rollout.steps)
@@ -91,7 +104,7 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
     """Return what came of a plan as the documented JSON object."""
     rollout = outcome.rollout
     result = {
-        "completed": rollout.completed,
+        "completed": outcome.completed,
         "plan": plan_json(outcome.plan),
         "executed": list(outcome.executed),
         "task_costs": outcome.task_costs,
@@ -114,8 +127,8 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         result["faults"] = [
             {"fault": str(fault), "time": None if time is None else round(time, 3)} for fault, time in outcome.faults
         ]
-    if rollout.reason is not None:
-        result["reason"] = rollout.reason
+    if outcome.reason is not None:
+        result["reason"] = outcome.reason
     if outcome.pursuit.violated:
         result["violated"] = list(outcome.pursuit.violated)
     if outcome.interrupted:
@@ -132,11 +145,12 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     """Print what came of a plan, for people."""
     plan, rollout = outcome.plan, outcome.rollout
     done = f"{len(outcome.executed)} of {len(plan.actions)} actions"
-    if rollout.completed:
+    if outcome.completed:
         console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.ledger.final.cost)}", style="bold")
     else:
-        console.print(f"{scenario.name}: stopped after {done}", style="bold")
-        console.print(f"  {rollout.reason}")
+        verdict = "wrongly taken for completed" if rollout.completed else "stopped"
+        console.print(f"{scenario.name}: {verdict} after {done}", style="bold")
+        console.print(f"  {outcome.reason}")
     for line in _surprises(outcome):
         console.print(f"  {line}")
     for name, cost in outcome.task_costs.items():

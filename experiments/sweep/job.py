@@ -47,6 +47,7 @@ class Sweep:
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
         max_preference: bound on their preference, or None.
         robot: one of `sim.robots.catalogue.ROBOTS`.
+        resimulate: whether each rollout is simulated again from its log.
     """
 
     packed: bytes
@@ -60,6 +61,7 @@ class Sweep:
     max_cost: Number | None = None
     max_preference: Number | None = None
     robot: str = "default"
+    resimulate: bool = False
 
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
@@ -110,7 +112,8 @@ def roll_out(sweep: Sweep, number: int) -> Record:
             choice=continuation(sweep.which, sweep.max_preference),
         )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-        certificate = certify(evidence(scenario, scene, outcome))
+        certificate = certify(evidence(scenario, scene, outcome), again=sweep.resimulate)
+        outcome = replace(outcome, certificate=certificate)
     except Exception as error:  # one error must not end a thousand rollouts
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
     return {
@@ -118,6 +121,7 @@ def roll_out(sweep: Sweep, number: int) -> Record:
         **_observed(model, outcome),
         "certified": certificate.confirmed,
         "agrees": certificate.agrees,
+        "resimulated": sweep.resimulate,
         "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
         **{name: round(seconds, 3) for name, seconds in times.items()},
     }
@@ -125,7 +129,13 @@ def roll_out(sweep: Sweep, number: int) -> Record:
 
 def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
     """Return the record of a rollout that has no outcome."""
-    unchecked: Record = {"certified": None, "agrees": None, "refuted": []}
+    unchecked: Record = {
+        "certified": None,
+        "agrees": None,
+        "refuted": [],
+        "wrongly_completed": False,
+        "resimulated": False,
+    }
     return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **unchecked}
 
 
@@ -141,9 +151,10 @@ def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
 def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
     rollout = outcome.rollout
     return {
-        "completed": rollout.completed,
-        "class": None if rollout.reason is None else failure_class(rollout.reason, model),
-        "reason": rollout.reason,
+        "completed": outcome.completed,
+        "class": None if outcome.reason is None else failure_class(outcome.reason, model),
+        "reason": outcome.reason,
+        "wrongly_completed": rollout.completed and not outcome.completed,
         "actions": len(rollout.steps),
         "cost": outcome.ledger.final.cost,
         "replans": outcome.pursuit.replans,

@@ -78,8 +78,10 @@ def _certificates(records: Sequence[Record]) -> dict[str, Any]:
     refuted = [record for record in checked if not record["certified"]]
     return {
         "checked": len(checked),
+        "resimulated": sum(record["resimulated"] for record in checked),
         "agree": sum(record["agrees"] for record in checked),
         "confirmed": len(checked) - len(refuted),
+        "wrongly_completed": sum(record["wrongly_completed"] for record in records),
         "refuted": [{key: record[key] for key in ("rollout", "seed", "refuted", "replay")} for record in refuted],
     }
 
@@ -123,6 +125,8 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
     certificates = summary["certificates"]
     table.add_row("certificates agree", share(certificates["agree"], certificates["checked"]))
     table.add_row("all checks hold", share(certificates["confirmed"], certificates["checked"]))
+    if certificates["wrongly_completed"]:
+        table.add_row("wrongly taken for completed", share(certificates["wrongly_completed"], summary["done"]))
     for name, key, unit in (("simulated", "sim_seconds", "s"), ("placed to within", "placement_error_mm", "mm")):
         spread = summary[key]
         if spread["max"] is not None:

@@ -7,17 +7,28 @@ observations, nor the planner's automata, nor `prefplan.ledger`, on purpose.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+
+import mujoco
 
 from prefplan.claims import Check, judge
 from prefplan.exact_costs import exact
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import at, holding, marked
+from prefplan.scenario.decode import Scenario
+from sim.evidence.action_checks import check_events, check_hand
 from sim.evidence.cost_checks import check_action_costs
+from sim.evidence.dynamics import Dynamics
+from sim.evidence.fault_checks import check_faults
+from sim.evidence.force_checks import check_grip, check_torques
 from sim.evidence.log import Log, LoggedAction
-from sim.evidence.motion_checks import check_contacts, check_jumps, check_limits, check_recording
+from sim.evidence.motion_checks import check_contacts, check_limits, check_recording
+from sim.evidence.object_checks import check_motions, check_start
 from sim.evidence.replay import RecordedWorld
+from sim.evidence.resimulation import resimulate
+from sim.evidence.scenario_checks import check_hash, check_scenario
 
 
 @dataclass(frozen=True)
@@ -26,7 +37,7 @@ class Certificate:
 
     Attributes:
         claims: checks of what is said of the run: whether it was completed, its costs, the effect of each action.
-        motions: checks of its motions: joint limits, jumps of objects, contacts.
+        motions: checks of its motions: joint limits, forces, faults, contacts.
         completed: whether every task was satisfied on the recorded states, as far as it was not relaxed.
         task_costs: c_i by task name, derived.
         preference: mu, derived.
@@ -63,26 +74,72 @@ class Certificate:
         return next(check for check in self.checks if check.name == name)
 
 
-def certify(log: Log) -> Certificate:
+def certify(
+    log: Log, *, scenario: Scenario | None = None, again: bool = False, more: Sequence[Check] = ()
+) -> Certificate:
     """Check everything that is said of a run against what was recorded of it.
+
+    Args:
+        log: of the run.
+        scenario: the one that the log must be of; None for the one in the log.
+        again: simulate the run again from its commands.
+        more: checks of the file that were made already.
 
     Raises:
         LogError: the scenario in the log cannot be used, so that nothing can be checked.
     """
+    with _without_warnings():
+        return _certify(log, scenario, again, more)
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Keep MuJoCo from writing its log file: forged states may be impossible ones, and the checks say so."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _certify(log: Log, scenario: Scenario | None, again: bool, more: Sequence[Check]) -> Certificate:
     world = RecordedWorld(log)
-    about, scenario = log.about, world.scenario
+    about, own = log.about, world.scenario
     trace, effects = _trace(log, world)
     costs = [exact(action.cost) for action in about.actions]
-    verdict = judge(about.claims, scenario.tasks, scenario.preference, trace, costs)
+    verdict = judge(about.claims, own.tasks, own.preference, trace, costs)
+    recording = check_recording(log)
     claims = (
-        check_recording(log),
-        _check_start(world, trace[0]),
+        *more,
+        recording,
+        check_hash(log),
+        *([check_scenario(log, scenario)] if scenario else []),
+        check_start(log, world) or _check_start(world, trace[0]),
         *effects,
+        check_hand(log, world),
+        check_events(log, world, trace),
         check_action_costs(log, world, trace),
         *verdict.checks,
     )
-    motions = (*check_limits(log, world), check_jumps(log, world), check_contacts(log, world))
+    motions = (
+        *check_limits(log, world),
+        *(_physics(log, world) if recording.holds else ()),
+        check_contacts(log, world),
+        *([resimulate(log, world)] if again else []),
+    )
     return Certificate(claims, motions, verdict.completed, verdict.task_costs, verdict.preference)
+
+
+def _physics(log: Log, world: RecordedWorld) -> tuple[Check, ...]:
+    """Check the forces, the motions and the faults of frames that follow each other without a gap."""
+    dynamics = Dynamics(log, world)
+    return (
+        check_torques(log, world, dynamics),
+        check_grip(log, dynamics),
+        check_motions(log, world, dynamics),
+        check_faults(log, world, dynamics),
+    )
 
 
 def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:

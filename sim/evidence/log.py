@@ -1,12 +1,15 @@
 """The log of a run: one file to check everything that is said of the run.
 
-It is a NumPy archive: the arrays of `Log` under their names, and everything else as JSON under `about`.
+It is a NumPy archive: the arrays of `Log` under their names, most of them packed (`sim.evidence.packing`), and
+everything else as JSON under `about`.
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
+import platform
 import zipfile
 import zlib
 from dataclasses import asdict, dataclass, fields
@@ -21,6 +24,7 @@ from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from sim.errors import LogError
+from sim.evidence.packing import pack, unpack
 from sim.simulation.rollout import FRAME_RATE, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
@@ -30,19 +34,27 @@ FORMAT = 2
 RATES = ("accelerations", "jerks", "torque_rates")
 """Names of the arrays of rates of the joints."""
 
-ARRAYS = {
+ARRAYS: dict[str, tuple[int | None, ...]] = {
     "times": (),
     "qpos": (None,),
+    "qvel": (None,),
     "glow": (),
     "speeds": (None,),
     "torques": (None,),
     **dict.fromkeys(RATES, (None,)),
     "pad_forces": (2,),
 }
-"""Names of the arrays, and the shape of each row."""
+"""Names of the arrays with a row for each frame, and the shape of each row."""
+
+MORE_ARRAYS = {"controls": (None,), "interventions": (None,)}
+"""Names of the arrays with other rows, and the shape of each row."""
 
 DECIMALS, RATE_DECIMALS = 7, 3
 """Decimals of recorded values: a tenth of a micrometre. Further ones are noise, and a third of the file."""
+
+PACKED = dict.fromkeys(("qpos", "qvel", "speeds", "torques", "pad_forces"), 10**DECIMALS)
+PACKED |= dict.fromkeys(RATES, 10**RATE_DECIMALS) | {"controls": 1}
+"""Which arrays are packed, and at what scale."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +81,11 @@ class About:
     """All of a log but its arrays.
 
     Attributes:
-        program: version of prefplan that wrote it.
+        versions: of prefplan, MuJoCo, NumPy and Python, and the kind of machine that wrote it.
         scenario: the scenario's name.
         text: the scenario file.
+        scenario_sha256: hash of its text.
+        model_sha256: hash of the compiled MuJoCo model that was simulated.
         measured: cost of each (kind, hand before, hand after) where the scenario takes them from measurements.
         robot: which robot was simulated.
         meshes: whether it collided with meshes rather than plain shapes.
@@ -82,9 +96,11 @@ class About:
         claims: what is said to have been achieved.
     """
 
-    program: str
+    versions: dict[str, str]
     scenario: str
     text: str
+    scenario_sha256: str
+    model_sha256: str
     measured: tuple[tuple[str, str, str, int | float], ...]
     robot: str
     meshes: bool
@@ -110,28 +126,43 @@ def log_of(
     scene: Scene, rollout: Rollout, claims: Claims, *, scenario: str, text: str, setting: dict[str, Any] | None = None
 ) -> Log:
     """Return the log of a rollout, up to the end of its last action if it was not completed (see `About`)."""
-    model, steps = scene.mujoco, rollout.steps
-    end = np.inf if rollout.completed else max([0.0, *(step.end for step in steps)]) + 1 / FRAME_RATE
+    model = scene.mujoco
+    end = np.inf if rollout.completed else max([0.0, *(step.end for step in rollout.steps)]) + 1 / FRAME_RATE
     joints = [model.joint(i) for i in range(model.njnt)]
     about = About(
-        program=version("prefplan"),
+        versions=versions(),
         scenario=scenario,
         text=text,
-        measured=_measured(scene.model.costs),
+        scenario_sha256=text_hash(text),
+        model_sha256=rollout.model_sha256,
+        measured=measured_costs(scene.model.costs),
         robot=scene.robot.name,
         meshes=scene.dressed,
         setting=setting or {},
         joints={joint.name: int(joint.qposadr[0]) for joint in joints},
-        actions=tuple(_logged(step) for step in steps),
+        actions=tuple(_logged(step) for step in rollout.steps),
         events=tuple(event for event in rollout.events if event.time <= end),
         claims=claims,
     )
-    decimals = dict.fromkeys(ARRAYS, DECIMALS) | dict.fromkeys(RATES, RATE_DECIMALS)
+    decimals = dict.fromkeys(PACKED, DECIMALS) | dict.fromkeys(RATES, RATE_DECIMALS)
     kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
-    return Log(
-        about=about,
-        **{name: rows if name == "times" else rows.round(decimals[name]) for name, rows in kept.items()},
-    )
+    whole = len(kept["times"]) == len(rollout.times)
+    steps = len(rollout.controls) if whole else round(kept["times"][-1] / model.opt.timestep)
+    kept["controls"] = rollout.controls[:steps]
+    kept["interventions"] = rollout.interventions[rollout.interventions[:, 0] < max(steps, 1)]
+    rounded = {name: rows.round(decimals[name]) if name in PACKED else rows for name, rows in kept.items()}
+    return Log(about=about, **rounded)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions and the kind of machine that a simulation depends on."""
+    names = {name: version(name) for name in ("prefplan", "mujoco", "numpy")}
+    return names | {"python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
+
+
+def text_hash(text: str) -> str:
+    """Return the SHA-256 of a text."""
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _logged(step: Step) -> LoggedAction:
@@ -139,7 +170,8 @@ def _logged(step: Step) -> LoggedAction:
     return LoggedAction(step.action, step.start, step.end, cost, tuple(sorted(step.observed.label)))
 
 
-def _measured(costs: ActionCosts) -> tuple[tuple[str, str, str, int | float], ...]:
+def measured_costs(costs: ActionCosts | None) -> tuple[tuple[str, str, str, int | float], ...]:
+    """Return the cost of each (kind, hand before, hand after) where costs are measured; nothing otherwise."""
     if not isinstance(costs, MeasuredCosts):
         return ()
     return tuple((*pair, to_number(exact(cost))) for pair, cost in costs.entries.items())
@@ -149,7 +181,8 @@ def encode(log: Log) -> bytes:
     """Return a log as the contents of its file."""
     about = json.dumps({"format": FORMAT} | asdict(log.about)).encode()
     file = io.BytesIO()
-    arrays = {name: getattr(log, name) for name in ARRAYS}
+    arrays = {name: getattr(log, name) for name in (*ARRAYS, *MORE_ARRAYS)}
+    arrays |= {name: pack(arrays[name], scale=scale) for name, scale in PACKED.items()}
     np.savez_compressed(file, about=np.frombuffer(about, dtype=np.uint8), **arrays)
     return file.getvalue()
 
@@ -169,15 +202,18 @@ def read_log(path: str | Path) -> Log:
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, NotImplementedError):
         raise LogError(f"{path}: broken, or not a log of `prefplan run`") from None
     arrays = {}
-    for name, row in ARRAYS.items():
+    for name, row in (ARRAYS | MORE_ARRAYS).items():
         if name not in found:
             raise LogError(f"{path}: broken: {name} is missing")
-        arrays[name] = array = found[name]
-        wanted = (len(found["times"]), *row)
-        if array.ndim != len(wanted) or any(n not in (m, None) for m, n in zip(array.shape, wanted, strict=True)):
-            raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
-        if array.dtype.kind not in "fi" or not np.isfinite(array).all():
+        array = found[name]
+        if array.dtype.kind not in ("i" if name in PACKED else "fi") or not np.isfinite(array).all():
             raise LogError(f"{path}: broken: {name} holds what is not a number")
+        if array.ndim != 1 + len(row):
+            raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
+        arrays[name] = array = unpack(array, scale=PACKED[name]) if name in PACKED else array
+        wanted = (len(found["times"]) if name in ARRAYS else len(array), *row)
+        if any(n not in (m, None) for m, n in zip(array.shape, wanted, strict=True)):
+            raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
     if not len(arrays["times"]):
         raise LogError(f"{path}: broken: not a single frame")
     return Log(about=about, **arrays)

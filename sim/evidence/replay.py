@@ -7,6 +7,7 @@ height, and an object is held if both pads touch and press it.
 from __future__ import annotations
 
 import functools
+from bisect import bisect_left
 
 import mujoco
 import numpy as np
@@ -16,11 +17,12 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
-from sim.evidence.log import Log
+from sim.evidence.log import About, Log
 from sim.robots.catalogue import ROBOTS
 from sim.robots.robot import Robot
-from sim.simulation.rollout import FRAME_RATE
-from sim.world.scene import Scene, build_scene
+from sim.simulation.rollout import FRAME_RATE, Event
+from sim.world.randomization import Perturbation, perturbed, read_perturbation
+from sim.world.scene import Scene, build_scene, initial_state
 
 AT_LOCATION_M = 0.045
 """Greatest horizontal distance of an object at a location from the centre of a slot."""
@@ -47,10 +49,13 @@ class RecordedWorld:
     Attributes:
         scenario: read from the log.
         model: its manipulation model.
-        scene: built from the log.
         mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
+        scene: what was simulated, with the friction and masses that the log's setting says.
+        start: (nq,) the positions in which the run begins, by its seed.
+        noise: standard deviation of an observed position along each axis, m.
         qpos: (T, nq) recorded positions, in the order of this scene.
+        qvel: (T, nv) recorded velocities.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
@@ -61,18 +66,17 @@ class RecordedWorld:
         """Build the scene that the log's scenario describes."""
         about = log.about
         self._log = log
-        self.scenario, self.scene, self.arm_shapes = _built(
+        self.scenario, scene, self.arm_shapes = _built(
             about.text, about.scenario, about.robot, about.meshes, len(about.joints)
         )
+        self.scene, self.start, self.noise = _perturbed(scene, about)
         self.model = self.scene.model
         self.mujoco = self.scene.mujoco
         self.robot = self.scene.robot
         self._data = mujoco.MjData(self.mujoco)
         spares = (name for name in self.scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
-        source, target = _places(log, self.robot, self.mujoco, objects)
-        self.qpos = np.tile(self._data.qpos, (len(log.times), 1))
-        self.qpos[:, target] = log.qpos[:, source]
+        self.qpos, self.qvel = _states(log, self.robot, self.mujoco, objects)
         model = self.mujoco
         self._is_robot = self.robot.bodies(model)[model.geom_bodyid]
         self._is_finger = self.robot.fingers(model)
@@ -88,6 +92,13 @@ class RecordedWorld:
             return self.model.action(text)
         except ModelError:
             return None
+
+    def disturbed(self, event: Event) -> tuple[str, ...]:
+        """Return the object that an event says a fault to have moved from outside; none if it says no such fault."""
+        kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
+        if event.kind != "fault" or kind not in ("move", "knock", "foreign"):
+            return ()
+        return (str(event.detail.get("object")) if kind == "foreign" else target,)
 
     def arm(self) -> np.ndarray:
         """Return the (T, n) recorded angles of the arm's joints, rad."""
@@ -113,6 +124,11 @@ class RecordedWorld:
         self._frame = frame
         self._data.qpos[:] = self.qpos[frame]
         mujoco.mj_kinematics(self.mujoco, self._data)
+
+    def tool(self) -> np.ndarray:
+        """Return the (3,) position of the point between the pads in the frame that is shown, m."""
+        position: np.ndarray = self._data.site(self.robot.tool).xpos
+        return position
 
     def held(self) -> str | None:
         """Return the object in contact with both pads that they pressed within `PRESS_MEMORY_FRAMES`, or None."""
@@ -237,19 +253,38 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
     return scenario, scene, "the arm's meshes" if scene.dressed else "plain shapes of the arm"
 
 
-def _places(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return where in a recorded row, and where in the model's own positions, each value of a joint is."""
+def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
+    """Return a scene as the setting of a run changes it, the positions in which the run begins, and its noise, m."""
+    seed, text = about.setting.get("seed"), about.setting.get("perturbation")
+    try:
+        perturbation = read_perturbation(text) if isinstance(text, str) else Perturbation()
+        if seed is not None:
+            scene = perturbed(scene, perturbation, seed=seed)
+        start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
+        noise = float(about.setting.get("noise_mm", 1000 * perturbation.noise)) / 1000
+        list(about.setting.get("faults") or ())
+    except (PrefplanError, TypeError, ValueError) as error:
+        raise LogError(f"the setting in the log cannot be used: {error}") from None
+    return scene, start.qpos, noise
+
+
+def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the (T, nq) recorded positions and the (T, nv) velocities in the order of a model's joints."""
     for name in robot.load_limits:
         if getattr(log, name).shape[1] != len(robot.joints):
             raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
-    source: list[int] = []
-    target: list[int] = []
-    for name in (*robot.joints, *robot.gripper.joints, *objects):
-        joint = model.joint(name)
-        size = 7 if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else 1
-        first = log.about.joints.get(name)
-        if first is None or not 0 <= first <= log.qpos.shape[1] - size:
+    fixed = (*robot.joints, *robot.gripper.joints)
+    free = sorted(place for name, place in log.about.joints.items() if name not in fixed)
+    qpos, qvel = np.tile(model.qpos0, (len(log.times), 1)), np.zeros((len(log.times), model.nv))
+    for name in (*fixed, *objects):
+        positions, velocities = (1, 1) if name in fixed else (7, 6)
+        first = log.about.joints.get(name, -1)
+        # A free joint has seven positions and six velocities.
+        speed = first - bisect_left(free, first)
+        if not 0 <= first <= log.qpos.shape[1] - positions or not 0 <= speed <= log.qvel.shape[1] - velocities:
             raise LogError(f"the log is broken: a frame has no position of {name!r}")
-        source += range(first, first + size)
-        target += range(int(joint.qposadr[0]), int(joint.qposadr[0]) + size)
-    return np.array(source), np.array(target)
+        joint = model.joint(name)
+        place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        qpos[:, place : place + positions] = log.qpos[:, first : first + positions]
+        qvel[:, dof : dof + velocities] = log.qvel[:, speed : speed + velocities]
+    return qpos, qvel

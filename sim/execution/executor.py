@@ -22,6 +22,7 @@ from sim.execution.observation import await_grip, observed_poses, poses_at_rest
 from sim.perception.grounding import mismatch, observe, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
+from sim.simulation.recorder import model_hash
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS, perform
@@ -191,6 +192,7 @@ class Execution:
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
             robot=self.scene.robot,
+            model_sha256=model_hash(cell.scene.mujoco),
         )
 
     def _states(self, index: int) -> ManipulationState:

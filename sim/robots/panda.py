@@ -43,7 +43,7 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
             spec.delete(geom)
         else:
             geom.group = HIDDEN
-    for link in bodies.keys() - {"finger"}:
+    for link in sorted(bodies.keys() - {"finger"}):
         hull = trimesh.load_mesh(folder / "collision" / f"{link}.stl")
         spec.add_mesh(name=f"{link}_hull", uservert=hull.vertices.ravel(), userface=hull.faces.ravel())
         _add_geom(spec, bodies[link][0], f"{link}_hull", group=HIDDEN)

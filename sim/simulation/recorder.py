@@ -1,7 +1,12 @@
-"""What is recorded of a running simulation: positions frame by frame, and the greatest loads between two frames."""
+"""What is recorded of a running simulation.
+
+States frame by frame with the greatest loads between two frames, and all that is needed to simulate it again bit by
+bit: the command of every step, and every state that something else than a step of the simulation brought about.
+"""
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 import mujoco
@@ -9,6 +14,12 @@ import numpy as np
 
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene
+
+COMMANDS_PER_UNIT = 2**24
+"""Resolution of the commands sent to the actuators, a power of two: 6e-8 rad or m, as integers in the log."""
+
+STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_CTRL)
+"""What a step of MuJoCo depends on besides its commands."""
 
 
 class Recorder:
@@ -20,7 +31,7 @@ class Recorder:
 
     def __init__(self, scene: Scene) -> None:
         """Begin without a frame."""
-        model = scene.mujoco
+        self._model = model = scene.mujoco
         self._dofs, self._period = scene.robot.dofs(model), float(model.opt.timestep)
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
@@ -28,6 +39,31 @@ class Recorder:
         self._references: list[np.ndarray] = []
         self._speeds: list[np.ndarray] = []
         self._torques: list[np.ndarray] = []
+        self._steps, self._controls = 0, [np.zeros((0, model.nu))]
+        self._interventions: list[np.ndarray] = []
+        self._left, self._found = np.full((2, mujoco.mj_stateSize(model, STATE)), np.nan)
+
+    def begin_period(self, data: mujoco.MjData, controls: np.ndarray) -> np.ndarray:
+        """Record the commands of a control period, and the state if the last one did not end in it.
+
+        Args:
+            data: the state in which the period begins.
+            controls: (steps, nu) commands of the actuators.
+
+        Returns:
+            (steps, nu) the commands rounded to their resolution, to be sent.
+        """
+        mujoco.mj_getState(self._model, data, self._found, STATE)
+        if not np.array_equal(self._found, self._left):
+            self._interventions.append(np.array([self._steps, *self._found]))
+        rounded = np.rint(controls * COMMANDS_PER_UNIT)
+        self._controls.append(rounded)
+        self._steps += len(rounded)
+        return rounded / COMMANDS_PER_UNIT
+
+    def end_period(self, data: mujoco.MjData) -> None:
+        """Note the state in which a control period ends."""
+        mujoco.mj_getState(self._model, data, self._left, STATE)
 
     def is_due(self, data: mujoco.MjData) -> bool:
         """Return whether the time has come for another frame."""
@@ -41,7 +77,13 @@ class Recorder:
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
         """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
-        frame = {"times": float(data.time), "qpos": data.qpos.copy(), "glow": glow, "pad_forces": self._press(data)}
+        frame = {
+            "times": float(data.time),
+            "qpos": data.qpos.copy(),
+            "qvel": data.qvel.copy(),
+            "glow": glow,
+            "pad_forces": self._press(data),
+        }
         self._frames.append(frame)
         self._felt.append(len(self._speeds))
 
@@ -56,7 +98,10 @@ class Recorder:
             "torques": (self._torques, 0),
             "torque_rates": (self._torques, 1),
         }
-        return arrays | {name: self._greatest(np.array(rows), rate) for name, (rows, rate) in samples.items()}
+        arrays |= {name: self._greatest(np.array(rows), rate) for name, (rows, rate) in samples.items()}
+        arrays["controls"] = np.vstack(self._controls).astype(np.int64)
+        arrays["interventions"] = np.array(self._interventions).reshape(-1, 1 + len(self._left))
+        return arrays
 
     def _greatest(self, rows: np.ndarray, rate: int) -> np.ndarray:
         """Return the (T, n) greatest values since the frame before of the rate-th derivative of what was felt."""
@@ -77,3 +122,10 @@ class Recorder:
                     # The first row of an elliptic cone is the normal force.
                     forces[self._pads[geom]] += data.efc_force[data.contact.efc_address[i]]
         return forces
+
+
+def model_hash(model: mujoco.MjModel) -> str:
+    """Return the SHA-256 of a compiled model."""
+    contents = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
+    mujoco.mj_saveModel(model, None, contents)
+    return hashlib.sha256(contents.data).hexdigest()

@@ -82,11 +82,12 @@ class Event:
 
 @dataclass(frozen=True, kw_only=True)
 class Frames:
-    """Frames of a simulation, `FRAME_RATE` a second.
+    """Frames of a simulation, `FRAME_RATE` a second, and what is needed to simulate it again.
 
     Attributes:
         times: (T,) s, when each frame was taken.
         qpos: (T, nq) positions of the scene's MuJoCo model.
+        qvel: (T, nv) velocities.
         glow: (T,) index into the model's locations of the marking location at work, -1 for none.
         speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
         accelerations: (T, n) greatest acceleration of each arm joint since the frame before, rad/s^2.
@@ -94,10 +95,14 @@ class Frames:
         torques: (T, n) greatest torque of each arm joint since the frame before, N m.
         torque_rates: (T, n) greatest rate of that torque, N m/s.
         pad_forces: (T, 2) with which the left and the right pad were pressed, N.
+        controls: (S, nu) int64, the actuators' commands at each step, in `COMMANDS_PER_UNIT` of their units.
+        interventions: (K, 1 + m) number of a step, and the state that it began in, as `STATE` of the recorder, wherever
+            this is not the one in which the step before it ended; the first is the start.
     """
 
     times: np.ndarray
     qpos: np.ndarray
+    qvel: np.ndarray
     glow: np.ndarray
     speeds: np.ndarray
     accelerations: np.ndarray
@@ -105,6 +110,8 @@ class Frames:
     torques: np.ndarray
     torque_rates: np.ndarray
     pad_forces: np.ndarray
+    controls: np.ndarray
+    interventions: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,6 +127,7 @@ class Rollout(Frames):
         wall_seconds: real time in all.
         placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
         robot: whose arm has the n joints.
+        model_sha256: hash of the compiled MuJoCo model.
     """
 
     completed: bool
@@ -130,6 +138,7 @@ class Rollout(Frames):
     wall_seconds: float
     placement_error: float
     robot: Robot
+    model_sha256: str = ""
 
     @property
     def rest_share(self) -> float:

@@ -254,15 +254,18 @@ class Workcell:
         data, ending = self.data, self._ending
         self.disturb()
         data.ctrl[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
-        for step in range(self._substeps):
-            reference = self.reference
-            if len(ending):
-                reference = ending.positions[step]
-                data.ctrl[self._motors] = reference + self._lag * ending.velocities[step]
+        controls = np.array([data.ctrl] * self._substeps)
+        references = np.array([self.reference] * self._substeps)
+        if len(ending):
+            references = ending.positions[: self._substeps]
+            controls[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
+        for control, reference in zip(self.recorder.begin_period(data, controls), references, strict=True):
+            data.ctrl[:] = control
             mujoco.mj_step(self.scene.mujoco, data)
             self.recorder.feel(data, reference)
             if self.recorder.is_due(data):
                 self.recorder.record(data, glow=self.glowing)
+        self.recorder.end_period(data)
         self._ending = ending.after(self._substeps)
         if data.time >= self._dark:
             self.glowing = -1

@@ -45,6 +45,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     examples = (
         "prefplan run case_study_3 --plan preference",
         "prefplan run case_study_3 --plan 0 --seed 7 --no-video --json",
+        "prefplan run case_study_3 --no-video --key private.pem",
     )
     parser = add_command(commands, run, summary, *examples)
     add_scenario(parser)
@@ -57,6 +58,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--noise", type=number, metavar="MM", help="random error of sensed object positions, mm")
     add_robot(parser)
     add_video(parser)
+    parser.add_argument("--key", type=Path, metavar="FILE", help="sign the log with this private Ed25519 key")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -91,7 +93,9 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
         from experiments.cli import simulation_options as simulation
         from experiments.runs.carry_out import carry_out, scene_of
         from experiments.runs.evidence import prove
+        from sim.evidence.signature import read_private_key
 
+    key = read_private_key(options.key) if options.key else None
     perturbation = simulation.perturbation_of(options.perturb, seed=options.seed)
     faults = simulation.faults_of(options.fault, scenario)
     robot = simulation.robot_of(options.robot)
@@ -118,7 +122,7 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
         )
         if options.noise:
             outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(options.noise)})
-        return prove(scenario, scene, outcome, folder / f"{name}.npz")
+        return prove(scenario, scene, outcome, folder / f"{name}.npz", key=key)
 
 
 def _status(options: argparse.Namespace, outcome: Outcome) -> int:
@@ -128,8 +132,8 @@ def _status(options: argparse.Namespace, outcome: Outcome) -> int:
     if outcome.interrupted:
         print("prefplan: interrupted", file=sys.stderr)
         return INTERRUPTED
-    if outcome.rollout.completed:
+    if outcome.completed:
         return DONE
     if options.json:
-        print(f"prefplan: execution failed {outcome.rollout.reason}", file=sys.stderr)
+        print(f"prefplan: execution failed {outcome.reason}", file=sys.stderr)
     return FAILED

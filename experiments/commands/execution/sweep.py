@@ -64,6 +64,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     add_perturb(parser)
     add_robot(parser)
     parser.add_argument("--faults", choices=["random"], help="one to three random faults in each run")
+    parser.add_argument("--resimulate", action="store_true", help="simulate each run again from its log, as a check")
     add_out(parser, "out/SCENARIO/sweep_PLAN; an interrupted sweep goes on there")
     parser.add_argument(
         "--cluster", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine"
@@ -120,6 +121,7 @@ def sweep(options: argparse.Namespace) -> int:
             max_cost=options.max_cost,
             max_preference=options.max_preference,
             robot=robot,
+            resimulate=options.resimulate,
         )
         header = define(scenario, job)
         with Journal(folder / "rollouts.jsonl", header, key="rollout") as records:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import shtab
 
+from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command, add_json
-from experiments.cli.completion import complete
+from experiments.cli.completion import complete, scenario_files
 from experiments.cli.console import Console
 from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED
@@ -21,10 +22,17 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     examples = (
         "prefplan run case_study_3 --no-video && prefplan verify out/case_study_3/cost.npz",
         "prefplan verify out/case_study_3/preference.npz --json",
+        "prefplan verify out/case_study_3/cost.npz --scenario case_study_3 --resimulate --key public.pem",
     )
     parser = add_command(commands, verify, summary, *examples)
     log = parser.add_argument("log", type=Path, metavar="LOG", help="log that `prefplan run` wrote, an .npz file")
     complete(log, shtab.glob("*.npz"))
+    scenario = parser.add_argument("--scenario", metavar="FILE", help="also check that the log is of this scenario")
+    complete(scenario, scenario_files())
+    parser.add_argument("--resimulate", action="store_true", help="also simulate the run again from its commands")
+    parser.add_argument(
+        "--key", type=Path, metavar="FILE", help="also check the signature, with this public Ed25519 key"
+    )
     add_json(parser)
 
 
@@ -34,11 +42,17 @@ def verify(options: argparse.Namespace) -> int:
         from experiments.runs.certificates import certificate_json, show_certificate
         from sim.evidence.certificate import certify
         from sim.evidence.log import read_log
+        from sim.evidence.signature import check_signature, read_public_key
 
+    key = read_public_key(options.key) if options.key else None
+    scenario = scenarios.find(options.scenario) if options.scenario else None
     log = read_log(options.log)
-    certificate = certify(log)
+    signature = [check_signature(options.log.read_bytes(), key)] if key else []
+    certificate = certify(log, scenario=scenario, again=options.resimulate, more=signature)
+    asked = {"scenario": scenario, "resimulate": options.resimulate, "key": key}
+    levels = ["plain", *(level for level, given in asked.items() if given)]
     if options.json:
-        output.print_json(certificate_json(log, certificate))
+        output.print_json(certificate_json(log, certificate, levels))
     else:
-        show_certificate(Console(highlight=False), log, certificate)
+        show_certificate(Console(highlight=False), log, certificate, levels)
     return DONE if certificate.confirmed else FAILED

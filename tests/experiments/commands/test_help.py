@@ -49,7 +49,7 @@ def test_every_example_is_a_call_of_its_command_with_a_scenario_that_it_can_take
         program, *arguments = shlex.split(part.partition(" > ")[0])
         assert program == "prefplan"
         options = command_line.parser().parse_args(arguments)
-        if "scenario" in options:
+        if getattr(options, "scenario", None):
             kind = kind_of(scenarios.find(options.scenario, measured=False).model)
             assert name not in SIMULATED or kind == "manipulation"
     assert f"prefplan {name}" in line

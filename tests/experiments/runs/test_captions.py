@@ -16,7 +16,7 @@ from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome, ledger_of
 from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
 from prefplan.scenario.decode import loads
-from sim.evidence.log import ARRAYS
+from sim.evidence.log import ARRAYS, MORE_ARRAYS
 from sim.execution.closed_loop import Pursuit
 from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event, Rollout, Step
@@ -31,7 +31,7 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
         Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
     )
     rollout = Rollout(
-        **dict.fromkeys(ARRAYS, np.zeros(0)),
+        **dict.fromkeys(ARRAYS | MORE_ARRAYS, np.zeros(0)),
         completed=True,
         reason=None,
         steps=steps,

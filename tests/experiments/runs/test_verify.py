@@ -7,18 +7,34 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from scenario_texts import CUP
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
+from scenario_texts import CUP, PLACES_NEARBY, cup_scenario
 
 from experiments.commands.command_line import main
+from experiments.runs import evidence
 from sim.evidence.log import encode, read_log
 
 
 @pytest.fixture(scope="module")
-def cup(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The log of a run, and nothing else of it."""
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two pairs of keys, PEM and OpenSSH."""
+    folder = tmp_path_factory.mktemp("keys")
+    for name, kind, public_kind in (("pem", "PKCS8", "SubjectPublicKeyInfo"), ("ssh", "OpenSSH", "OpenSSH")):
+        key, coding = Ed25519PrivateKey.generate(), Encoding.OpenSSH if name == "ssh" else Encoding.PEM
+        private = key.private_bytes(Encoding.PEM, getattr(PrivateFormat, kind), NoEncryption())
+        (folder / name).write_bytes(private)
+        (folder / f"{name}.pub").write_bytes(key.public_key().public_bytes(coding, getattr(PublicFormat, public_kind)))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def cup(tmp_path_factory: pytest.TempPathFactory, keys: Path) -> Path:
+    """The signed log of a run, and nothing else of it."""
     folder = tmp_path_factory.mktemp("cup")
     (folder / "cup.toml").write_text(CUP)
-    assert main(["run", str(folder / "cup.toml"), "--no-video", "--seed", "3", "--out", str(folder)]) == 0
+    how = ["--no-video", "--seed", "3", "--key", str(keys / "pem"), "--out", str(folder)]
+    assert main(["run", str(folder / "cup.toml"), *how]) == 0
     (folder / "cup.toml").unlink()
     (folder / "cost.json").unlink()
     return folder / "cost.npz"
@@ -42,7 +58,9 @@ def test_a_run_leaves_its_certificate(cup: Path, capsys: pytest.CaptureFixture[s
         "confirmed",
         "agrees",
         "scenario",
-        "program",
+        "levels",
+        "proves",
+        "versions",
         "setting",
         "claimed",
         "completed",
@@ -78,6 +96,52 @@ def test_a_forged_log_is_refuted(forged: Path, capsys: pytest.CaptureFixture[str
     assert main(["verify", str(forged), "--json"]) == 4
     printed = json.loads(capsys.readouterr().out)
     assert printed["confirmed"] is False and printed["completed"] is True
+
+
+def test_a_run_that_its_log_refutes_was_not_carried_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    honest = evidence.claims_of
+    monkeypatch.setattr(evidence, "claims_of", lambda outcome: replace(honest(outcome), cost=9))
+    (tmp_path / "cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
+    arguments = ["run", str(tmp_path / "cup.toml"), "--no-video", "--out", str(tmp_path)]
+    assert main([*arguments, "--json"]) == 4
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["completed"] is printed["certified"] is False
+    assert printed["reason"] == "the log refutes it: total cost: 9 is claimed, but it is 10"
+    assert main(arguments) == 4
+    assert "cup: wrongly taken for completed after 4 of 4 actions" in capsys.readouterr().out
+
+
+def test_a_log_is_checked_at_every_level(
+    cup: Path, keys: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "same.toml").write_text(f"# with a comment\n{CUP}")
+    levels = ["--scenario", str(tmp_path / "same.toml"), "--resimulate", "--key", str(keys / "pem.pub")]
+    assert main(["verify", str(cup), *levels, "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["levels"] == ["plain", "scenario", "resimulate", "key"] and len(printed["proves"]) == 4
+    names = [check["name"] for check in printed["checks"]]
+    assert {"signature", "scenario", "simulated again"} < set(names)
+    assert b"PRIVATE" not in cup.read_bytes() and (keys / "pem").read_bytes()[30:60] not in cup.read_bytes()
+
+
+def test_another_scenario_and_another_key_refute(
+    cup: Path, keys: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "dearer.toml").write_text(CUP.replace("transit = 3", "transit = 4"))
+    assert main(["verify", str(cup), "--scenario", str(tmp_path / "dearer.toml")]) == 4
+    words = "model.costs.transit is 3 in the log, 4 in the given one"
+    assert f"NO  scenario: the log is of another one: {words}\n" in capsys.readouterr().out
+    assert main(["verify", str(cup), "--key", str(keys / "ssh.pub")]) == 4
+    assert "NO  signature: the file is not what the owner of the key signed\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["none", "pem"])
+def test_what_is_no_public_key_is_refused(cup: Path, keys: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["verify", str(cup), "--key", str(keys / name)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.startswith(f"prefplan: {keys / name}: ")
 
 
 @pytest.mark.parametrize("name", ["none.npz", "cost.certificate.json", "."])

@@ -24,6 +24,8 @@ def record(number: int, *, kind: str | None = None, seconds: float = 10.0, error
         "certified": True,
         "agrees": True,
         "refuted": [],
+        "resimulated": False,
+        "wrongly_completed": False,
         "replans": number % 2,
         "happened": [],
         "sim_seconds": seconds,
@@ -71,7 +73,7 @@ def test_failures_are_counted_by_class_and_the_first_of_each_can_be_replayed() -
 
 
 def test_rollouts_without_an_outcome_count_as_failures_only() -> None:
-    kept = ("rollout", "seed", "replay", "completed", "class", "reason", "refuted")
+    kept = ("rollout", "seed", "replay", "completed", "class", "reason", "refuted", "wrongly_completed")
     crashed = {key: record(1, kind="crashed")[key] for key in kept} | {"certified": None, "agrees": None}
     summary = summarise(HEADER, [record(0), crashed], rollouts=2)
     assert (summary["completed"], summary["done"], summary["complete"]) == (1, 2, True)
@@ -83,9 +85,11 @@ def test_rollouts_without_an_outcome_count_as_failures_only() -> None:
 def test_rollouts_whose_logs_say_otherwise_are_named() -> None:
     limits = record(1) | {"certified": False, "refuted": ["joint speeds: too fast"]}
     wrong = record(2) | {"certified": False, "agrees": False, "refuted": ["completed: tidy was never satisfied"]}
+    wrong |= {"completed": False, "wrongly_completed": True, "class": "the log refutes it", "reason": "the log does"}
     summary = summarise(HEADER, [record(0), limits, wrong], rollouts=3)
     found = summary["certificates"]
     assert (found["checked"], found["agree"], found["confirmed"]) == (3, 2, 1)
+    assert found["wrongly_completed"] == 1 and "wrongly taken for completed" in shown(summary)
     assert [entry["rollout"] for entry in found["refuted"]] == [1, 2]
     assert "completed: tidy was never satisfied" in shown(summary) and "2 of 3 (66.7%)" in shown(summary)
 

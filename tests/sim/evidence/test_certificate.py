@@ -28,8 +28,11 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
     assert certificate.confirmed and certificate.agrees and certificate.completed
     assert certificate.task_costs == {"phi1": 34, "phi2": 17} and certificate.preference == 17
     names = [check.name for check in certificate.checks]
-    assert names[:2] == ["recording", "start"] and names[2:16] == [f"action {k}" for k in range(1, 15)]
-    assert names[16:] == [
+    assert names[:3] == ["recording", "scenario hash", "start"]
+    assert names[3:17] == [f"action {k}" for k in range(1, 15)]
+    assert names[17:] == [
+        "hand",
+        "events",
         "action costs",
         "total cost",
         "task cost phi1",
@@ -42,7 +45,10 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
         "joint jerks",
         "joint torques",
         "joint torque rates",
+        "torques",
+        "pad forces",
         "objects",
+        "faults",
         "contacts",
     ]
     assert "% of the limit, joint" in certificate.check("joint speeds").words
@@ -70,7 +76,8 @@ def test_relaxations_are_granted_where_they_are_offered(relaxed_log: Log) -> Non
 
 def test_an_unfinished_run_is_confirmed_to_be_one(arch_log: Log) -> None:
     end = arch_log.about.actions[6].end
-    stopped = telling(cut(arch_log, end), actions=arch_log.about.actions[:7])
+    told = tuple(event for event in arch_log.about.events if event.time <= end)
+    stopped = telling(cut(arch_log, end), actions=arch_log.about.actions[:7], events=told)
     claims = {"completed": False, "cost": 17, "task_costs": {"phi1": 17, "phi2": 17}, "preference": None}
     certificate = certify(claiming(stopped, **claims))
     assert certificate.confirmed and not certificate.completed

@@ -89,7 +89,7 @@ def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
 @pytest.mark.parametrize(
     ("before", "after", "name", "words"),
     [
-        ('start = "top"', 'start = "table"', "start", "pink does not start at table"),
+        ('start = "top"', 'start = "table"', "start", "pink is 0.7102 m or rad from where seed 4 puts it"),
         ("& blue_bin1)", "& blue_bin2)", "completed", "not satisfied: phi1"),
     ],
 )

@@ -13,7 +13,7 @@ import pytest
 from prefplan.claims import Claims
 from prefplan.front import Purchase
 from sim.errors import LogError
-from sim.evidence.log import ARRAYS, FORMAT, RATES, About, Log, LoggedAction, encode, read_log
+from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log, text_hash
 from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event
 
@@ -21,9 +21,11 @@ from sim.simulation.rollout import Event
 @pytest.fixture
 def log() -> Log:
     about = About(
-        program="0.1.0",
+        versions={"prefplan": "0.1.0"},
         scenario="cup",
         text="[model]\n",
+        scenario_sha256=text_hash("[model]\n"),
+        model_sha256="",
         measured=(("transit", "home", "desk", 1.5),),
         robot="default",
         meshes=True,
@@ -38,11 +40,14 @@ def log() -> Log:
         about=about,
         times=np.array([0.0, 1 / 30]),
         qpos=rows,
+        qvel=rows - 1,
         glow=np.array([-1, 0]),
         speeds=rows + 1,
         torques=rows + 2,
         **{name: rows + k for k, name in enumerate(RATES, 3)},
         pad_forces=np.zeros((2, 2)),
+        controls=np.array([[3, -4], [2**40, 1]]),
+        interventions=np.array([[0, np.pi]]),
     )
 
 
@@ -67,8 +72,8 @@ def npy(array: np.ndarray) -> bytes:
 
 Rewrite = Callable[..., None]
 
-NO_FRAMES = {"times": np.zeros(0), "glow": np.zeros(0, int), "pad_forces": np.zeros((0, 2))}
-NO_FRAMES |= {name: np.zeros((0, 7)) for name in ("qpos", *PANDA.load_limits)}
+NO_FRAMES = {"times": np.zeros(0), "glow": np.zeros(0, int), "pad_forces": np.zeros((2, 0), int)}
+NO_FRAMES |= {name: np.zeros((7, 0), int) for name in ("qpos", "qvel", *PANDA.load_limits)}
 
 
 @pytest.fixture
@@ -91,7 +96,7 @@ def test_what_is_written_is_read_back(log: Log, path: Path) -> None:
     found = read_log(path)
     assert found.about == log.about
     assert isinstance(found.about.claims.cost, float) and isinstance(found.about.actions[0].cost, int)
-    for name in ARRAYS:
+    for name in (*ARRAYS, *MORE_ARRAYS):
         assert np.array_equal(getattr(found, name), getattr(log, name))
 
 
@@ -156,10 +161,12 @@ def test_missing_files_and_folders_are_told(tmp_path: Path) -> None:
         ({"about": {"claims": {"completed": "perhaps"}}}, "about.claims.completed"),
         ({"about": {"actions": [{"action": "grasp cup"}]}}, "about.actions.0.start: field required"),
         ({"speeds": None}, "speeds is missing"),
-        ({"qpos": np.zeros(2)}, "qpos has the shape"),
-        ({"pad_forces": np.zeros((2, 3))}, "pad_forces has the shape"),
+        ({"qpos": np.zeros(2, int)}, "qpos has the shape"),
+        ({"pad_forces": np.zeros((3, 2), int)}, "pad_forces has the shape"),
+        ({"controls": np.zeros(3, int)}, "controls has the shape"),
         ({"times": np.zeros(3)}, "qpos has the shape"),
-        ({"pad_forces": np.full((2, 2), np.nan)}, "pad_forces holds what is not a number"),
+        ({"pad_forces": np.zeros((2, 2))}, "pad_forces holds what is not a number"),
+        ({"interventions": np.full((2, 2), np.nan)}, "interventions holds what is not a number"),
         ({"times": np.array(["a", "b"])}, "times holds what is not a number"),
         (NO_FRAMES, "not a single frame"),
     ],

@@ -50,8 +50,8 @@ def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch
         seen.append(observe(scene, data, true_poses(scene, data), hand="home", held=None).place)
         rows.append(data.qpos.copy())
     frames = np.array(rows)
-    width = arch_log.qpos.shape[1]
-    world = RecordedWorld(replace(arch_log, qpos=frames[:, :width], times=np.arange(len(frames)) / 30))
+    width, still = arch_log.qpos.shape[1], np.zeros((len(frames), arch_log.qvel.shape[1]))
+    world = RecordedWorld(replace(arch_log, qpos=frames[:, :width], qvel=still, times=np.arange(len(frames)) / 30))
     shown = []
     for frame in range(len(frames)):
         world.show(frame)

@@ -1,0 +1,151 @@
+"""Actions in a log: where the hand went, and whether the recorded events are those of the actions and the frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from prefplan.claims import Check
+from prefplan.logic.good_prefix import Label
+from prefplan.models.manipulation.action import Action
+from sim.evidence.log import Log, LoggedAction
+from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, RecordedWorld
+from sim.simulation.rollout import FRAME_RATE, Event
+
+NEARER_M = 0.005
+"""The hand is over a location if no other one is nearer by more than this."""
+
+GRIP_WINDOW_S = 1.5
+"""A recorded grip was measured at most this long before its event."""
+
+GRIP_TOLERANCE_N, GRIP_TOLERANCE = 2.0, 0.3
+"""Greatest difference of a recorded grip from the pads' forces, N and as a share."""
+
+PLACEMENT_TOLERANCE_M = 0.001
+"""Greatest difference of a recorded placement error from the frames', where observations have no noise."""
+
+NOISE_FACTOR = 4
+"""Standard deviations of the noise by which a recorded placement error may differ further."""
+
+ROUNDING_S = 1e-6
+"""Greatest error of a time."""
+
+LAST_EVENT_S = 1.0
+"""An event is told at most this long after the last frame."""
+
+SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "unaffected", "ended")
+"""The event of an action that did not do what was predicted, and the events of which one follows it."""
+
+
+def check_hand(log: Log, world: RecordedWorld) -> Check:
+    """Check that every transit and transport that succeeded ended with the hand over its location."""
+    name = "hand"
+    centres = {
+        place: np.array([np.mean([slot.position[:2] for slot in row], axis=0), *(slot.position[:2] for slot in row)])
+        for place, row in world.scene.slots.items()
+    }
+    checked = 0
+    for k, action in enumerate(log.about.actions, 1):
+        symbolic = world.action(action.action)
+        if symbolic is None or not world.model.operator(symbolic.kind).travels or _surprise(log, action):
+            continue
+        if symbolic.location not in centres:
+            # After a surprise an object may lie off every location: the place where it is has a name of its own.
+            if any(event.kind in ANSWERS and event.time <= action.start + ROUNDING_S for event in log.about.events):
+                continue
+            return Check(name, False, f"action {k} `{action.action}`: there is no location {symbolic.location}")
+        world.show(world.frame_at(action.end))
+        hand = world.tool()[:2]
+        far = {place: float(np.hypot(*(row - hand).T).min()) for place, row in centres.items()}
+        nearest = min(far, key=far.__getitem__)
+        checked += 1
+        if far[symbolic.location] > min(far[nearest] + NEARER_M, AT_LOCATION_M):
+            where = f"the hand is {1000 * far[symbolic.location]:.0f} mm from {symbolic.location}"
+            return Check(
+                name, False, f"action {k} `{action.action}`: {where}, {1000 * far[nearest]:.0f} from {nearest}"
+            )
+    return Check(name, True, f"over the location of each of {checked} actions")
+
+
+def _surprise(log: Log, action: LoggedAction) -> bool:
+    return any(
+        event.kind == SURPRISED and action.start < event.time <= action.end + ROUNDING_S for event in log.about.events
+    )
+
+
+def check_events(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
+    """Check that each action has the events that what the frames show of it calls for, and that no others are told."""
+    name, events = "events", log.about.events
+    for k, (action, label) in enumerate(zip(log.about.actions, trace[1:], strict=True), 1):
+        own = [event for event in events if action.start < event.time <= action.end + ROUNDING_S]
+        objection = _objection(
+            log, world, action, label, own, last=k == len(log.about.actions) and not log.about.claims.completed
+        )
+        if objection:
+            return Check(name, False, f"action {k} `{action.action}`: {objection}")
+    for event in events:
+        if not 0 <= event.time <= log.times[-1] + LAST_EVENT_S:
+            return Check(name, False, f"`{event.kind}` at {event.time:.2f} s is told of a time without frames")
+    for first, then in zip(events, events[1:], strict=False):
+        if then.time < first.time:
+            return Check(name, False, f"`{then.kind}` at {then.time:.2f} s is told after what came later")
+    return Check(name, True, f"{len(events)}, as the frames show")
+
+
+def _objection(
+    log: Log, world: RecordedWorld, action: LoggedAction, label: Label, own: Sequence[Event], *, last: bool
+) -> str | None:
+    """Return what is wrong with the events of an action, or None."""
+    symbolic = world.action(action.action)
+    if symbolic is None:
+        return "it is unknown"
+    kinds = [event.kind for event in own]
+    failed = not world.model.effect(symbolic) & world.model.own_propositions <= label
+    if failed and SURPRISED not in kinds and not last:
+        return "it failed, and no event says so"
+    if SURPRISED in kinds and not last and not any(kind in ANSWERS for kind in kinds[kinds.index(SURPRISED) :]):
+        return "it failed, and no event says what was done about it"
+    for kind, needed in (("grasped", "grasp"), ("placed", "release")):
+        found = [event for event in own if event.kind == kind]
+        if found and symbolic.kind != needed:
+            return f"it is told to have {kind} an object"
+        # An object that slips may land where it was to be released.
+        if symbolic.kind == needed and not failed and SURPRISED not in kinds and len(found) != 1:
+            return f"{len(found)} events tell that the object was {kind}"
+        judge = _objection_to_grip if kind == "grasped" else _objection_to_place
+        for event in found:
+            try:
+                objection = judge(log, world, symbolic, event)
+            except (KeyError, TypeError, ValueError):
+                objection = f"its event `{kind}` is broken"
+            if objection:
+                return objection
+    return None
+
+
+def _objection_to_grip(log: Log, world: RecordedWorld, action: Action, event: Event) -> str | None:
+    during = (log.times >= event.time - GRIP_WINDOW_S) & (log.times <= event.time)
+    felt = log.pad_forces[during & (log.pad_forces.min(axis=1) > HOLD_FORCE_N)]
+    told = np.array(event.detail["force"], dtype=float)
+    if event.detail.get("object") != action.obj:
+        return "its grasp is told of another object"
+    if not np.any(np.all(np.abs(felt - told) <= GRIP_TOLERANCE_N + GRIP_TOLERANCE * felt, axis=1)):
+        return (
+            f"a grip of {told.max():.1f} N is told, but the pads were pressed with {felt.max(initial=0):.1f} N at most"
+        )
+    return None
+
+
+def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: Event) -> str | None:
+    if (event.detail.get("object"), event.detail.get("location")) != (action.obj, action.location):
+        return "its release is told of another object or location"
+    frame = world.frame_at(event.time)
+    place = int(world.mujoco.joint(action.obj).qposadr[0])
+    told, centre = float(event.detail["error_mm"]) / 1000, world.qpos[frame, place : place + 2]
+    dof = int(world.mujoco.joint(action.obj).dofadr[0])
+    moving = float(np.hypot(*world.qvel[frame, dof : dof + 2])) / FRAME_RATE
+    far = [float(np.hypot(*(slot.position[:2] - centre))) for slot in world.scene.slots[action.location]]
+    if min(abs(distance - told) for distance in far) > PLACEMENT_TOLERANCE_M + moving + NOISE_FACTOR * world.noise:
+        return f"a placement within {1000 * told:.1f} mm is told, but it is {1000 * min(far):.1f} mm"
+    return None

@@ -1,0 +1,193 @@
+"""The physics of a logged run: the forces that follow from each recorded state, and nothing simulated.
+
+Contact forces are MuJoCo's for the recorded positions, velocities and commands. The torques of the arm follow twice:
+from its commands, by the law of its motors, and from its motion, by inverse dynamics.
+"""
+
+from __future__ import annotations
+
+import copy
+from functools import cached_property
+
+import mujoco
+import numpy as np
+
+from sim.errors import LogError
+from sim.evidence.log import Log
+from sim.evidence.replay import RecordedWorld
+from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE
+
+NEAR_M = 0.002
+"""Shapes nearer than this may touch: contacts flicker."""
+
+SAME_STATE = 1e-6
+"""Greatest difference of two states that are the same."""
+
+
+class Dynamics:
+    """The recorded states of a log in order of time, and the forces in them.
+
+    A state is a frame, or what an intervention left. S is their number, F that of frames, n that of arm joints.
+
+    Attributes:
+        times: (S,) of each state, s.
+        qpos: (S, nq) positions.
+        qvel: (S, nv) velocities.
+        frame: (S,) its number if it is a frame, -1 for an intervention.
+        pad_forces: (S, 2) contact forces on the pads, N.
+        supported: by object, (S,) bool, whether anything is near enough to touch it.
+        touched: by object, (S,) bool, whether the robot is.
+        energy: (S,) of all objects, kinetic and potential, J.
+    """
+
+    def __init__(self, log: Log, world: RecordedWorld) -> None:
+        """Derive the forces of every recorded state.
+
+        Raises:
+            LogError: the commands are not those of the robot, or an intervention is at no step.
+        """
+        self._log, self._world, self._model = log, world, world.mujoco
+        if log.controls.shape[1] != self._model.nu:
+            raise LogError(f"the log is broken: a step does not command {self._model.nu} actuators")
+        # The robot stays as it is where there is no step.
+        self._controls = log.controls / COMMANDS_PER_UNIT if len(log.controls) else np.zeros((1, self._model.nu))
+        self._timestep = float(self._model.opt.timestep)
+        self._order_states()
+        self.objects = [obj for obj in world.scene.shapes if obj in log.about.joints]
+        self.pad_forces = np.zeros((len(self.times), 2))
+        self.supported, self.touched = (
+            {obj: np.zeros(len(self.times), dtype=bool) for obj in self.objects} for _ in range(2)
+        )
+        self.energy = np.sum([np.zeros(len(self.times)), *map(self._energy, self.objects)], axis=0)
+        self._gravity = np.zeros((len(self.times), len(world.robot.joints)))
+        self._derive_forces()
+
+    def command(self, time: float) -> np.ndarray:
+        """Return the (nu,) commands of the step that begins at a time, s."""
+        row = int(round(time / self._timestep))
+        found: np.ndarray = self._controls[min(row, len(self._controls) - 1)]
+        return found
+
+    def _order_states(self) -> None:
+        """Collect frames and interventions in order of time; at the same time the frame is first."""
+        log, world, model = self._log, self._world, self._model
+        known = log.interventions.shape[1] == 1 + mujoco.mj_stateSize(model, STATE)
+        steps = log.interventions[:, :1]
+        if np.any((steps < 0) | (steps > len(log.controls)) | (steps % 1 > 0)):
+            raise LogError("the log is broken: an intervention is at no step")
+        data, times, qpos, qvel = mujoco.MjData(model), [*log.times], [*world.qpos], [*world.qvel]
+        for row in log.interventions if known else ():
+            mujoco.mj_setState(model, data, row[1:], STATE)
+            # The first step begins in the first frame, unless a fault came first.
+            if row[0] or not np.allclose([*data.qpos, *data.qvel], [*qpos[0], *qvel[0]], atol=SAME_STATE):
+                times.append(row[0] * self._timestep)
+                qpos.append(data.qpos.copy())
+                qvel.append(data.qvel.copy())
+        order = np.argsort(np.round(times, 6), kind="stable")
+        numbers = np.concatenate([np.arange(len(log.times)), np.full(len(times) - len(log.times), -1)])
+        self.frame = numbers[order]
+        self.times, self.qpos, self.qvel = (np.array(rows)[order] for rows in (times, qpos, qvel))
+
+    def _derive_forces(self) -> None:
+        model, robot = self._model, self._world.robot
+        near = copy.copy(model)
+        near.geom_margin[:] = near.body_margin[:] = NEAR_M
+        data, scratch = mujoco.MjData(model), mujoco.MjData(near)
+        owner = np.full(model.ngeom, "", dtype=object)
+        owner[robot.bodies(model)[model.geom_bodyid]] = robot.name
+        owner[[model.geom(obj).id for obj in self.objects]] = self.objects
+        pads = {model.geom(name).id: i for i, name in enumerate(robot.gripper.pads)}
+        dofs = robot.dofs(model)
+        for k in range(len(self.times)):
+            data.qpos[:], data.qvel[:], data.ctrl[:] = self.qpos[k], self.qvel[k], self.command(self.times[k])
+            mujoco.mj_forward(model, data)
+            self._gravity[k] = data.qfrc_gravcomp[dofs]
+            for i, pair in enumerate(data.contact.geom.tolist()):
+                for geom in pair:
+                    if geom in pads:
+                        self.pad_forces[k, pads[geom]] += data.efc_force[data.contact.efc_address[i]]
+            scratch.qpos[:] = self.qpos[k]
+            mujoco.mj_kinematics(near, scratch)
+            mujoco.mj_collision(near, scratch)
+            for one, other in owner[scratch.contact.geom.reshape(-1, 2)].tolist():
+                for obj, toucher in ((one, other), (other, one)):
+                    if obj in self.supported:
+                        self.supported[obj][k] = True
+                        self.touched[obj][k] |= toucher == robot.name
+
+    def _energy(self, obj: str) -> np.ndarray:
+        """Return the (S,) kinetic and potential energy of an object, J."""
+        body, joint = self._model.body(obj), self._model.joint(obj)
+        place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        inertia = np.array([*body.mass.repeat(3), *body.inertia])
+        kinetic = self.qvel[:, dof : dof + 6] ** 2 @ inertia / 2
+        energy: np.ndarray = kinetic - self.qpos[:, place : place + 3] @ self._model.opt.gravity * body.mass[0]
+        return energy
+
+    @cached_property
+    def torques(self) -> tuple[np.ndarray, np.ndarray]:
+        """The torques of the motors by their commands: (F, n) greatest since the frame before, and (F - 1, n) midway.
+
+        Between frames, positions are interpolated with the recorded velocities (cubic Hermite).
+        """
+        log, robot, model = self._log, self._world.robot, self._model
+        motors = [model.actuator(name).id for name in robot.joints]
+        q, v = self._world.qpos[:, robot.qpos(model)], self._world.qvel[:, robot.dofs(model)]
+        gravity = self._gravity[self.frame >= 0]
+        steps = np.rint(log.times / self._timestep).astype(int)
+        last = max(1, min(int(steps[-1]), len(self._controls)))
+        step = np.arange(last)
+        k = (np.searchsorted(steps, step, side="right") - 1).clip(0, len(q) - 2)
+        share = ((step - steps[k]) / np.maximum(steps[k + 1] - steps[k], 1))[:, None]
+        span = (np.diff(log.times)[k])[:, None]
+        at, moving = _hermite(q[k], q[k + 1], v[k], v[k + 1], share, span)
+        forces = _motor_forces(model, motors, self._controls[:last, motors], at, moving)
+        forces = np.clip(
+            forces + (1 - share) * gravity[k] + share * gravity[k + 1], -robot.torque_limits, robot.torque_limits
+        )
+        greatest, midway = np.zeros_like(q), np.zeros_like(q[1:])
+        np.maximum.at(greatest, k + 1, np.abs(forces))
+        halfway = (steps[:-1] + steps[1:]) // 2
+        midway[halfway < last] = forces[halfway[halfway < last]]
+        return greatest, midway
+
+    @cached_property
+    def needed(self) -> np.ndarray:
+        """The (F - 1, n) torques that the motion takes midway between frames, by inverse dynamics, contacts aside."""
+        model, robot, data = self._model, self._world.robot, mujoco.MjData(self._model)
+        places, dofs = robot.qpos(model), robot.dofs(model)
+        q, v = self._world.qpos[:, places], self._world.qvel[:, dofs]
+        span = np.diff(self._log.times)[:, None]
+        middle, moving = _hermite(q[:-1], q[1:], v[:-1], v[1:], 0.5, span)
+        speeding = np.diff(v, axis=0) / span
+        needed = np.zeros_like(middle)
+        for k in range(len(middle)):
+            data.qpos[:] = self._world.qpos[k]
+            data.qpos[places], data.qvel[dofs], data.qacc[dofs] = middle[k], moving[k], speeding[k]
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fwdVelocity(model, data)
+            mujoco.mj_rne(model, data, 1, data.qfrc_inverse)
+            inertia = model.dof_armature * data.qacc
+            needed[k] = (data.qfrc_inverse + inertia - data.qfrc_passive)[dofs]
+        return needed
+
+
+def _hermite(
+    q0: np.ndarray, q1: np.ndarray, v0: np.ndarray, v1: np.ndarray, u: np.ndarray | float, span: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions and velocities between two states, at shares u of the time between them, s."""
+    change = q1 - q0
+    square, cube = 3 * change - span * (2 * v0 + v1), span * (v0 + v1) - 2 * change
+    return q0 + span * v0 * u + square * u**2 + cube * u**3, v0 + (2 * square * u + 3 * cube * u**2) / span
+
+
+def _motor_forces(
+    model: mujoco.MjModel, motors: list[int], command: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """Return the forces of position actuators for commands, positions and velocities of their joints."""
+    bias = model.actuator_biasprm[motors]
+    forces = model.actuator_gainprm[motors, 0] * command + bias[:, 0] + bias[:, 1] * q + bias[:, 2] * v
+    low, high = np.where(
+        model.actuator_forcelimited[motors], model.actuator_forcerange[motors].T, [[-np.inf], [np.inf]]
+    )
+    return np.clip(forces, low, high)

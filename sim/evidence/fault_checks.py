@@ -1,0 +1,132 @@
+"""Faults in a log: each must be asked for, and the states must show what its kind does to the world."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from prefplan.claims import Check
+from prefplan.models.manipulation.action import holding
+from sim.evidence.dynamics import Dynamics
+from sim.evidence.log import Log
+from sim.evidence.replay import HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
+from sim.simulation.rollout import FRAME_RATE, Event
+
+TIME_TOLERANCE_S = 1e-4
+"""Greatest difference between the time of a fault and that of the state it leaves."""
+
+PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S = (0.24, 0.61), (0.59, 0.61), (7.9, 14.1)
+"""Ranges of the horizontal, upward and rotational speeds that a knock gives an object."""
+
+UNMOVED_M = 0.02
+"""An object that is given a velocity is nearer than this to where its own speed may have brought it in a frame."""
+
+UPRIGHT = 1e-6
+"""Greatest x and y of the quaternion of an object that a fault puts down: it is turned about z alone."""
+
+SLIP_OPENING_M = 0.01
+"""Least width by which the gripper is commanded open beyond the fingers when an object slips."""
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """Position and quaternion of an object, and its velocity, linear and rotational."""
+
+    position: np.ndarray
+    rotation: np.ndarray
+    velocity: np.ndarray
+
+
+def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
+    """Check that faults were asked for, that the states show them, and that nothing else acts from outside."""
+    name = "faults"
+    told = [event for event in log.about.events if event.kind == "fault"]
+    asked = Counter(map(str, log.about.setting.get("faults") or ()))
+    for event in told:
+        fault = str(event.detail.get("fault"))
+        asked[fault] -= 1
+        objection = _objection(event, log, world, dynamics) if asked[fault] >= 0 else "it was not asked for"
+        if objection:
+            return Check(name, False, f"{fault} at {event.time:.2f} s: {objection}")
+    for time in dynamics.times[dynamics.frame < 0]:
+        if not any(world.disturbed(event) and abs(event.time - time) < TIME_TOLERANCE_S for event in told):
+            return Check(name, False, f"the state is changed from outside at {time:.2f} s, and no fault says so")
+    return Check(name, True, f"{len(told)}, as asked for, and the states show them" if told else "none")
+
+
+def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+    """Return why a fault did not happen, or None; of `blind` no state shows anything."""
+    kind, _, due = re.sub(":[^@]*", "", str(event.detail.get("fault"))).partition("@")
+    begun = [action for action in log.about.actions if action.start <= event.time + TIME_TOLERANCE_S]
+    if not due.isdigit() or len(begun) < int(due):
+        return "it was not due yet"
+    if kind == "slip":
+        return _objection_to_slip(event, log, world, dynamics)
+    if kind == "miss":
+        return _objection_to_miss(event, log, world)
+    for obj in world.disturbed(event):
+        rows = np.flatnonzero((dynamics.frame < 0) & (np.abs(dynamics.times - event.time) < TIME_TOLERANCE_S))
+        if not len(rows) or obj not in dynamics.objects:
+            return f"no state shows that {obj} is moved from outside"
+        before, after = (_pose(obj, world, dynamics, int(rows[0]) - back) for back in (1, 0))
+        if _is_moved_twice(log, world, event, obj):
+            continue
+        if kind == "knock":
+            return _objection_to_knock(obj, before, after)
+        if kind == "foreign" and before.position[2] > 0:
+            return f"{obj} was on the table before"
+        return _objection_to_move(obj, after)
+    return None
+
+
+def _is_moved_twice(log: Log, world: RecordedWorld, event: Event, obj: str) -> bool:
+    """Return whether several faults act on an object at once, so that no state shows each alone."""
+    events = [other for other in log.about.events if abs(other.time - event.time) < TIME_TOLERANCE_S]
+    return sum(obj in world.disturbed(other) for other in events) > 1
+
+
+def _pose(obj: str, world: RecordedWorld, dynamics: Dynamics, row: int) -> _Pose:
+    joint = world.mujoco.joint(obj)
+    place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+    position, rotation = np.split(dynamics.qpos[row, place : place + 7], [3])
+    return _Pose(position, rotation, dynamics.qvel[row, dof : dof + 6])
+
+
+def _objection_to_knock(obj: str, before: _Pose, after: _Pose) -> str | None:
+    falling = float(np.linalg.norm(before.velocity[:3])) / FRAME_RATE
+    if np.linalg.norm(after.position - before.position) > UNMOVED_M + falling:
+        return f"{obj} is elsewhere at once, and a knock does not do this"
+    speeds = [float(np.linalg.norm(part)) for part in np.split(after.velocity, [2, 3])]
+    ranges = (PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S)
+    if all(low <= speed <= high for speed, (low, high) in zip(speeds, ranges, strict=True)):
+        return None
+    return f"{obj} gets {speeds[0]:.2f} m/s, {speeds[1]:.2f} m/s upwards and {speeds[2]:.1f} rad/s, which is no knock"
+
+
+def _objection_to_move(obj: str, after: _Pose) -> str | None:
+    if np.any(after.velocity != 0):
+        return f"{obj} is moving when it is put down"
+    if np.abs(after.rotation[1:3]).max() > UPRIGHT:
+        return f"{obj} is not upright when it is put down"
+    return None
+
+
+def _objection_to_slip(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+    frame, gripper = world.frame_at(event.time), world.robot.gripper
+    pressed = log.pad_forces[max(0, frame - PRESS_MEMORY_FRAMES) : frame + 1].min(axis=1) > HOLD_FORCE_N
+    if not np.any(pressed):
+        return "nothing was in the hand"
+    width = sum(world.qpos[frame, int(world.mujoco.joint(name).qposadr[0])] for name in gripper.joints)
+    command = dynamics.command(event.time)[world.mujoco.actuator(gripper.actuator).id]
+    return None if command > width + SLIP_OPENING_M else "the hand was not commanded open"
+
+
+def _objection_to_miss(event: Event, log: Log, world: RecordedWorld) -> str | None:
+    for action in log.about.actions:
+        symbolic = world.action(action.action)
+        if symbolic and symbolic.kind == "grasp" and action.end > event.time:
+            return f"`{action.action}` succeeded" if holding(symbolic.obj) in action.label else None
+    return None

@@ -1,0 +1,76 @@
+"""Forces in a log, checked against the physics of its states: torques of the arm, pressure of the pads."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prefplan.claims import Check
+from sim.evidence.dynamics import Dynamics
+from sim.evidence.log import Log
+from sim.evidence.replay import RecordedWorld
+from sim.robots.catalogue import ROBOTS
+
+TORQUE_TOLERANCE = 0.3
+"""Greatest difference of a torque from what it is checked against, as a share of its limit; honest logs have 0.17."""
+
+RUN_TOLERANCE = {"commands": 0.35, "motion": 0.6}
+"""Greatest difference over a run, as a share of a joint's root mean square; honest logs have 0.15 and 0.31."""
+
+LEAST_TORQUE = 0.01
+"""Differences over a run below this share of a joint's limit do not count: a joint that hardly moves has no more."""
+
+SCALE_TOLERANCE = 0.03
+"""Greatest difference from 1 of the factor between recorded and derived torques of the joint with the greatest load;
+honest logs have 0.004."""
+
+PAD_TOLERANCE_N, PAD_TOLERANCE = 5.0, 0.2
+"""Greatest difference of a pad's force from the derived one, N and as a share; honest logs have 2.6 N."""
+
+
+def check_torques(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
+    """Check the recorded torques against the arm's commands, and those against its motion (inverse dynamics)."""
+    name, robot, limits = "torques", world.robot, world.robot.torque_limits
+    if robot.name != log.about.robot in ROBOTS:
+        return Check(name, True, f"not checked: the robot `{log.about.robot}` is not available here")
+    if len(log.times) < 2:
+        return Check(name, True, "the arm did not move")
+    greatest, midway = dynamics.torques
+    pairs = {"commands": (log.torques[1:], greatest[1:]), "motion": (midway, dynamics.needed)}
+    worst = 0.0
+    for source, (found, derived) in pairs.items():
+        off = np.abs(found - derived) / limits
+        overall = np.sqrt(np.mean(off**2, axis=0))
+        bound = RUN_TOLERANCE[source] * np.sqrt(np.mean((derived / limits) ** 2, axis=0)) + LEAST_TORQUE
+        frame, joint = map(int, np.unravel_index(int(off.argmax()), off.shape))
+        if off.max() > TORQUE_TOLERANCE or np.any(overall > bound):
+            if off.max() <= TORQUE_TOLERANCE:
+                joint = int((overall / bound).argmax())
+                frame = int(off[:, joint].argmax())
+            words = (
+                f"{robot.joints[joint]} gives {found[frame, joint]:.1f} N m at {log.times[frame + 1]:.2f} s, but its"
+            )
+            return Check(name, False, f"{words} {source} take {derived[frame, joint]:.1f} N m")
+        worst = max(worst, float(off.max()))
+    joint = int(np.argmax(np.mean(greatest, axis=0)))
+    factor = float(log.torques[1:, joint] @ greatest[1:, joint] / (greatest[1:, joint] @ greatest[1:, joint]))
+    if abs(factor - 1) > SCALE_TOLERANCE:
+        return Check(name, False, f"{robot.joints[joint]} gives {factor:.1%} of the torques that its commands take")
+    return Check(name, True, f"as commands and motion take, within {worst:.0%} of the limits")
+
+
+def check_grip(log: Log, dynamics: Dynamics) -> Check:
+    """Check the forces on the pads against the contacts that follow from positions, velocities and commands.
+
+    Forces were recorded a step earlier than the positions, so that the frames beside one count, too.
+    """
+    name, forces = "pad forces", log.pad_forces
+    derived = dynamics.pad_forces[dynamics.frame >= 0]
+    around = np.stack([np.vstack([derived[:1], derived[:-1]]), derived, np.vstack([derived[1:], derived[-1:]])])
+    over = forces - around.max(axis=0) * (1 + PAD_TOLERANCE) - PAD_TOLERANCE_N
+    under = around.min(axis=0) * (1 - PAD_TOLERANCE) - PAD_TOLERANCE_N - forces
+    off = np.maximum(over, under)
+    frame, pad = np.unravel_index(int(off.argmax()), off.shape)
+    if off[frame, pad] > 0:
+        words = f"{forces[frame, pad]:.1f} N on a pad at {log.times[frame]:.2f} s, but commands and contacts give"
+        return Check(name, False, f"{words} {derived[frame, pad]:.1f} N")
+    return Check(name, True, f"as contacts and commands give; at most {forces.max():.1f} N")

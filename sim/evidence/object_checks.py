@@ -1,0 +1,105 @@
+"""Motions of objects in a log, checked against physics: where they start, how they move, what holds them up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prefplan.claims import Check
+from sim.evidence.dynamics import Dynamics
+from sim.evidence.log import Log
+from sim.evidence.replay import RecordedWorld
+
+START_TOLERANCE = 1e-5
+"""Greatest difference of a first position from the one of the seed, m or rad."""
+
+LEAP_TOLERANCE = 0.015
+"""Greatest distance that an object or a joint covers between two states beyond what its velocities allow, m or rad;
+an impact between two frames hides 0.005."""
+
+FALL_TOLERANCE_M_S = 0.05
+"""Greatest difference of a velocity from free fall, between states in which nothing is near an object."""
+
+ENERGY_TOLERANCE_J = 0.005
+"""Greatest energy that objects gain while the robot touches none; contacts give back 0.0007. A block that is lifted by
+10 mm, or moves at 0.4 m/s, has more."""
+
+ENERGY_MEMORY_STATES = 12
+"""States for which contacts store energy."""
+
+
+def check_start(log: Log, world: RecordedWorld) -> Check | None:
+    """Return what is wrong with the first positions; None if they are those of the seed."""
+    off = np.abs(world.qpos[0] - world.start)
+    if off.max() <= START_TOLERANCE:
+        return None
+    joint = world.mujoco.joint(int(np.searchsorted(world.mujoco.jnt_qposadr, off.argmax(), side="right")) - 1)
+    words = f"{joint.name} is {off.max():.4f} m or rad from where seed {log.about.setting.get('seed')} puts it"
+    return Check("start", False, words)
+
+
+def check_motions(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
+    """Check that positions follow from velocities, and velocities from contacts and gravity, faults aside."""
+    objections = (_leap(log, world, dynamics), _float(dynamics, world), _push(log, world, dynamics))
+    objection = next((words for words in objections if words), None)
+    if objection:
+        return Check("objects", False, objection)
+    return Check("objects", True, "their motions follow from the hand, gravity and the recorded faults")
+
+
+def excused(log: Log, world: RecordedWorld, time: float) -> set[str]:
+    """Return the objects that recorded faults move from outside at a time, s."""
+    return {obj for event in log.about.events if abs(event.time - time) < 1e-4 for obj in world.disturbed(event)}
+
+
+def _leap(log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+    """Return which object or joint covers more than its velocities allow."""
+    model, robot = world.mujoco, world.robot
+    span = np.diff(dynamics.times)[:, None]
+    for name in (*dynamics.objects, *robot.joints, *robot.gripper.joints):
+        joint = model.joint(name)
+        size = 3 if name in dynamics.objects else 1
+        place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        moved = np.diff(dynamics.qpos[:, place : place + size], axis=0)
+        speeds = dynamics.qvel[:, dof : dof + size]
+        least, most = np.minimum(speeds[:-1], speeds[1:]) * span, np.maximum(speeds[:-1], speeds[1:]) * span
+        off = np.maximum(np.maximum(least - moved, moved - most), 0).max(axis=1)
+        for k in np.flatnonzero(off > LEAP_TOLERANCE):
+            time = float(dynamics.times[k + 1])
+            if dynamics.frame[k + 1] >= 0 or name not in excused(log, world, time):
+                far, unit = float(np.linalg.norm(moved[k])), "m" if size == 3 else "rad"
+                said = float(np.linalg.norm(speeds[k : k + 2].mean(axis=0) * span[k]))
+                return f"{name} moves by {far:.3f} {unit} at {time:.2f} s, its velocity by {said:.3f}"
+    return None
+
+
+def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
+    """Return which object does not fall freely while nothing touches it."""
+    span = np.diff(dynamics.times)
+    for obj in dynamics.objects:
+        dof = int(world.mujoco.joint(obj).dofadr[0])
+        gained = np.diff(dynamics.qvel[:, dof : dof + 3], axis=0) - span[:, None] * world.mujoco.opt.gravity
+        alone = ~dynamics.supported[obj]
+        # Between two states an object may bounce: the states before and after must be free, too.
+        free = alone[:-3] & alone[1:-2] & alone[2:-1] & alone[3:]
+        still = np.all(np.stack([dynamics.frame[k : len(alone) - 3 + k] >= 0 for k in range(4)]), axis=0)
+        off = np.abs(gained[1:-1]).max(axis=1) * (free & still)
+        if len(off) and off.max() > FALL_TOLERANCE_M_S:
+            return (
+                f"nothing touches {obj} at {dynamics.times[int(off.argmax()) + 1]:.2f} s, but it does not fall freely"
+            )
+    return None
+
+
+def _push(log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+    """Return when objects gain energy that neither the robot nor a fault gives them."""
+    driven = np.any([*dynamics.touched.values()], axis=0) | (dynamics.frame < 0)
+    since = 0
+    for k in range(1, len(driven)):
+        if driven[k] or driven[k - 1]:
+            since = k
+            continue
+        stored = dynamics.energy[max(since, k - ENERGY_MEMORY_STATES) : k].max()
+        if dynamics.energy[k] - stored > ENERGY_TOLERANCE_J:
+            gain = 1000 * (dynamics.energy[k] - stored)
+            return f"an object gains {gain:.0f} mJ by itself at {dynamics.times[k]:.2f} s: nothing pushes it"
+    return None

@@ -1,0 +1,140 @@
+"""A logged run simulated again: its commands from its first state, and what comes out beside what was recorded."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from prefplan.claims import Check
+from sim.errors import LogError
+from sim.evidence.log import DECIMALS, Log, versions
+from sim.evidence.replay import RecordedWorld
+from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder, model_hash
+
+NAME = "simulated again"
+
+COMPARED = ("times", "qpos", "qvel", "speeds", "torques", "pad_forces")
+"""Arrays that come out of the simulation."""
+
+FRAME_TOLERANCE = 0.001
+"""Greatest difference of a recorded position from the one simulated from the frame before it, m or rad."""
+
+EXACT = ("mujoco", "machine")
+"""Two simulations with these in common are equal bit by bit."""
+
+
+def resimulate(log: Log, world: RecordedWorld) -> Check:
+    """Check a log against a simulation of its commands, from its start and from each of its interventions.
+
+    With the log's version of MuJoCo on its kind of machine, every recorded digit must come out again. Otherwise two
+    simulations drift apart: each frame is then simulated from the one before it, and its positions must agree within
+    `FRAME_TOLERANCE`.
+
+    Raises:
+        LogError: the robot of the log is not available here.
+    """
+    objection = _objection(log, world)
+    if objection:
+        return Check(NAME, False, objection)
+    here, there = versions(), log.about.versions
+    other = [f"{part} {there.get(part)} then, {here[part]} now" for part in EXACT if there.get(part) != here[part]]
+    if world.scene.dressed != log.about.meshes:
+        other.append("other shapes of the arm")
+    found, intruder = _simulate(log, world, frame_by_frame=bool(other))
+    tolerances = {"qpos": FRAME_TOLERANCE} if other else dict.fromkeys(COMPARED, 0.6 * 10**-DECIMALS)
+    if len(found["times"]) < len(log.times):
+        return Check(NAME, False, f"the commands last {found['times'][-1]:.2f} s, the frames {log.times[-1]:.2f} s")
+    # The first frame is the start, and a fault may act before the first step.
+    for frame in range(1, len(log.times)):
+        for name, tolerance in tolerances.items():
+            off = np.abs(np.atleast_1d(found[name][frame] - getattr(log, name)[frame]))
+            if off.max() > tolerance:
+                words = _difference(log, world, frame, name, off)
+                changed = log.about.model_sha256 != model_hash(world.mujoco)
+                return Check(NAME, False, words + (", in another compiled model than the log's" if changed else ""))
+    if intruder:
+        return Check(NAME, False, intruder)
+    if other:
+        words = f"each within {FRAME_TOLERANCE * 1000:g} mm of what follows from the one before ({'; '.join(other)})"
+    else:
+        words = "every digit equal"
+    return Check(NAME, True, f"{len(log.times)} frames, {words}")
+
+
+def _objection(log: Log, world: RecordedWorld) -> str | None:
+    """Return why the commands of a log cannot be simulated, or None.
+
+    Raises:
+        LogError: the robot of the log is not available here.
+    """
+    model, about = world.mujoco, log.about
+    if world.robot.name != about.robot:
+        raise LogError(f"the log cannot be simulated: its robot {about.robot!r} is not available here")
+    joints = {model.joint(i).name: int(model.joint(i).qposadr[0]) for i in range(model.njnt)}
+    if about.joints != joints or log.qpos.shape[1] != model.nq or log.qvel.shape[1] != model.nv:
+        return "its joints are not those of its scenario"
+    if log.controls.shape[1] != model.nu:
+        return f"{log.controls.shape[1]} commands a step, but the scene has {model.nu} actuators"
+    rows = log.interventions
+    if rows.shape[1] != 1 + mujoco.mj_stateSize(model, STATE):
+        return "the states of its interventions are not those of its scenario"
+    if not len(rows) or rows[0, 0] != 0 or np.any(np.diff(rows[:, 0]) <= 0):
+        return "it does not say in which state the first step begins"
+    return None
+
+
+def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[dict[str, np.ndarray], str | None]:
+    """Return what is recorded of a simulation of the logged commands, and what an intervention may not change.
+
+    Args:
+        log: what was recorded.
+        world: its world.
+        frame_by_frame: begin every frame anew from the recorded one before it.
+    """
+    model, data, recorder = world.mujoco, mujoco.MjData(world.mujoco), Recorder(world.scene)
+    interventions = {int(row[0]): row[1:] for row in log.interventions}
+    controls, unknown = log.controls / COMMANDS_PER_UNIT, np.zeros(len(world.robot.joints))
+    recorder.record(data, glow=-1)
+    intruder, frames = None, 1
+    for step in range(len(controls)):
+        if step in interventions:
+            before = data.qpos.copy(), data.qvel.copy()
+            mujoco.mj_setState(model, data, interventions[step], STATE)
+            if step and not frame_by_frame:
+                intruder = intruder or _intruder(log, world, data, before)
+        data.ctrl[:] = controls[step]
+        mujoco.mj_step(model, data)
+        recorder.feel(data, unknown)
+        if recorder.is_due(data):
+            recorder.record(data, glow=-1)
+            if frame_by_frame and frames < len(log.times):
+                data.qpos[:], data.qvel[:] = log.qpos[frames], log.qvel[frames]
+            frames += 1
+    return recorder.arrays, intruder
+
+
+def _intruder(log: Log, world: RecordedWorld, data: mujoco.MjData, before: tuple[np.ndarray, np.ndarray]) -> str | None:
+    """Return what an intervention changed though no recorded fault says so, in a sentence, or None."""
+    model = world.mujoco
+    dofs = np.flatnonzero(data.qvel != before[1])
+    places = np.flatnonzero(data.qpos != before[0])
+    moved = {model.joint(int(model.dof_jntid[dof])).name for dof in dofs}
+    moved |= {model.joint(int(np.searchsorted(model.jnt_qposadr, place, side="right")) - 1).name for place in places}
+    excused = {
+        obj for event in log.about.events if abs(event.time - data.time) < 1e-6 for obj in world.disturbed(event)
+    }
+    wrong = sorted(moved - excused)
+    return f"{wrong[0]} was moved from outside at {data.time:.2f} s, and no recorded fault says so" if wrong else None
+
+
+def _difference(log: Log, world: RecordedWorld, frame: int, name: str, off: np.ndarray) -> str:
+    """Return where a frame differs from the simulation, in words."""
+    model, time, worst = world.mujoco, float(log.times[frame]), int(off.argmax())
+    if name == "qpos":
+        joint = int(np.searchsorted(model.jnt_qposadr, worst, side="right")) - 1
+        first, free = int(model.jnt_qposadr[joint]), model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        far = 1000 * float(np.linalg.norm(off[first : first + 3]))
+        where = f"{far:.4f} mm" if free and worst < first + 3 else f"{off.max():.2g} rad"
+        return f"{model.joint(joint).name} is {where} from where the commands lead, first at {time:.2f} s"
+    whose = {"qvel": "velocities", "pad_forces": "pad forces"}.get(name, name)
+    return f"the {whose} differ by {off.max():.2g} from those that the commands lead to, first at {time:.2f} s"

@@ -1,0 +1,50 @@
+"""The scenario in a log: whether it is the one that was hashed, and whether it is another given one."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+from prefplan.claims import Check
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import Scenario
+from sim.evidence.log import Log, measured_costs, text_hash
+
+MISSING = object()
+
+
+def check_hash(log: Log) -> Check:
+    """Check that the scenario in a log has the hash in the log."""
+    found = text_hash(log.about.text)
+    if found != log.about.scenario_sha256:
+        return Check("scenario hash", False, "the scenario in the log was changed: it has another SHA-256")
+    return Check("scenario hash", True, found)
+
+
+def check_scenario(log: Log, scenario: Scenario) -> Check:
+    """Check that a log is of a given scenario, comments and spacing aside."""
+    differences = [*_differences(tomllib.loads(log.about.text), tomllib.loads(scenario.text), "")]
+    costs = scenario.model.costs if isinstance(scenario.model, ManipulationModel) else None
+    measured = [{" ".join(row[:3]): row[3] for row in rows} for rows in (log.about.measured, measured_costs(costs))]
+    differences += _differences(measured[0], measured[1], "measured cost of ")
+    if differences:
+        more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
+        return Check("scenario", False, f"the log is of another one: {differences[0]}{more}")
+    return Check("scenario", True, "the given one")
+
+
+def _differences(said: Any, given: Any, key: str) -> Iterator[str]:
+    """Yield where two values, as TOML has them, differ, in words."""
+    if isinstance(said, dict) and isinstance(given, dict):
+        for name in {**said, **given}:
+            inner = f"{key}.{name}" if key and not key.endswith(" ") else f"{key}{name}"
+            yield from _differences(said.get(name, MISSING), given.get(name, MISSING), inner)
+    elif isinstance(said, list) and isinstance(given, list) and len(said) == len(given):
+        for i, (one, other) in enumerate(zip(said, given, strict=True)):
+            yield from _differences(one, other, f"{key}[{i}]")
+    elif said is MISSING or given is MISSING:
+        yield f"{key} is only in {'the given one' if said is MISSING else 'the log'}"
+    elif said != given:
+        yield f"{key} is {json.dumps(said, default=str)} in the log, {json.dumps(given, default=str)} in the given one"

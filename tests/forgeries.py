@@ -1,0 +1,262 @@
+"""Forgeries of logs, and the check that refutes each: what `prefplan verify` promises at its levels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from forged_logs import claiming, cut, moved, telling, without_action
+
+from sim.evidence.log import ARRAYS, Log, text_hash
+from sim.evidence.replay import RecordedWorld
+from sim.simulation.recorder import STATE
+from sim.simulation.rollout import Event
+
+FALL_M_S2 = 9.81
+
+
+class Forgery(NamedTuple):
+    """What is forged, how, and the name of the check that refutes it."""
+
+    what: str
+    forge: Callable[[Log], Log]
+    check: str
+
+
+def scaled(name: str, factor: Any) -> Callable[[Log], Log]:
+    return lambda log: replace(log, **{name: getattr(log, name) * factor})
+
+
+def changed(name: str, frame: float, column: int, value: float) -> Callable[[Log], Log]:
+    """Return a forgery of one number, at a share of the log's frames."""
+
+    def forge(log: Log) -> Log:
+        rows = getattr(log, name).copy()
+        rows[int(frame * len(rows)), column] += value
+        return replace(log, **{name: rows})
+
+    return forge
+
+
+def setting(**changes: Any) -> Callable[[Log], Log]:
+    return lambda log: telling(log, setting=log.about.setting | changes)
+
+
+def events(change: Callable[[Event], Event | None]) -> Callable[[Log], Log]:
+    """Return a forgery of events: each is replaced, or left out for None."""
+    return lambda log: telling(log, events=tuple(new for old in log.about.events if (new := change(old)) is not None))
+
+
+def without(kind: str) -> Callable[[Log], Log]:
+    return events(lambda event: None if event.kind == kind else event)
+
+
+def detail(kind: str, **changes: Any) -> Callable[[Log], Log]:
+    return events(lambda event: replace(event, detail=event.detail | changes) if event.kind == kind else event)
+
+
+def action(before: str, after: str) -> Callable[[Log], Log]:
+    def forge(log: Log) -> Log:
+        actions = tuple(replace(a, action=after) if a.action == before else a for a in log.about.actions)
+        assert actions != log.about.actions
+        return telling(log, actions=actions)
+
+    return forge
+
+
+def rewritten(before: str, after: str) -> Callable[[Log], Log]:
+    """Return a forgery of the scenario that hashes to what the log says."""
+
+    def forge(log: Log) -> Log:
+        text = log.about.text.replace(before, after)
+        assert text != log.about.text
+        return telling(log, text=text, scenario_sha256=text_hash(text))
+
+    return forge
+
+
+def cheaper(log: Log) -> Log:
+    """Return a log in which every transit costs nothing, told without a contradiction."""
+    log = rewritten("transit = 3", "transit = 0")(log)
+    actions = tuple(replace(a, cost=0 if a.action.startswith("transit") else a.cost) for a in log.about.actions)
+    total = sum(a.cost for a in actions)
+    return claiming(telling(log, actions=actions), cost=total, task_costs={"tidy": total})
+
+
+def in_turn(*forgeries: Callable[[Log], Log]) -> Callable[[Log], Log]:
+    def forge(log: Log) -> Log:
+        for each in forgeries:
+            log = each(log)
+        return log
+
+    return forge
+
+
+def fault(text: str, time: float, **about: Any) -> Callable[[Log], Log]:
+    """Return a forgery that invents a fault, asked for and told, at a time."""
+
+    def forge(log: Log) -> Log:
+        told = sorted([*log.about.events, Event(time, "fault", {"fault": text} | about)], key=lambda event: event.time)
+        return telling(setting(faults=[*log.about.setting["faults"], text])(log), events=tuple(told))
+
+    return forge
+
+
+def intervention(obj: str, time: float, *, position: Sequence[float] | None = None, velocity: float = 0.0) -> Any:
+    """Return a forgery that sets an object's state from outside, and leaves it there in all later frames."""
+
+    def forge(log: Log) -> Log:
+        world = RecordedWorld(log)
+        data, joint = mujoco.MjData(world.mujoco), world.mujoco.joint(obj)
+        frame = world.frame_at(time)
+        data.qpos[:], data.qvel[:], data.time = world.qpos[frame], world.qvel[frame], time
+        first, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        if position is not None:
+            data.qpos[first : first + 7] = [*position, 1, 0, 0, 0]
+            log = moved(log, obj, tuple(position), since=time)
+        data.qvel[dof : dof + 6] = velocity
+        state = np.empty(mujoco.mj_stateSize(world.mujoco, STATE))
+        mujoco.mj_getState(world.mujoco, data, state, STATE)
+        row = np.array([[round(time / world.mujoco.opt.timestep), *state]])
+        return replace(log, interventions=np.vstack([log.interventions, row]))
+
+    return forge
+
+
+def drifting(obj: str, since: float, velocity: Sequence[float], seconds: float) -> Callable[[Log], Log]:
+    """Return a forgery in which an object moves evenly by itself for a while; its velocity is told, too."""
+
+    def forge(log: Log) -> Log:
+        world = RecordedWorld(log)
+        first, dof = log.about.joints[obj], int(world.mujoco.joint(obj).dofadr[0])
+        qpos, qvel = log.qpos.copy(), log.qvel.copy()
+        spent = np.clip(log.times - since, 0, seconds)
+        qpos[:, first : first + 3] += spent[:, None] * np.array(velocity)
+        qvel[(spent > 0) & (spent < seconds), dof : dof + 3] += velocity
+        return replace(log, qpos=qpos, qvel=qvel)
+
+    return forge
+
+
+def shifted(name: str, obj: str, by: float, *, since: float = -1.0) -> Callable[[Log], Log]:
+    """Return a forgery in which a joint's first value differs, from a time on."""
+
+    def forge(log: Log) -> Log:
+        rows = getattr(log, name).copy()
+        rows[log.times > since, log.about.joints[obj]] += by
+        return replace(log, **{name: rows})
+
+    return forge
+
+
+def frames_cut_out(log: Log) -> Log:
+    keep = (log.times < 2) | (log.times > 2.5)
+    return replace(log, **{name: getattr(log, name)[keep] for name in ARRAYS})
+
+
+OPEN = np.array([0, 0, 0, 0, 0, 0, 0, 10**6])
+
+ONE_JOINT = np.array([1, 1, 1, 0, 1, 1, 1.0])
+
+PLAIN = (
+    Forgery("torques all zero", scaled("torques", 0), "torques"),
+    Forgery("torques a tenth smaller", scaled("torques", 0.9), "torques"),
+    Forgery("torques a tenth greater", scaled("torques", 1.1), "torques"),
+    Forgery("no torque of one joint", scaled("torques", ONE_JOINT), "torques"),
+    Forgery("a peak of torque flattened", changed("torques", 0.5, 1, -28.0), "torques"),
+    Forgery("commands all zero", scaled("controls", 0), "torques"),
+    Forgery(
+        "the second half of the commands missing", lambda log: replace(log, controls=log.controls[:1500]), "torques"
+    ),
+    Forgery("the gripper commanded open", lambda log: replace(log, controls=log.controls + OPEN), "pad forces"),
+    Forgery("speeds all zero", scaled("speeds", 0), "joint speeds"),
+    Forgery("velocities all zero", scaled("qvel", 0), "objects"),
+    Forgery("a weak grip", scaled("pad_forces", 0.1), "pad forces"),
+    Forgery("a grip of 100 kN", scaled("pad_forces", 7000), "pad forces"),
+    Forgery("a weak grip told", detail("grasped", force=[0.51, 0.51]), "events"),
+    Forgery("a grip of 100 kN told", detail("grasped", force=[1e5, 1e5]), "events"),
+    Forgery("a grip told without a force", detail("grasped", force=None), "events"),
+    Forgery("another object told to be grasped", detail("grasped", object="tray"), "events"),
+    Forgery("the grasp not told", without("grasped"), "events"),
+    Forgery("the release not told", without("placed"), "events"),
+    Forgery("nothing told", lambda log: telling(log, events=()), "events"),
+    Forgery("a placement told that was not", detail("placed", error_mm=8.0), "events"),
+    Forgery("another seed", setting(seed=5), "start"),
+    Forgery("no seed", setting(seed=None), "start"),
+    Forgery("another perturbation", setting(perturbation="position=8,angle=5"), "start"),
+    Forgery("the cup 3 mm aside throughout", shifted("qpos", "cup", 0.003), "start"),
+    Forgery(
+        "the cup at its goal from 2 s on", lambda log: moved(log, "cup", (0.45, -0.1, 0.0225), since=2.0), "objects"
+    ),
+    Forgery("the cup floats up", drifting("cup", 0.5, (0, 0, 0.2), 0.3), "objects"),
+    Forgery("the cup slides by itself", drifting("cup", 0.2, (0.0, 0.6, 0), 0.3), "objects"),
+    Forgery("an arm that leaps", shifted("qpos", "joint7", 0.05, since=3.0), "objects"),
+    Forgery("another object's grasp", action("grasp cup", "grasp tray"), "contacts"),
+    Forgery("a transit elsewhere", action("transit desk", "transit tray"), "hand"),
+    Forgery("a transit to nowhere", action("transit desk", "transit spot1"), "hand"),
+    Forgery("an action left out", lambda log: without_action(log, 1), "total cost"),
+    Forgery("frames cut out", frames_cut_out, "recording"),
+    Forgery("frames cut off", lambda log: cut(log, 3.0), "recording"),
+    Forgery("a cheaper task claimed", lambda log: claiming(log, task_costs={"tidy": 3}), "task cost tidy"),
+    Forgery(
+        "an easier formula",
+        lambda log: telling(log, text=log.about.text.replace("F cup_tray", "true")),
+        "scenario hash",
+    ),
+    Forgery("a leap by a move nobody asked for", in_turn(fault("move:cup@1", 1.0), setting(faults=[])), "faults"),
+    Forgery("a move that changes nothing", fault("move:cup@1", 1.0), "faults"),
+    Forgery("a knock that changes nothing", fault("knock:cup@1", 1.0), "faults"),
+    Forgery("a stranger that is not there", fault("foreign:tray@1", 1.0, object="foreign1"), "faults"),
+    Forgery("a slip of nothing", fault("slip@1", 0.5), "faults"),
+    Forgery("a slip from a closed hand", fault("slip@3", 3.4), "faults"),
+    Forgery("a miss before a grasp that succeeds", fault("miss:1@1", 0.5), "faults"),
+    Forgery("a fault before it is due", fault("blind:1@4", 0.5), "faults"),
+    Forgery(
+        "a leap that a knock excuses",
+        in_turn(intervention("cup", 1.0, position=(0.45, -0.1, 0.0225)), fault("knock:cup@1", 1.0)),
+        "faults",
+    ),
+    Forgery(
+        "a task done by a move into the air",
+        in_turn(intervention("cup", 1.0, position=(0.45, -0.1, 0.2)), fault("move:cup@1", 1.0)),
+        "objects",
+    ),
+    Forgery("a push from outside, not told", intervention("cup", 1.0, velocity=0.5), "faults"),
+)
+"""Refuted by the log alone; the run carries a cup from a desk to a tray in four actions."""
+
+SCENARIO = (
+    Forgery("an easier formula", rewritten("F cup_tray", "F cup_desk | F cup_tray"), "scenario"),
+    Forgery("cheaper costs", cheaper, "scenario"),
+    Forgery("another preference", rewritten('kind = "order"\n', 'kind = "max"\n'), "scenario"),
+)
+"""Refuted beside the scenario, and by nothing less."""
+
+RESIMULATED = (
+    Forgery("the cup 3 mm aside for a while", shifted("qpos", "cup", 0.003, since=0.5), "simulated again"),
+    Forgery("torques a hundredth smaller", scaled("torques", 0.99), "simulated again"),
+    Forgery("a grip of 1 N more", scaled("pad_forces", 1.07), "simulated again"),
+    Forgery("a command changed by 0.1 mrad", changed("controls", 0.3, 3, 1678), "simulated again"),
+    Forgery("a velocity changed", changed("qvel", 0.5, 2, 1e-4), "simulated again"),
+    Forgery("more friction", setting(perturbation="position=5,angle=5,friction=0.5"), "simulated again"),
+    Forgery(
+        "another version of MuJoCo, and the cup 3 mm aside",
+        in_turn(
+            lambda log: telling(log, versions=log.about.versions | {"mujoco": "3.0.0"}),
+            shifted("qpos", "cup", 0.003, since=0.5),
+        ),
+        "simulated again",
+    ),
+)
+"""Refuted by a simulation of the commands, and perhaps by nothing less."""
+
+SIGNED = (
+    Forgery(
+        "another version", lambda log: telling(log, versions=log.about.versions | {"mujoco": "3.0.0"}), "signature"
+    ),
+    Forgery("a note in the setting", setting(place="the laboratory"), "signature"),
+)
+"""Refuted by the signature, and by nothing less."""
