@@ -14,6 +14,9 @@ from sim.skills.skill import Skill
 GLOW_DURATION_S = 1.5
 """How long a marking location works on an object released there; meanwhile the hand rises."""
 
+LOWER_DURATION_S = 0.7
+"""Least duration of lowering an object: the heaviest makes the arm overshoot by less than it is dropped by."""
+
 LET_GO_DURATION_S = 0.15
 """Time from the beginning of opening the hand to that of raising it: by then the pads have left the object."""
 
@@ -38,7 +41,7 @@ class ReleaseSkill(Release, Skill):
         position, yaw = placing_pose(cell, obj, slot)
         check_held(cell, obj)
         cell.contacts.handle(obj)
-        move_tool(cell, position, [yaw], watch=lambda: check_free(cell, obj, slot))
+        move_tool(cell, position, [yaw], seconds=LOWER_DURATION_S, watch=lambda: check_free(cell, obj, slot))
         cell.set_width(held_grip(cell, obj).opening, OPEN_DURATION_S)
         cell.wait(LET_GO_DURATION_S)
         marks = cell.scene.model.location(location).marks
