@@ -30,7 +30,8 @@ NEWS = {
     "fault": "fault: {fault}",
     REFUSED: "not now: {fault}: {reason}",
     "retry": "tried again: {reason}",
-    "replan": "planned again: {reason}. New plan, cost {cost}, preference {preference}: {plan}",
+    "unaffected": "{reason}: what is left of the plan is not affected",
+    "replan": "planned again: {reason}. New plan, cost {cost}, preference penalty {preference}: {plan}",
     "ended": "given up: {reason}",
 }
 """The events to show, and their words."""

@@ -6,6 +6,7 @@ height, and an object is held if both pads touch and press it.
 
 from __future__ import annotations
 
+import copy
 import functools
 from bisect import bisect_left
 
@@ -73,16 +74,19 @@ class RecordedWorld:
         self.model = self.scene.model
         self.mujoco = self.scene.mujoco
         self.robot = self.scene.robot
-        self._data = mujoco.MjData(self.mujoco)
         spares = (name for name in self.scene.spares if name in about.joints)
         objects = (*(obj.name for obj in self.model.objects), *spares)
         self.qpos, self.qvel = _states(log, self.robot, self.mujoco, objects)
-        model = self.mujoco
+        model = self._checked = copy.copy(self.mujoco)
+        self._data = mujoco.MjData(model)
         self._is_robot = self.robot.bodies(model)[model.geom_bodyid]
         self._is_finger = self.robot.fingers(model)
-        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        fixed = collides & (model.body_weldid[model.geom_bodyid] == 0) & ~self._is_robot
-        self._fixed = np.flatnonzero(fixed).tolist()
+        self._surfaces = {place.name: self._surface(place.name) for place in self.model.locations if not place.on}
+        # In the simulation the robot's links pass through each other.
+        links = self._is_robot & (model.geom_contype != 0)
+        model.geom_conaffinity[links] |= model.geom_contype[links]
+        moved = self.robot.bodies(model)
+        model.body_conaffinity[moved] |= model.body_contype[moved]
         self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
 
@@ -123,7 +127,7 @@ class RecordedWorld:
         """Set the positions of a frame."""
         self._frame = frame
         self._data.qpos[:] = self.qpos[frame]
-        mujoco.mj_kinematics(self.mujoco, self._data)
+        mujoco.mj_kinematics(self._checked, self._data)
 
     def tool(self) -> np.ndarray:
         """Return the (3,) position of the point between the pads in the frame that is shown, m."""
@@ -157,8 +161,8 @@ class RecordedWorld:
     def _rests(self, obj: str) -> str | None:
         """Return the location at which an object rests, whatever its capacity, or None.
 
-        The object stands near a slot, on a fixed shape or, for a location on others, on an object that rests at one of
-        those.
+        The object stands near a slot, on what stands there or on the bare table; for a location on others, on an object
+        that rests at one of those.
         """
         if not self._stands(obj):
             return None
@@ -170,29 +174,40 @@ class RecordedWorld:
             if supports:
                 if any(self._rests(below) in supports for below in self._carriers(obj)):
                     return place
-            elif any(self._touch(self._geom[obj], geom) for geom in self._fixed):
+            elif any(self._touch(self._geom[obj], geom) for geom in self._surfaces[place]):
                 return place
         return None
 
     def touches(self, handled: str | None, *, aloft: bool) -> list[tuple[str, str]]:
         """Return names of bodies in unwanted contact: one of the robot or the object aloft, and another.
 
-        The fingers may touch the handled object; aloft, it may touch nothing else.
+        The fingers may touch the handled object and each other; aloft, it may touch nothing else.
         """
-        mujoco.mj_collision(self.mujoco, self._data)
+        mujoco.mj_collision(self._checked, self._data)
         pairs = self._data.contact.geom.reshape(-1, 2)
         obj, is_robot = self._geom.get(handled or "", -1), self._is_robot
         found = []
         for moving, other in (pairs.T, pairs.T[::-1]):
             wrong = is_robot[moving] & ~is_robot[other] & ~(self._is_finger[moving] & (other == obj))
+            wrong |= is_robot[moving] & is_robot[other] & ~(self._is_finger[moving] & self._is_finger[other])
             if aloft:
                 wrong |= (moving == obj) & ~is_robot[other]
             found += [(self._name(a), self._name(b)) for a, b in zip(moving[wrong], other[wrong], strict=True)]
         return found
 
+    def _surface(self, location: str) -> list[int]:
+        """Return the shapes on which an object rests at a location on the table."""
+        model = self.mujoco
+        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        for body in (f"{location}_base", "table"):
+            found = np.flatnonzero(collides & (model.geom_bodyid == model.body(body).id)).tolist()
+            if found:
+                break
+        return found
+
     def _touch(self, geom: int, other: int) -> bool:
         return bool(
-            mujoco.mj_geomDistance(self.mujoco, self._data, geom, other, 2 * CONTACT_DISTANCE_M, None)
+            mujoco.mj_geomDistance(self._checked, self._data, geom, other, 2 * CONTACT_DISTANCE_M, None)
             < CONTACT_DISTANCE_M
         )
 

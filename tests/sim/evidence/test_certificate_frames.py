@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -124,3 +125,9 @@ def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:
     actions = tuple(replace(a, action=a.action.replace("blue", "green")) for a in arch_log.about.actions)
     found = refutations(telling(arch_log, actions=actions))
     assert "touches blue" in found["contacts"]
+
+
+def test_the_arm_may_not_touch_itself(arch_log: Log) -> None:
+    qpos = arch_log.qpos.copy()
+    qpos[40, [arch_log.about.joints[name] for name in PANDA.joints]] = [0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.78]
+    assert re.match(r"(hand|link\d) touches (hand|link\d) at", refutations(replace(arch_log, qpos=qpos))["contacts"])
