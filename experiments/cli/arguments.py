@@ -157,21 +157,32 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 def add_video(parser: argparse.ArgumentParser) -> None:
     """Add whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
     parser.add_argument("--no-video", action="store_true", help="render no video")
+    add_look(parser)
+
+
+def add_look(parser: argparse._ActionsContainer) -> None:
+    """Add how videos look."""
     parser.add_argument(
         "--quality",
         metavar="NAME",
         default="draft",
         help="draft: 1280 x 720; final: 1920 x 1080 with soft shadows, in ten times the time (default: draft)",
     )
+    add_camera(parser)
+    parser.add_argument(
+        "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"
+    )
+
+
+def add_camera(parser: argparse._ActionsContainer) -> None:
+    """Add the camera; read by `experiments.cli.simulation_options.camera_of`."""
     parser.add_argument(
         "--camera",
         metavar="NAME",
         default="fixed",
-        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; or azimuth and elevation in "
-        "degrees and distance in m, such as 156,-28,1.2 (default: fixed)",
-    )
-    parser.add_argument(
-        "--size", type=picture_size, metavar="WxH", help="width and height in pixels (default: the quality's)"
+        help="fixed: in front of the table; orbit: around its front; wrist: on the hand; another camera of the "
+        "scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as 156,-28,1.2 "
+        "(default: fixed)",
     )
 
 

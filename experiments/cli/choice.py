@@ -25,6 +25,11 @@ def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
     return "bounded" if wanted == "cost" and max_preference is not None else wanted
 
 
+def plan_name(wanted: str | int) -> str:
+    """Return what the files of a run are called, by the value of `--plan`."""
+    return wanted if isinstance(wanted, str) else f"plan_{wanted}"
+
+
 def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) -> Plan:
     """Return the plan that `--plan` names, within limits.
 

@@ -55,30 +55,14 @@ class Journal(AbstractContextManager["Journal"]):
         content = self._file.read()
         whole = content.rfind(b"\n") + 1
         self._file.truncate(whole)
-        lines = content[:whole].splitlines()
-        if not lines:
+        if not whole:
             self._write(header)
             return
-        found, *results = (self._decode(line, number) for number, line in enumerate(lines, start=1))
-        if "prefplan" not in found:
-            raise PrefplanError(f"{self.path}: line 1: not the header of an experiment")
+        found, self.done = read_journal(self.path, key=self._key)
         different = [key for key in sorted(header.keys() | found.keys()) if header.get(key) != found.get(key)]
         if different:
             told = ", ".join(_difference(key, found.get(key), header.get(key)) for key in different)
             raise PrefplanError(f"{self.path}: holds another experiment ({told}); give another --out")
-        for number, result in enumerate(results, start=2):
-            if not isinstance(result.get(self._key), int):
-                raise PrefplanError(f"{self.path}: line {number}: not the result of a {self._key}")
-            self.done[result[self._key]] = result
-
-    def _decode(self, line: bytes, number: int) -> dict[str, Any]:
-        try:
-            value = json.loads(line)
-        except ValueError:
-            value = None
-        if not isinstance(value, dict):
-            raise PrefplanError(f"{self.path}: line {number}: not a JSON object; the file is damaged")
-        return value
 
     def add(self, result: dict[str, Any]) -> None:
         """Write a result; it is on the disk when this returns.
@@ -100,6 +84,42 @@ class Journal(AbstractContextManager["Journal"]):
     def __exit__(self, *error: object) -> None:
         """Close the file."""
         self._file.close()
+
+
+def read_journal(path: Path, *, key: str) -> tuple[dict[str, Any], dict[int, dict[str, Any]]]:
+    """Return the header of a file of results, and the finished results by number.
+
+    Args:
+        path: the file; a last line that was cut off does not count.
+        key: the entry of a result that is its number.
+
+    Raises:
+        PrefplanError: it cannot be read or is damaged.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise PrefplanError(f"{path}: cannot be read ({error.strerror})") from None
+    lines = content[: content.rfind(b"\n") + 1].splitlines()
+    header, *results = (_decode(path, line, number) for number, line in enumerate(lines or [b""], start=1))
+    if "prefplan" not in header:
+        raise PrefplanError(f"{path}: line 1: not the header of an experiment")
+    done = {}
+    for number, result in enumerate(results, start=2):
+        if not isinstance(result.get(key), int):
+            raise PrefplanError(f"{path}: line {number}: not the result of a {key}")
+        done[result[key]] = result
+    return header, done
+
+
+def _decode(path: Path, line: bytes, number: int) -> dict[str, Any]:
+    try:
+        value = json.loads(line)
+    except ValueError:
+        value = None
+    if not isinstance(value, dict):
+        raise PrefplanError(f"{path}: line {number}: not a JSON object; the file is damaged")
+    return value
 
 
 def _difference(key: str, found: Any, expected: Any) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from typing import TypedDict
@@ -14,10 +14,11 @@ from prefplan.scenario.decode import Scenario
 from sim.errors import RenderingError, SimulationError
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
-from sim.rendering.cameras import CAMERAS, read_view
+from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.quality import QUALITIES, Quality
 from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import Perturbation, read_perturbation
+from sim.world.scene import Scene
 
 
 def perturbation_of(text: str | None, *, seed: int | None) -> Perturbation:
@@ -67,19 +68,29 @@ class Look(TypedDict):
     camera: str
 
 
-def look_of(options: argparse.Namespace) -> Look:
-    """Return the values of `--quality`, `--size` and `--camera`."""
+def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:
+    """Return the values of `--quality`, `--size` and `--camera`; see `camera_of` for the scene."""
     quality = QUALITIES[_checked("--quality", options.quality, QUALITIES)]
     return {
         "quality": replace(quality, size=options.size or quality.size),
-        "camera": camera_of(options.camera),
+        "camera": camera_of(options.camera, scene),
     }
 
 
-def camera_of(name: str) -> str:
-    """Return the value of `--camera`: a name, or `az,el,dist`."""
+def camera_of(name: str, scene: Callable[[], Scene]) -> str:
+    """Return the value of `--camera`: a name, or `az,el,dist`.
+
+    Args:
+        name: the value.
+        scene: builds the scene, whose MJCF may have more cameras; called only for a name that not every scene has.
+
+    Raises:
+        PrefplanError: the scene has no such camera.
+    """
+    if name in CAMERAS:
+        return name
     if "," not in name:
-        return _checked("--camera", name, CAMERAS)
+        return _checked("--camera", name, camera_names(scene()))
     try:
         read_view(name)
     except RenderingError as error:

@@ -13,7 +13,7 @@ from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import WRIST, Scene
 from sim.world.shapes import extent
 
-CAMERAS = ("fixed", "orbit", "wrist")
+CAMERAS = ("fixed", "orbit", WRIST)
 """In front of the table; around its front, once to and fro in a video; on the hand."""
 
 AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
@@ -36,31 +36,37 @@ CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
 
 
 class Camera:
-    """A view of a scene; every named one but `wrist` has all that is handled, and the hand at work, in the picture."""
+    """A view of a scene; `fixed` and `orbit` have all that is handled, and the hand at work, in the picture.
+
+    Attributes:
+        name: as given.
+        mounted: whether it is one of the model's own cameras, as `wrist` is.
+    """
 
     def __init__(self, scene: Scene, name: str, size: tuple[int, int]) -> None:
         """Find out what has to be in the picture.
 
         Args:
             scene: what it looks at.
-            name: one of `CAMERAS`, or a text for `read_view`.
+            name: one of `camera_names`, or a text for `read_view`.
             size: (width, height) of the picture in pixels.
 
         Raises:
             RenderingError: the name is neither.
         """
         self.name = name
+        self.mounted = name == WRIST or name in camera_names(scene)[len(CAMERAS) :]
         self._scene, self._size = scene, np.array(size)
-        self._chosen = None if name in CAMERAS else read_view(name)
+        self._chosen = None if self.mounted or name in CAMERAS else read_view(name)
         self._slope = float(np.tan(np.radians(scene.mujoco.vis.global_.fovy) / 2))
         self._points = work_points(scene)
 
     def view(self, share: float = 0.0) -> mujoco.MjvCamera:
         """Return MuJoCo's camera when a share, 0 .. 1, of the video has passed."""
         view = mujoco.MjvCamera()
-        if self.name == "wrist":
+        if self.mounted:
             view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-            view.fixedcamid = self._scene.mujoco.camera(WRIST).id
+            view.fixedcamid = self._scene.mujoco.camera(self.name).id
             return view
         view.lookat = (self._points.min(axis=0) + self._points.max(axis=0)) / 2
         if self._chosen:
@@ -75,7 +81,7 @@ class Camera:
         return view
 
     def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
-        """Return where (N, 3) points, m, are in the picture of any camera but `wrist`.
+        """Return where (N, 3) points, m, are in the picture of any camera that is not mounted.
 
         Returns:
             (N, 2) pixels from the left and from the top; of a point behind the camera, far outside.
@@ -84,6 +90,12 @@ class Camera:
         right, up, ahead = (_axes(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
         scale = self._size[1] / (2 * self._slope)
         return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, NEAREST_M)[:, None]
+
+
+def camera_names(scene: Scene) -> tuple[str, ...]:
+    """Return the names of a scene's cameras: `CAMERAS`, then those that its MJCF has besides."""
+    model = scene.mujoco
+    return tuple(dict.fromkeys([*CAMERAS, *(name for i in range(model.ncam) if (name := model.camera(i).name))]))
 
 
 def read_view(text: str) -> tuple[float, float, float]:

@@ -22,7 +22,7 @@ from sim.rendering.cameras import Camera, label_anchors, label_targets, object_c
 from sim.rendering.labels import draw_labels, place_labels
 from sim.rendering.quality import DRAFT, Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
-from sim.world.scene import Scene
+from sim.world.scene import WRIST, Scene
 from sim.world.tabletop import TABLE_TOP, picture
 
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
@@ -65,10 +65,10 @@ class Painter:
         self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size)
         self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
-        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == "wrist" else 1)
+        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == WRIST else 1)
         self._corners = object_corners(scene)
         self._anchors, self._targets = label_anchors(scene), label_targets(scene)
-        if camera != "wrist":
+        if not self._camera.mounted:
             self._clear_table()
         self._key = self._model.light(KEY_LIGHT).id
         self._key_direction = self._model.light_dir[self._key].copy()
@@ -117,7 +117,7 @@ class Painter:
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
         bare = self._bare(self._camera.view(share))
-        return bare if self._camera.name == "wrist" else self._labelled(bare, share)
+        return bare if self._camera.mounted else self._labelled(bare, share)
 
     def _clear_table(self) -> None:
         """Remove the printed names from the table: labels are written over the picture instead."""

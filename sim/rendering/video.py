@@ -74,7 +74,7 @@ def render_video(
         fps: frames a second.
         size: (width, height) in pixels, both even; None for the quality's.
         quality: how much work a picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
+        camera: as for `sim.rendering.cameras.Camera`.
         progress: called with the number of frames done and of all frames, after each part.
 
     Returns:
@@ -125,7 +125,7 @@ def render_frame(
         glow: marking locations at work.
         size: (width, height) in pixels; None for the quality's.
         quality: how much work the picture is worth.
-        camera: one of `sim.rendering.cameras.CAMERAS`, or `az,el,dist`: see `read_view` there.
+        camera: as for `sim.rendering.cameras.Camera`.
 
     Raises:
         RenderingError: no OpenGL.

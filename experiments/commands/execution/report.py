@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 from experiments import scenarios
@@ -69,8 +70,10 @@ def report(options: argparse.Namespace) -> int:
         with loading():
             from experiments.cli.simulation_options import look_of, robot_of
             from experiments.report.recordings import record_all
+            from experiments.runs.carry_out import scene_of
 
-        look, robot = look_of(options), robot_of(options.robot)
+        robot = robot_of(options.robot)
+        look = look_of(options, partial(scene_of, scenario, robot=robot))
     folder = options.out or Path("out", scenario.name)
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:

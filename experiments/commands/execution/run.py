@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,7 @@ from experiments.cli.arguments import (
     add_video,
     number,
 )
-from experiments.cli.choice import chosen_plan, continuation, show_no_plan
+from experiments.cli.choice import chosen_plan, continuation, plan_name, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
@@ -66,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
 
     scenario = scenarios.find(options.scenario)
     planner = Planner(scenario.problem())
-    name = options.plan if isinstance(options.plan, str) else f"plan_{options.plan}"
+    name = plan_name(options.plan)
     folder = options.out or Path("out", scenario.name)
     try:
         outcome = _simulate(options, scenario, planner, folder, name)
@@ -94,7 +95,7 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
     perturbation = simulation.perturbation_of(options.perturb, seed=options.seed)
     faults = simulation.faults_of(options.fault, scenario)
     robot = simulation.robot_of(options.robot)
-    look = simulation.look_of(options)
+    look = simulation.look_of(options, partial(scene_of, scenario, robot=robot))
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario, robot=robot, faults=faults)

@@ -239,9 +239,45 @@ def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch:
     assert "holds another experiment (other scenario sha256)" in call()[2]
 
 
+def test_replay_repeats_a_recorded_rollout_with_a_video(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    videos: list[tuple[Path, dict[str, Any]]] = []
+    monkeypatch.setattr(
+        workers, "on_this_machine", lambda sweep, numbers, *, jobs: (roll_out(sweep, k) for k in numbers)
+    )
+    monkeypatch.setattr(
+        "experiments.runs.carry_out.render_video",
+        lambda scene, rollout, captions, path, **look: videos.append((path, look)),
+    )
+    sweep = cup / "out" / "cup" / "sweep_cost"
+    assert "out/cup/sweep_cost holds no sweep" in call("--replay", "0")[2]
+    assert call("--rollouts", "2", "--faults", "random")[0] == 0
+    (video, ending), again = ("out/cup/sweep_cost/rollout_1/cost.mp4", "rollout 1 ended as recorded: completed"), []
+    for wanted in (["--replay", "1", "--camera", "wrist", "--size", "64x48"], ["--replay", "1", "--json"]):
+        status, out, err = call(*wanted)
+        assert (status, err) == (0, "")
+        again.append(out)
+    assert f"video: {video}\n" in again[0] and again[0].endswith(f"{ending}\n")
+    record = results(sweep)[1]
+    assert json.loads(again[1])["sim_seconds"] == record["sim_seconds"]
+    assert [fault["fault"] for fault in json.loads(again[1])["faults"]] == record["faults"] != []
+    assert [str(path) for path, _ in videos] == [video] * 2
+    assert [(look["camera"], look["size"]) for _, look in videos] == [("wrist", (64, 48)), ("fixed", (1280, 720))]
+
+    told = (sweep / "rollouts.jsonl").read_text()
+    (sweep / "rollouts.jsonl").write_text(told.replace(f'"sim_seconds": {record["sim_seconds"]}', '"sim_seconds": 1'))
+    status, _, err = call("--replay", "1")
+    assert status == 0 and "rollout 1 ended otherwise than recorded" in err and "recorded 1\n" in err
+    status, out, err = call("--replay", "2")
+    assert (status, out) == (2, "")
+    assert err.endswith("--replay 2: no such rollout in out/cup/sweep_cost/rollouts.jsonl; valid: 0 to 1\n")
+    (cup / "cup.toml").write_text(CUP + "\n# changed\n")
+    assert "cup.toml has changed since the sweep" in call("--replay", "1")[2]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["--camera", "wrist"], "--camera: a sweep renders no videos; it goes with --replay K"),
         (["--rollouts", "0"], "'0' is not a whole number >= 1"),
         (["--jobs", "many"], "'many' is not a whole number >= 1"),
         (["--perturb", "weight=1"], "--perturb: unknown perturbation 'weight' (valid: position, angle"),

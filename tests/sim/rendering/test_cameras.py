@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
+import mujoco
 import numpy as np
 import pytest
 from scenario_texts import shipped
 
 from sim.errors import RenderingError
-from sim.rendering.cameras import AZIMUTH_DEG, SWING_DEG, Camera, label_anchors, object_corners, read_view, with_strays
+from sim.rendering.cameras import (
+    AZIMUTH_DEG,
+    SWING_DEG,
+    Camera,
+    camera_names,
+    label_anchors,
+    object_corners,
+    read_view,
+    with_strays,
+)
 from sim.rendering.labels import place_labels
 from sim.robots.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M
@@ -127,6 +138,18 @@ def test_a_camera_may_be_anywhere(scenes: dict[str, Scene]) -> None:
     view = Camera(scenes["case_study_3"], "90, -45,2.5", SIZE).view()
     assert (view.azimuth, view.elevation, view.distance) == (90, -45, 2.5)
     assert read_view("-10,-90,1") == (-10, -90, 1)
+
+
+def test_a_camera_of_the_mjcf_is_chosen_by_its_name() -> None:
+    def watched(meshes: bool | None) -> mujoco.MjSpec:
+        spec = PANDA.mjcf(meshes)
+        spec.worldbody.add_camera(name="door", pos=[2.0, 0.0, 1.0])
+        return spec
+
+    scene = build_scene(shipped("case_study_3").model, robot=replace(PANDA, mjcf=watched), meshes=False)
+    assert camera_names(scene) == ("fixed", "orbit", "wrist", "door")
+    door = Camera(scene, "door", SIZE)
+    assert door.mounted and door.view().fixedcamid == scene.mujoco.camera("door").id
 
 
 @pytest.mark.parametrize("text", ["above", "1,2", "1,2,3,4", "1,2,x", "0,-100,1", "0,0,0", "0,0,nan", "nan,0,1"])

@@ -1,0 +1,38 @@
+"""Values of options that need the simulation."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import mujoco
+import pytest
+from scenario_texts import cup_scenario
+
+from experiments.cli.simulation_options import camera_of
+from prefplan import PrefplanError
+from prefplan.scenario.decode import loads
+from sim.robots.panda import PANDA
+from sim.world.scene import Scene, build_scene
+
+
+def watched_scene() -> Scene:
+    """Return a scene whose robot's MJCF has a camera of its own."""
+
+    def spec(meshes: bool | None) -> mujoco.MjSpec:
+        found = PANDA.mjcf(meshes)
+        found.worldbody.add_camera(name="door", pos=[2.0, 0.0, 1.0])
+        return found
+
+    return build_scene(loads(cup_scenario()).model, robot=replace(PANDA, mjcf=spec), meshes=False)
+
+
+def no_scene() -> Scene:
+    raise AssertionError("the scene takes a second to build, and every scene has this camera")
+
+
+def test_a_camera_is_ours_or_the_scenes_or_anywhere() -> None:
+    assert [camera_of(name, no_scene) for name in ("wrist", "156,-28,1.2")] == ["wrist", "156,-28,1.2"]
+    assert camera_of("door", watched_scene) == "door"
+    with pytest.raises(PrefplanError, match=re.escape("--camera: unknown name 'dor' (did you mean 'door'?)")):
+        camera_of("dor", watched_scene)
