@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -75,6 +76,9 @@ class Workcell:
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
         self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
+        self._command = data.ctrl.copy()
+        # On their way to the actuators, one a simulation step.
+        self._commands = deque([self._command.copy()] * round(scene.latency / model.opt.timestep))
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._collision_checker = CollisionChecker(scene, self.contacts)
@@ -256,12 +260,14 @@ class Workcell:
         """Simulate one control period, in which the arm and the fingers go on with their movements."""
         data, ending = self.data, self._ending
         self.disturb()
-        data.ctrl[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
+        self._command[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
         for step in range(self._substeps):
             reference = self.reference
             if len(ending):
                 reference = ending.positions[step]
-                data.ctrl[self._motors] = reference + self._lag * ending.velocities[step]
+                self._command[self._motors] = reference + self._lag * ending.velocities[step]
+            self._commands.append(self._command.copy())
+            data.ctrl[:] = self._commands.popleft()
             mujoco.mj_step(self.scene.mujoco, data)
             self.recorder.feel(data, reference)
             if self.recorder.is_due(data):
