@@ -66,7 +66,7 @@ class Scene:
 
     Attributes:
         model: what it was built from.
-        spec: what the model was compiled from.
+        spec: what the model was compiled from; other processes do not get it.
         mujoco: the compiled model.
         slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
@@ -93,6 +93,10 @@ class Scene:
     temporary: frozenset[str] = frozenset()
     latency: float = 0.0
     nominal: mujoco.MjModel | None = None
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what another process gets of it: all but `spec`, which MuJoCo cannot hand over."""
+        return {**vars(self), "spec": None}
 
     @property
     def dressed(self) -> bool:
