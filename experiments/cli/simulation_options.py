@@ -58,7 +58,7 @@ def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
 
 def robot_of(name: str) -> str:
     """Return the value of `--robot`."""
-    return _checked("--robot", name, ROBOTS)
+    return checked("--robot", name, ROBOTS)
 
 
 class Look(TypedDict):
@@ -70,7 +70,7 @@ class Look(TypedDict):
 
 def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:
     """Return the values of `--quality`, `--size` and `--camera`; see `camera_of` for the scene."""
-    quality = QUALITIES[_checked("--quality", options.quality, QUALITIES)]
+    quality = QUALITIES[checked("--quality", options.quality, QUALITIES)]
     return {
         "quality": replace(quality, size=options.size or quality.size),
         "camera": camera_of(options.camera, scene),
@@ -90,7 +90,7 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     if name in CAMERAS:
         return name
     if "," not in name:
-        return _checked("--camera", name, camera_names(scene()))
+        return checked("--camera", name, camera_names(scene()))
     try:
         read_view(name)
     except RenderingError as error:
@@ -98,7 +98,12 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     return name
 
 
-def _checked(option: str, name: str, valid: Collection[str]) -> str:
+def checked(option: str, name: str, valid: Collection[str]) -> str:
+    """Return the value of an option that names one of several.
+
+    Raises:
+        PrefplanError: it names none.
+    """
     if name not in valid:
         raise PrefplanError(f"{option}: unknown name {name!r} {choices(name, valid)}")
     return name
