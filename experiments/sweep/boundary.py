@@ -16,7 +16,7 @@ from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
 from experiments.sweep.job import Record, Sweep
 from experiments.sweep.recorded import RECORDS, Effort, Tell, define, work
-from experiments.sweep.summary import confirmed, share, wilson
+from experiments.sweep.summary import confirmed, failure_reason, share, wilson
 from prefplan.scenario.decode import Scenario
 from sim.world.randomization import KEYS
 
@@ -143,7 +143,7 @@ def fails(records: Sequence[Record], rollouts: int) -> bool:
 
 def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str, Any]:
     completed = sum(map(confirmed, records))
-    reasons = Counter(_reason(record) for record in records if not confirmed(record))
+    reasons = Counter(failure_reason(record) for record in records if not confirmed(record))
     return {
         "amount": amount,
         "completed": completed,
@@ -152,12 +152,6 @@ def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str,
         "holds": not fails(records, rollouts) if decided(records, rollouts) else None,
         "failures": [{"class": name, "count": count} for name, count in reasons.most_common()],
     }
-
-
-def _reason(record: Record) -> str:
-    """Return why a rollout does not count as completed, without numbers."""
-    refuted = " and ".join(sorted({check.partition(":")[0] for check in record["refuted"]}))
-    return str(record["class"] or f"refuted by its log: {refuted}")
 
 
 def boundary_words(result: Mapping[str, Any]) -> str:

@@ -225,7 +225,7 @@ def call(cup: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[i
 
 def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, *, jobs, enough: (roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
     )
     assert call("--rollouts", "1")[0] == 0
     file = cup / "out" / "cup" / "sweep_cost" / "rollouts.jsonl"
@@ -246,7 +246,7 @@ def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch:
 def test_replay_repeats_a_recorded_rollout_with_a_video(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     videos: list[tuple[Path, dict[str, Any]]] = []
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, *, jobs, enough: (roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
     )
     monkeypatch.setattr(
         "experiments.runs.carry_out.render_video",
