@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -78,7 +77,7 @@ class Workcell:
         self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
         self._command = data.ctrl.copy()
         # On their way to the actuators, one a simulation step.
-        self._commands = deque([self._command.copy()] * round(scene.latency / model.opt.timestep))
+        self._delayed = np.repeat(self._command[None], round(scene.latency / model.opt.timestep), axis=0)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._collision_checker = CollisionChecker(scene, self.contacts)
@@ -261,13 +260,15 @@ class Workcell:
         data, ending = self.data, self._ending
         self.disturb()
         self._command[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
-        for step in range(self._substeps):
-            reference = self.reference
-            if len(ending):
-                reference = ending.positions[step]
-                self._command[self._motors] = reference + self._lag * ending.velocities[step]
-            self._commands.append(self._command.copy())
-            data.ctrl[:] = self._commands.popleft()
+        commands, references = (np.repeat(row[None], self._substeps, axis=0) for row in (self._command, self.reference))
+        if len(ending):
+            references = ending.positions[: self._substeps]
+            commands[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
+        self._command = commands[-1].copy()
+        waiting = np.vstack([self._delayed, commands])
+        self._delayed = waiting[self._substeps :]
+        for command, reference in zip(waiting, references, strict=False):
+            data.ctrl[:] = command
             mujoco.mj_step(self.scene.mujoco, data)
             self.recorder.feel(data, reference)
             if self.recorder.is_due(data):

@@ -55,7 +55,7 @@ def scale_friction(
         model.geom(name).friction[0] *= table
 
 
-def set_margins(model: mujoco.MjModel, margins: np.ndarray | float) -> None:
+def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:
     """Find contacts between geoms that are no farther apart than the sum of their (ngeom,) margins, m."""
     model.geom_margin[:] = margins
     model.body_margin[:] = np.max(margins)
