@@ -37,6 +37,7 @@ from sim.skills.catalogue import SKILLS as SKILLS
 from sim.skills.skill import Skill as Skill
 from sim.skills.skill import SkillError as SkillError
 from sim.world.randomization import Perturbation as Perturbation
+from sim.world.randomization import camera_bias as camera_bias
 from sim.world.randomization import perturbed as perturbed
 from sim.world.scene import Scene as Scene
 from sim.world.scene import build_scene as build_scene

@@ -135,11 +135,11 @@ def add_fault(parser: argparse.ArgumentParser) -> None:
 
 def add_perturb(parser: argparse.ArgumentParser) -> None:
     """Add the random differences of a run from the nominal scene; read by `sim.world.randomization`."""
-    keys = "position and noise in mm, angle in degrees, friction and mass as a fraction"
     parser.add_argument(
         "--perturb",
         metavar="KEY=VALUE,...",
-        help=f"greatest random differences: {keys} (default: position=5,angle=5)",
+        help="greatest random differences: position, centre (of mass), noise and bias (of the camera) in mm; angle in "
+        "degrees; latency in ms; friction, pads, table, force and mass as a share (default: position=5,angle=5)",
     )
 
 
@@ -157,6 +157,11 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 def add_video(parser: argparse._ActionsContainer) -> None:
     """Add whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
     parser.add_argument("--no-video", action="store_true", help="render no video")
+    add_look(parser)
+
+
+def add_look(parser: argparse._ActionsContainer) -> None:
+    """Add how videos look."""
     parser.add_argument(
         "--quality",
         metavar="NAME",

@@ -59,7 +59,7 @@ def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
 
 def robot_of(name: str) -> str:
     """Return the value of `--robot`."""
-    return _checked("--robot", name, ROBOTS)
+    return checked("--robot", name, ROBOTS)
 
 
 class Look(TypedDict):
@@ -71,7 +71,7 @@ class Look(TypedDict):
 
 def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:
     """Return the values of `--quality`, `--size`, `--camera` and `--inset`; see `camera_of` for the scene."""
-    quality = QUALITIES[_checked("--quality", options.quality, QUALITIES)]
+    quality = QUALITIES[checked("--quality", options.quality, QUALITIES)]
     return {
         "quality": replace(quality, size=options.size or quality.size),
         "camera": camera_of(options.camera, scene) + _inset(options),
@@ -91,7 +91,7 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     if name in CAMERAS:
         return name
     if "," not in name:
-        return _checked("--camera", name, camera_names(scene()))
+        return checked("--camera", name, camera_names(scene()))
     try:
         read_view(name)
     except RenderingError as error:
@@ -105,10 +105,15 @@ def _inset(options: argparse.Namespace) -> str:
         return ""
     if options.inset == options.camera:
         raise PrefplanError(f"--inset {options.inset}: is what --camera shows already")
-    return f"+{_checked('--inset', options.inset, INSETS)}"
+    return f"+{checked('--inset', options.inset, INSETS)}"
 
 
-def _checked(option: str, name: str, valid: Collection[str]) -> str:
+def checked(option: str, name: str, valid: Collection[str]) -> str:
+    """Return the value of an option that names one of several.
+
+    Raises:
+        PrefplanError: it names none.
+    """
     if name not in valid:
         raise PrefplanError(f"{option}: unknown name {name!r} {choices(name, valid)}")
     return name

@@ -22,10 +22,10 @@ from sim.errors import RenderingError, SimulationError
 from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
 from sim.execution.faults import Fault
-from sim.perception.sensors import NoisySensor, Sensor
+from sim.perception.sensors import BiasedSensor, ExactSensor, NoisySensor, Sensor
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.video import render_video
-from sim.world.randomization import Perturbation, perturbed
+from sim.world.randomization import Perturbation, camera_bias, perturbed
 from sim.world.scene import Scene, build_scene, initial_state
 
 Tell = Callable[[str, int, int, str], None]
@@ -39,7 +39,7 @@ class Conditions(TypedDict, total=False):
         seed: of all random numbers; None for the nominal world.
         perturbation: bounds of the random changes that a seed makes to the world; None for 5 mm and 5 degrees.
         faults: faults to inject; the scene must hold a spare object for each `foreign` among them.
-        sensor: observes the objects; None for one with the noise of the perturbation.
+        sensor: observes the objects, with the bias of the perturbation; None for one with its noise, too.
         choice: which plan to follow after a surprise: `cost` (default), `preference`, or for `bounded` and a number the
             cheapest plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
     """
@@ -154,6 +154,8 @@ def begin(
     start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
     if sensor is None and perturbation.noise:
         sensor = NoisySensor(perturbation.noise, seed=seed or 0)
+    if seed is not None and perturbation.bias:
+        sensor = BiasedSensor(sensor or ExactSensor(), bias=camera_bias(perturbation, seed=seed))
     run = Execution(scene, start, system=problem.system, sensor=sensor, faults=conditions.get("faults", ()), seed=seed)
     go_on = _go_on(conditions.get("choice", "cost"), plan, problem.measure.contract)
     return ClosedLoop(run, problem, plan, go_on=go_on, on_progress=tell)

@@ -20,20 +20,26 @@ STREAM = 3
 """Number of the random stream for faults; the simulation has its own."""
 
 
-def random_faults(model: ManipulationModel, actions: int, *, seed: int) -> tuple[Fault, ...]:
-    """Return one to three faults of any kind, each at any action of a plan.
+ANY = "random"
+"""Faults of any kind, as `--faults` names them."""
+
+
+def random_faults(model: ManipulationModel, actions: int, *, seed: int, kind: str = ANY) -> tuple[Fault, ...]:
+    """Return one to three faults of any kind, or one of one kind, each at any action of a plan.
 
     Args:
         model: its objects can be moved, to its locations.
         actions: length of the plan, at least 1.
         seed: of the rollout.
+        kind: one of `sim.execution.faults.SPELLINGS`, or `ANY`.
     """
     rng = np.random.default_rng([seed, STREAM])
     objects = [obj.name for obj in model.objects if not obj.fixed]
     locations = [location.name for location in model.locations]
     faults = []
-    for _ in range(rng.integers(1, MAX_FAULTS, endpoint=True)):
-        kind, action = str(rng.choice(list(SPELLINGS))), int(rng.integers(1, actions, endpoint=True))
+    kinds, most = (list(SPELLINGS), MAX_FAULTS) if kind == ANY else ([kind], 1)
+    for _ in range(rng.integers(1, most, endpoint=True)):
+        kind, action = str(rng.choice(kinds)), int(rng.integers(1, actions, endpoint=True))
         target, amount = "", 0.0
         if kind in ("move", "knock"):
             target = str(rng.choice(objects))

@@ -42,7 +42,7 @@ class Sweep:
         plan: the plan.
         seed: the seeds of the rollouts are drawn from it.
         perturbation: greatest random differences.
-        faults: whether each rollout has random faults.
+        faults: kind of the random faults of each rollout (`experiments.sweep.faults.random_faults`), or None.
         folder: where a replay of a rollout goes.
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
         max_preference: bound on their preference, or None.
@@ -56,7 +56,7 @@ class Sweep:
     plan: Plan
     seed: int
     perturbation: Perturbation
-    faults: bool
+    faults: str | None
     folder: Path
     max_cost: Number | None = None
     max_preference: Number | None = None
@@ -71,7 +71,7 @@ class Sweep:
         """Return the random faults of a rollout."""
         if not self.faults:
             return ()
-        return random_faults(model, len(self.plan.actions), seed=self.rollout_seed(number))
+        return random_faults(model, len(self.plan.actions), seed=self.rollout_seed(number), kind=self.faults)
 
     def replay(self, number: int, faults: tuple[Fault, ...] = ()) -> str:
         """Return the command line that carries a rollout out again, with a video."""

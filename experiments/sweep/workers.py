@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import signal
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from itertools import takewhile
 
 from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
@@ -24,7 +25,9 @@ IDLE_TIMEOUT_S = 20
 """A process of this machine ends after this time without work, also when its parent was killed."""
 
 
-def on_this_machine(sweep: Sweep, numbers: Iterable[int], *, jobs: int) -> Generator[Record, None, None]:
+def on_this_machine(
+    sweep: Sweep, numbers: Iterable[int], *, jobs: int, enough: Callable[[], bool] = lambda: False
+) -> Generator[Record, None, None]:
     """Yield the record of every rollout, in the order in which they finish.
 
     When a process is killed, the rollouts under way are tried again one at a time, so that the one that kills its
@@ -34,13 +37,14 @@ def on_this_machine(sweep: Sweep, numbers: Iterable[int], *, jobs: int) -> Gener
         sweep: what is swept.
         numbers: of the rollouts.
         jobs: number of processes.
+        enough: whether no more rollouts are wanted; asked before each is begun.
     """
     # joblib warns of a process that it replaces because it has grown, and of rollouts that are given up.
     warnings.filterwarnings("ignore", category=UserWarning, module="joblib")
     waiting = list(numbers)
-    while waiting:
+    while waiting and not enough():
         try:
-            for record in _in_processes(sweep, tuple(waiting), jobs):
+            for record in _in_processes(sweep, takewhile(lambda _: not enough(), tuple(waiting)), jobs):
                 waiting.remove(record["rollout"])
                 yield record
         except TerminatedWorkerError:
@@ -58,7 +62,7 @@ def _alone(sweep: Sweep, number: int) -> Record:
     return record
 
 
-def _in_processes(sweep: Sweep, numbers: Sequence[int], jobs: int) -> Iterator[Record]:
+def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[Record]:
     # With n_jobs=1 joblib would use this process, which must survive a crash: there are two at least, but no more
     # than `jobs` rollouts under way.
     with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE_TIMEOUT_S), _no_ctrl_c():

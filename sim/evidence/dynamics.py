@@ -11,11 +11,13 @@ from functools import cached_property
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sim.errors import LogError
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE
+from sim.world.contacts import set_margins
 
 NEAR_M = 0.002
 """Shapes nearer than this may touch: contacts flicker."""
@@ -91,7 +93,7 @@ class Dynamics:
     def _derive_forces(self) -> None:
         model, robot = self._model, self._world.robot
         near = copy.copy(model)
-        near.geom_margin[:] = near.body_margin[:] = NEAR_M
+        set_margins(near, np.full(near.ngeom, NEAR_M / 2))
         data, scratch = mujoco.MjData(model), mujoco.MjData(near)
         owner = np.full(model.ngeom, "", dtype=object)
         owner[robot.bodies(model)[model.geom_bodyid]] = robot.name
@@ -119,9 +121,13 @@ class Dynamics:
         """Return the (S,) kinetic and potential energy of an object, J."""
         body, joint = self._model.body(obj), self._model.joint(obj)
         place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-        inertia = np.array([*body.mass.repeat(3), *body.inertia])
-        kinetic = self.qvel[:, dof : dof + 6] ** 2 @ inertia / 2
-        energy: np.ndarray = kinetic - self.qpos[:, place : place + 3] @ self._model.opt.gravity * body.mass[0]
+        turned = Rotation.from_quat(self.qpos[:, place + 3 : place + 7], scalar_first=True)
+        spin = self.qvel[:, dof + 3 : dof + 6]
+        centre = self.qpos[:, place : place + 3] + turned.apply(body.ipos)
+        velocity = self.qvel[:, dof : dof + 3] + turned.apply(np.cross(spin, body.ipos))
+        about_axes = Rotation.from_quat(body.iquat, scalar_first=True).apply(spin, inverse=True)
+        kinetic = (velocity**2 @ body.mass.repeat(3) + about_axes**2 @ body.inertia) / 2
+        energy: np.ndarray = kinetic - centre @ self._model.opt.gravity * body.mass[0]
         return energy
 
     @cached_property

@@ -54,7 +54,7 @@ class RecordedWorld:
         robot: whose arm moved.
         scene: what was simulated, with the friction and masses that the log's setting says.
         start: (nq,) the positions in which the run begins, by its seed.
-        noise: standard deviation of an observed position along each axis, m.
+        noise: standard deviation of an observed position along each axis, and its greatest constant error, m.
         qpos: (T, nq) recorded positions, in the order of this scene.
         qvel: (T, nv) recorded velocities.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
@@ -280,7 +280,7 @@ def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
         list(about.setting.get("faults") or ())
     except (PrefplanError, TypeError, ValueError) as error:
         raise LogError(f"the setting in the log cannot be used: {error}") from None
-    return scene, start.qpos, noise
+    return scene, start.qpos, noise + perturbation.bias
 
 
 def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Protocol
 
@@ -120,6 +120,24 @@ class NoisySensor:
         c, s = np.cos(turn), np.sin(turn)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ true.rotation
         return pose_of(scene.shapes[obj], true.position + self._rng.normal(0, self._noise, 3), rotation)
+
+
+class BiasedSensor:
+    """A sensor whose observed positions are all off by the same, as those of a badly calibrated camera are.
+
+    Attributes:
+        samples, error: as of the sensor it wraps.
+    """
+
+    def __init__(self, sensor: Sensor, *, bias: np.ndarray) -> None:
+        """Wrap a sensor; `bias` is (3,) what is added to every position, m."""
+        self.samples, self.error = sensor.samples, sensor.error
+        self._sensor, self._bias = sensor, bias
+
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+        """Return the observed pose of an object, or None if it is not observed."""
+        pose = self._sensor.observe(scene, data, obj)
+        return None if pose is None else replace(pose, position=pose.position + self._bias)
 
 
 def on_table(pose: ObjectPose | None) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.perception.sensors import ObjectPose, Poses
 from sim.perception.touch import ContactMonitor
+from sim.world.contacts import set_margins
 from sim.world.scene import Scene
 
 ADJACENT_M = 0.01
@@ -28,7 +29,8 @@ class CollisionChecker:
         self._fingers = [int(model.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._is_robot = scene.robot.bodies(model)
         self._let_links_collide()
-        model.geom_margin[:] = model.body_margin[:] = ADJACENT_M
+        self._margins = np.full(model.ngeom, ADJACENT_M)
+        set_margins(model, self._margins)
         scene.robot.put(self._data, scene.robot.home, width=0.0)
         mujoco.mj_kinematics(model, self._data)
         mujoco.mj_collision(model, self._data)
@@ -47,8 +49,10 @@ class CollisionChecker:
             clearance: bodies nearer than this count as in collision, m.
         """
         model, data, handled = self._model, self._data, self._contacts.handled
-        model.geom_margin[:] = np.where(self._contacts.moving, clearance, 0.0)
-        model.body_margin[:] = clearance
+        margins = np.where(self._contacts.moving, clearance, 0.0)
+        if not np.array_equal(margins, self._margins):
+            self._margins = margins
+            set_margins(model, margins)
         data.qpos[:] = now.qpos
         for obj, pose in poses.items():
             self._put(obj, pose.position, pose.rotation)

@@ -76,6 +76,9 @@ class Workcell:
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
         self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
+        self._command = data.ctrl.copy()
+        # On their way to the actuators, one a simulation step.
+        self._delayed = np.repeat(self._command[None], round(scene.latency / model.opt.timestep), axis=0)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._collision_checker = CollisionChecker(scene, self.contacts)
@@ -253,14 +256,17 @@ class Workcell:
         """Simulate one control period, in which the arm and the fingers go on with their movements."""
         data, ending = self.data, self._ending
         self.disturb()
-        data.ctrl[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
-        controls = np.array([data.ctrl] * self._substeps)
-        references = np.array([self.reference] * self._substeps)
+        self._command[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
+        commands, references = (np.repeat(row[None], self._substeps, axis=0) for row in (self._command, self.reference))
         if len(ending):
             references = ending.positions[: self._substeps]
-            controls[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
-        for control, reference in zip(self.recorder.begin_period(data, controls), references, strict=True):
-            data.ctrl[:] = control
+            commands[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
+        self._command = commands[-1].copy()
+        waiting = np.vstack([self._delayed, commands])
+        self._delayed = waiting[self._substeps :]
+        sent = self.recorder.begin_period(data, waiting[: self._substeps])
+        for command, reference in zip(sent, references, strict=True):
+            data.ctrl[:] = command
             mujoco.mj_step(self.scene.mujoco, data)
             self.recorder.feel(data, reference)
             if self.recorder.is_due(data):

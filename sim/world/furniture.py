@@ -11,6 +11,7 @@ import numpy as np
 from sim.geometry.mjcf import HIDDEN, draw_solid
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import dish, rounded, tray
+from sim.world.contacts import TABLE_FRICTION
 from sim.world.materials import Rgba, glow_of
 from sim.world.places import FLOOR, LAMP_HALF_M, Station
 from sim.world.shapes import ObjectShape
@@ -109,7 +110,7 @@ def add_object(
     body = spec.worldbody.add_body(name=name, pos=position, quat=yaw_quat(yaw))
     body.add_freejoint(name=name)
     geom = body.add_geom(name=name, mass=shape.mass, group=HIDDEN)
-    geom.friction, geom.condim = [0.8, 0.01, 0.0005], 4
+    geom.friction, geom.condim = [TABLE_FRICTION, 0.01, 0.0005], 4
     spec.add_material(name=name, rgba=rgba, specular=0.35, shininess=0.45)
     corner = EDGE_M
     geom.type, geom.size = BOX, shape.half

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -11,48 +12,96 @@ import numpy as np
 
 from prefplan.errors import choices
 from sim.errors import SimulationError
-from sim.world.scene import Scene
-
-UNITS = {"position": 0.001, "angle": math.pi / 180, "friction": 1.0, "mass": 1.0, "noise": 0.001}
-"""What one of each stands for when it is written down: millimetres, degrees, shares, shares, millimetres."""
+from sim.world.contacts import scale_friction
+from sim.world.scene import TIMESTEP, Scene
 
 MATTER_STREAM = 1
 """Number of the random stream for friction and mass: the same seed gives the same start poses with and without."""
+
+DEVICE_STREAM = 4
+"""... and of that for the table, the gripper, delays, the camera and centres of mass; 2 and 3 are those of faults."""
+
+MAX_CENTRE_SHARE = 0.7
+"""Greatest offset of a centre of mass along an axis, as a share of half the object's side: it stays inside."""
+
+
+@dataclass(frozen=True)
+class PerturbationKey:
+    """What one key of `--perturb` stands for.
+
+    Attributes:
+        unit: in which it is written down.
+        scale: one such unit, in SI units.
+        greatest: greatest amount, in that unit.
+        meaning: of the amount, in words.
+    """
+
+    unit: str
+    scale: float
+    greatest: float
+    meaning: str
+
+
+_SHARE = ("share", 1.0, 0.99)
+
+KEYS = {
+    "position": PerturbationKey("mm", 0.001, 50, "offset of each object's start along x and along y"),
+    "angle": PerturbationKey("degrees", math.pi / 180, 180, "turn of each object's start about z"),
+    "friction": PerturbationKey(*_SHARE, "change of each object's friction, wherever it is touched"),
+    "pads": PerturbationKey(*_SHARE, "change of the friction of the gripper's pads"),
+    "table": PerturbationKey(*_SHARE, "change of the friction of the table and of what stands on it"),
+    "force": PerturbationKey(*_SHARE, "change of the gripper's force"),
+    "mass": PerturbationKey(*_SHARE, "change of each object's mass"),
+    "centre": PerturbationKey("mm", 0.001, 15, "offset of each object's centre of mass along x, y and z, inside it"),
+    "latency": PerturbationKey("ms", 0.001, 200, "time from a command until the actuators get it"),
+    "noise": PerturbationKey("mm", 0.001, 20, "standard deviation of every observed position"),
+    "bias": PerturbationKey("mm", 0.001, 20, "constant error of all observed positions along x, y and z"),
+}
+"""The keys of `--perturb`. All but the noise are bounds, and the seed says by how much a world differs."""
 
 
 @dataclass(frozen=True)
 class Perturbation:
     """By how much a rollout's world may differ from the nominal one; the rollout's seed says by how much it does.
 
-    Attributes:
-        position: greatest offset of an object's start along x and along y, m.
-        angle: greatest turn of an object's start about z, rad.
-        friction: greatest relative change of the sliding friction of each object, and of the pads.
-        mass: greatest relative change of each object's mass.
-        noise: standard deviation of an observed position along each axis, m.
+    Its attributes are those of `KEYS`, in SI units: lengths in m, angles in rad, times in s; the others are shares.
 
     Raises:
-        SimulationError: (on construction) for a negative or infinite amount, or a change by the whole or more.
+        SimulationError: (on construction) for an amount that is negative or greater than its key's greatest.
     """
 
     position: float = 0.005
     angle: float = math.radians(5)
     friction: float = 0.0
+    pads: float = 0.0
+    table: float = 0.0
+    force: float = 0.0
     mass: float = 0.0
+    centre: float = 0.0
+    latency: float = 0.0
     noise: float = 0.0
+    bias: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the amounts."""
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0):
-                raise SimulationError(f"{name}: {value / UNITS[name]:g} is not an amount >= 0")
-        for name in ("friction", "mass"):
-            if getattr(self, name) >= 1:
-                raise SimulationError(f"{name}: {getattr(self, name):g} is not a share below 1, e.g. 0.2 for 20 %")
+            key = KEYS[name]
+            if not 0 <= value / key.scale <= key.greatest * (1 + 1e-9):
+                unit = ", a share: 0.2 for 20 %" if key.unit == "share" else f" {key.unit}"
+                raise SimulationError(f"{name}: {value / key.scale:g} is not from 0 to {key.greatest:g}{unit}")
 
     def __str__(self) -> str:
         """Return it as `read_perturbation` reads it."""
-        return ",".join(f"{name}={value / UNITS[name]:.12g}" for name, value in vars(self).items() if value) or "none"
+        amounts = (f"{name}={value / KEYS[name].scale:.12g}" for name, value in vars(self).items() if value)
+        return ",".join(amounts) or "none"
+
+    def with_amount(self, name: str, amount: float) -> Perturbation:
+        """Return it with another amount of a key, in the unit in which it is written down.
+
+        Raises:
+            SimulationError: for an amount out of bounds.
+        """
+        return replace(self, **{name: amount * KEYS[name].scale})
 
 
 NONE = Perturbation(position=0.0, angle=0.0)
@@ -62,8 +111,7 @@ NONE = Perturbation(position=0.0, angle=0.0)
 def read_perturbation(text: str) -> Perturbation:
     """Return the perturbation that a text says, e.g. `position=8,angle=10,friction=0.2,mass=0.2,noise=1`.
 
-    Positions and noise are in millimetres, angles in degrees, friction and mass in shares. What is not named is not
-    perturbed; `none` perturbs nothing.
+    Amounts are in the units of `KEYS`. What is not named is not perturbed; `none` perturbs nothing.
 
     Raises:
         SimulationError: for a key or a value that is none.
@@ -71,35 +119,79 @@ def read_perturbation(text: str) -> Perturbation:
     amounts: dict[str, float] = {}
     for part in text.split(",") if text != "none" else ():
         name, _, value = (piece.strip() for piece in part.partition("="))
-        if name not in UNITS:
-            raise SimulationError(f"unknown perturbation {name!r} {choices(name, UNITS)}")
+        if name not in KEYS:
+            raise SimulationError(f"unknown perturbation {name!r} {choices(name, KEYS)}")
         if name in amounts:
             raise SimulationError(f"{name}: given twice")
         try:
-            amounts[name] = float(value) * UNITS[name]
+            amounts[name] = float(value) * KEYS[name].scale
         except ValueError:
             raise SimulationError(f"{name}: {value!r} is not a number, as in position=8,angle=10") from None
     return replace(NONE, **amounts)
 
 
 def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
-    """Return a scene whose objects and pads differ in friction and mass from the nominal ones.
+    """Return a scene that differs from the nominal one in friction, masses, the gripper's force and latency.
 
-    The scene is not compiled again: a copy of its MuJoCo model is changed. Start poses are drawn by `initial_state`.
+    The seed and each key draw their part whatever the other amounts are. Start poses are drawn by `initial_state`, the
+    camera's error by `camera_bias`; this changes everything else.
     """
-    if not (perturbation.friction or perturbation.mass):
-        return scene
+    objects = [obj.name for obj in scene.model.objects]
     rng = np.random.default_rng([seed, MATTER_STREAM])
+    matter = rng.uniform(-1, 1, (len(objects), 2)) * [perturbation.friction, perturbation.mass]
+    pads = rng.uniform(-1, 1) * perturbation.pads
+    devices, centres = _device_draws(seed, len(objects))
+    if replace(perturbation, position=0.0, angle=0.0, noise=0.0, bias=0.0) == NONE:
+        return scene
     model = copy.copy(scene.mujoco)
-    for obj in scene.model.objects:
-        friction, mass = rng.uniform(-1, 1, 2) * [perturbation.friction, perturbation.mass]
-        model.geom(obj.name).friction[0] *= 1 + friction
-        body = model.body(obj.name)
-        body.mass *= 1 + mass
-        body.inertia *= 1 + mass
-    # The pads' friction alone counts where they press an object, both being of one make.
-    grip = 1 + rng.uniform(-1, 1) * perturbation.friction
-    for pad in scene.robot.gripper.pads:
-        model.geom(pad).friction[0] *= grip
+    if perturbation.centre:
+        model = _with_centres(scene, dict(zip(objects, centres, strict=True)), perturbation.centre)
+    for name, change in zip(objects, matter[:, 1], strict=True):
+        body = model.body(name)
+        body.mass *= 1 + change
+        body.inertia *= 1 + change
+    scale_friction(
+        model,
+        dict.fromkeys(scene.spares, 1.0) | dict(zip(objects, 1 + matter[:, 0], strict=True)),
+        pads=dict.fromkeys(scene.robot.gripper.pads, 1 + pads),
+        table=1 + devices["table"] * perturbation.table,
+    )
+    _scale_force(model, scene.robot.gripper.actuator, 1 + devices["force"] * perturbation.force)
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    return replace(scene, mujoco=model)
+    latency = TIMESTEP * round(abs(devices["latency"]) * perturbation.latency / TIMESTEP)
+    return replace(scene, mujoco=model, nominal=scene.mujoco, latency=latency)
+
+
+def camera_bias(perturbation: Perturbation, *, seed: int) -> np.ndarray:
+    """Return the (3,) error of every observed position, m."""
+    devices, _ = _device_draws(seed, 0)
+    return np.array([devices[f"bias_{axis}"] for axis in "xyz"]) * perturbation.bias
+
+
+def _device_draws(seed: int, objects: int) -> tuple[dict[str, float], np.ndarray]:
+    """Return a number from -1 to 1 for each device, and (objects, 3) for the centres of mass."""
+    rng = np.random.default_rng([seed, DEVICE_STREAM])
+    names = ("table", "force", "latency", "bias_x", "bias_y", "bias_z")
+    return dict(zip(names, rng.uniform(-1, 1, len(names)).tolist(), strict=True)), rng.uniform(-1, 1, (objects, 3))
+
+
+def _with_centres(scene: Scene, offsets: Mapping[str, np.ndarray], amount: float) -> mujoco.MjModel:
+    """Return the model with the centres of mass moved by (3,) shares of an amount, m, or of what the shape allows.
+
+    It is compiled again: a compiled model leaves out what is zero with the centre in the middle.
+    """
+    spec = scene.spec.copy()
+    for name, offset in offsets.items():
+        body, nominal = spec.body(name), scene.mujoco.body(name)
+        greatest = np.minimum(amount, MAX_CENTRE_SHARE * scene.shapes[name].half)
+        body.explicitinertial, body.mass, body.inertia = True, nominal.mass[0], nominal.inertia
+        body.ipos, body.iquat = nominal.ipos + offset * greatest, nominal.iquat
+    return spec.compile()
+
+
+def _scale_force(model: mujoco.MjModel, actuator: str, factor: float) -> None:
+    """Multiply the force of a position actuator, and its limits, by a factor."""
+    motor = model.actuator(actuator)
+    motor.gainprm[0] *= factor
+    motor.biasprm[:3] *= factor
+    motor.forcerange *= factor

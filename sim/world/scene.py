@@ -15,6 +15,7 @@ from sim.geometry.mjcf import HIDDEN
 from sim.geometry.rectangle import Rectangle
 from sim.robots.catalogue import robot_named
 from sim.robots.robot import Robot
+from sim.world.contacts import declare_contacts
 from sim.world.furniture import add_object, add_station, add_table, markings_of, table_for, yaw_quat
 from sim.world.layout import arrange
 from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_studio
@@ -65,6 +66,7 @@ class Scene:
 
     Attributes:
         model: what it was built from.
+        spec: what the model was compiled from; other processes do not get it.
         mujoco: the compiled model.
         slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
@@ -74,9 +76,12 @@ class Scene:
         markings: what is printed on it for each location on the table.
         focus: (3,) what the lights point at: over the table's middle, m.
         robot: works in it.
+        latency: from a command until the actuators get it, s.
+        nominal: the model before it was perturbed, in which start poses are drawn; None for `mujoco`.
     """
 
     model: ManipulationModel
+    spec: mujoco.MjSpec
     mujoco: mujoco.MjModel
     slots: dict[str, tuple[Slot, ...]]
     shapes: dict[str, ObjectShape]
@@ -86,6 +91,12 @@ class Scene:
     robot: Robot
     spares: tuple[str, ...] = ()
     temporary: frozenset[str] = frozenset()
+    latency: float = 0.0
+    nominal: mujoco.MjModel | None = None
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what another process gets of it: all but `spec`, which MuJoCo cannot hand over."""
+        return {**vars(self), "spec": None}
 
     @property
     def dressed(self) -> bool:
@@ -135,7 +146,10 @@ def build_scene(
     for i, name in enumerate(names):
         shapes[name] = shape_of(Object(name, ""), robot.gripper)
         add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
-    return Scene(model, spec.compile(), layout.slots, shapes, table, markings, focus, robot, names)
+    supports = [spec.body(name) for name in ("table", *(f"{station.name}_base" for station in layout.stations))]
+    declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=supports)
+    compiled = spec.compile()
+    return Scene(model, spec, compiled, layout.slots, shapes, table, markings, focus, robot, names)
 
 
 def _stored(shape: ObjectShape, index: int) -> np.ndarray:
@@ -203,10 +217,11 @@ def initial_state(
 
 
 def _settles(scene: Scene, data: mujoco.MjData) -> bool:
-    """Return whether all objects stand as they do after they are left to themselves."""
-    bodies, later = [scene.mujoco.body(obj.name).id for obj in scene.model.objects], copy.copy(data)
+    """Return whether all objects stand as they do after they are left to themselves, in the nominal world."""
+    model = scene.nominal or scene.mujoco
+    bodies, later = [model.body(obj.name).id for obj in scene.model.objects], copy.copy(data)
     for _ in range(round(SETTLE_DURATION_S / TIMESTEP)):
-        mujoco.mj_step(scene.mujoco, later)
+        mujoco.mj_step(model, later)
     moved = np.linalg.norm(later.xpos[bodies] - data.xpos[bodies], axis=1)
     tilted = np.linalg.norm(later.xmat[bodies, 6:] - data.xmat[bodies, 6:], axis=1)
     return bool(moved.max(initial=0.0) < MAX_SETTLING_M and tilted.max(initial=0.0) < MAX_SETTLING_RAD)

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import shlex
 import sys
-import time
-from collections.abc import Iterable
-from contextlib import closing
-from importlib.metadata import version
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +48,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     examples = (
         "prefplan sweep case_study_3 --rollouts 20",
         "prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10",
+        "prefplan sweep case_study_3 --find-boundary bias --rollouts 40",
         "prefplan sweep case_study_3 --replay 17 --camera wrist",
     )
     parser = add_command(commands, sweep, summary, *examples)
@@ -63,9 +60,18 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--seed", type=whole, default=0, metavar="N", help="seed of all random numbers (default: 0)")
     add_perturb(parser)
     add_robot(parser)
-    parser.add_argument("--faults", choices=["random"], help="one to three random faults in each run")
+    parser.add_argument(
+        "--faults",
+        metavar="random|KIND",
+        help="one to three random faults in each run, or one of a kind: slip, move, knock, miss, foreign or blind",
+    )
+    parser.add_argument(
+        "--find-boundary",
+        metavar="KEY",
+        help="search for the amount of this key of --perturb at which fewer than 95 percent of N runs are completed",
+    )
     parser.add_argument("--resimulate", action="store_true", help="simulate each run again from its log, as a check")
-    add_out(parser, "out/SCENARIO/sweep_PLAN; an interrupted sweep goes on there")
+    add_out(parser, "out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep goes on there")
     parser.add_argument(
         "--cluster", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine"
     )
@@ -78,27 +84,33 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "differences, faults and robot, and render a video into DIR/rollout_K",
     )
     add_video(replay)
-    parser.set_defaults(unseen={name: parser.get_default(name) for name in ("no_video", "quality", "camera", "size")})
+    look = ("no_video", "quality", "camera", "inset", "size")
+    parser.set_defaults(unseen={name: parser.get_default(name) for name in look})
 
 
 def sweep(options: argparse.Namespace) -> int:
     """Carry out `prefplan sweep`."""
     with loading():
-        from experiments.cli.simulation_options import perturbation_of, robot_of
+        from experiments.cli.simulation_options import checked, perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of
+        from experiments.sweep.faults import ANY
         from experiments.sweep.job import Sweep, pack
-        from experiments.sweep.summary import show_summary, summarise
+        from sim.execution.faults import SPELLINGS
+        from sim.world.randomization import KEYS
 
-    scenario = scenarios.find(options.scenario)
-    folder = options.out or Path("out", scenario.name, f"sweep_{options.plan}")
+    scenario, key = scenarios.find(options.scenario), options.find_boundary
+    name = f"sweep_{options.plan}" if key is None else f"boundary_{options.plan}_{key}"
+    folder = options.out or Path("out", scenario.name, name)
     if options.replay is not None:
         return replay(options, scenario, folder)
     for name, default in options.unseen.items():
         if getattr(options, name) != default:
             raise PrefplanError(f"--{name.replace('_', '-')}: a sweep renders no videos; it goes with --replay K")
+    if key is not None:
+        checked("--find-boundary", key, KEYS)
     perturbation, robot = perturbation_of(options.perturb, seed=options.seed), robot_of(options.robot)
+    faults = options.faults and checked("--faults", options.faults, (ANY, *SPELLINGS))
     tell_if_compiling(quiet=options.quiet)
-    interrupted = False
     with Bars(quiet=options.quiet) as bars:
         scene_of(scenario, robot=robot)
         make_folder(folder)
@@ -116,88 +128,79 @@ def sweep(options: argparse.Namespace) -> int:
             plan=plan,
             seed=options.seed,
             perturbation=perturbation,
-            faults=options.faults == "random",
+            faults=faults,
             folder=folder,
             max_cost=options.max_cost,
             max_preference=options.max_preference,
             robot=robot,
             resimulate=options.resimulate,
         )
-        header = define(scenario, job)
-        with Journal(folder / "rollouts.jsonl", header, key="rollout") as records:
-            try:
-                work(job, records, options, bars)
-            except KeyboardInterrupt:
-                interrupted = True
-        # Ctrl-C may have come between writing a record and counting it: the file decides.
-        with Journal(records.path, header, key="rollout") as records:
-            finished = [records.done[i] for i in sorted(records.done) if i < options.rollouts]
-    result = summarise(header, finished, rollouts=options.rollouts)
-    write_json(folder / "summary.json", result)
-    if options.json:
-        output.print_json(result)
-    else:
-        console = Console(highlight=False)
-        show_summary(console, result)
-        console.print(f"\nRecords: {records.path}", style="dim")
+        carry_out = _roll_out if key is None else _search_boundary
+        interrupted, show = carry_out(options, scenario, job, bars)
+    show()
     if interrupted:
         print("prefplan: interrupted; the same command goes on", file=sys.stderr)
         return INTERRUPTED
     return DONE
 
 
-def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
-    """Return everything that defines the rollouts of a sweep, except for their number."""
-    return {
-        "prefplan": version("prefplan"),
-        "mujoco": version("mujoco"),
-        "scenario": scenario.name,
-        "scenario_sha256": fingerprint(scenario),
-        "plan": job.which,
-        "cost": job.plan.cost,
-        "preference": job.plan.preference,
-        "actions": list(job.plan.actions),
-        "seed": job.seed,
-        "perturb": str(job.perturbation),
-        "robot": job.robot,
-        "faults": "random" if job.faults else None,
-    }
+def _roll_out(
+    options: argparse.Namespace, scenario: Scenario, job: Sweep, bars: Bars
+) -> tuple[bool, Callable[[], None]]:
+    """Carry out the rollouts; return whether they were interrupted, and what shows them."""
+    from experiments.sweep.recorded import RECORDS, Effort, define, work
+    from experiments.sweep.summary import show_summary, summarise
+
+    header, interrupted, path = define(scenario, job), False, job.folder / RECORDS
+    with Journal(path, header, key="rollout") as records:
+        try:
+            work(job, records, Effort(options.rollouts, options.jobs, options.cluster), tell=bars)
+        except KeyboardInterrupt:
+            interrupted = True
+    # Ctrl-C may have come between writing a record and counting it: the file decides.
+    with Journal(path, header, key="rollout") as records:
+        finished = [records.done[i] for i in sorted(records.done) if i < options.rollouts]
+    result = summarise(header, finished, rollouts=options.rollouts)
+    write_json(job.folder / "summary.json", result)
+    return interrupted, lambda: _show(options, result, show_summary, f"Records: {path}")
 
 
-def fingerprint(scenario: Scenario) -> str:
-    """Return the hash of a scenario's file."""
-    return hashlib.sha256(scenario.path.read_bytes()).hexdigest()
+def _search_boundary(
+    options: argparse.Namespace, scenario: Scenario, job: Sweep, bars: Bars
+) -> tuple[bool, Callable[[], None]]:
+    """Search for the boundary; return whether that was interrupted, and what shows it."""
+    from experiments.figures.boundary import draw
+    from experiments.sweep.boundary import BoundarySearch, show_boundary
+    from experiments.sweep.recorded import Effort
+
+    effort = Effort(options.rollouts, options.jobs, options.cluster)
+    search, interrupted = BoundarySearch(scenario, job, options.find_boundary, effort, tell=bars), False
+    try:
+        search.run()
+    except KeyboardInterrupt:
+        interrupted = True
+    result, figure = search.result(), job.folder / "boundary.png"
+    write_json(job.folder / "boundary.json", result)
+    draw(result, figure)
+    return interrupted, lambda: _show(options, result, show_boundary, f"Figure: {figure}")
 
 
-def work(job: Sweep, records: Journal, options: argparse.Namespace, bars: Bars) -> None:
-    """Carry out every rollout that has no record yet."""
-    from joblib import cpu_count
-
-    from experiments.sweep.workers import on_cluster, on_this_machine
-
-    missing = [number for number in range(options.rollouts) if number not in records.done]
-    done = options.rollouts - len(missing)
-    good = sum(records.done[number]["completed"] for number in range(options.rollouts) if number in records.done)
-    bars("sweeping", done, options.rollouts, "")
-    if not missing:
+def _show(
+    options: argparse.Namespace, result: dict[str, Any], show: Callable[[Console, dict[str, Any]], None], where: str
+) -> None:
+    if options.json:
+        output.print_json(result)
         return
-    if options.cluster:
-        results = on_cluster(job, missing, address=options.cluster)
-    else:
-        results = on_this_machine(job, missing, jobs=options.jobs or cpu_count())
-    began = time.monotonic()
-    with closing(results):
-        for new, record in enumerate(results, start=1):
-            records.add(record)
-            good += record["completed"]
-            left = (time.monotonic() - began) / new * (len(missing) - new)
-            rate = good / (done + new)
-            bars("sweeping", done + new, options.rollouts, f"{rate:.1%} completed, {duration(left)} left")
+    console = Console(highlight=False)
+    show(console, result)
+    console.print(f"\n{where}", style="dim")
 
 
 def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int:
     """Carry out one recorded rollout again, with a video, and return the exit status of the run."""
-    path, wanted = folder / "rollouts.jsonl", options.replay
+    from experiments.sweep.recorded import RECORDS, fingerprint
+
+    path, wanted = folder / RECORDS, options.replay
     if not path.exists():
         raise PrefplanError(f"--replay {wanted}: {folder} holds no sweep; run the sweep first, or give its --out")
     header, records = read_journal(path, key="rollout")
@@ -210,6 +213,7 @@ def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int
     _, command, _, *conditions = shlex.split(record["replay"])
     look = ["--camera", options.camera, "--quality", options.quality]
     look += ["--size", "{}x{}".format(*options.size)] if options.size else []
+    look += ["--inset", options.inset] if options.inset else []
     look += [f"--{name.replace('_', '-')}" for name in ("no_video", "json", "quiet") if getattr(options, name)]
     again = options.program.parse_args([command, options.scenario, *conditions, "--out", str(into), *look])
     status: int = again.command(again)
@@ -237,9 +241,3 @@ def spans(numbers: Iterable[int]) -> str:
         else:
             found.append([number])
     return ", ".join(" to ".join(map(str, span)) for span in found)
-
-
-def duration(seconds: float) -> str:
-    """Return a duration as h:mm:ss."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"

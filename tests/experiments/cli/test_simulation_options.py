@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 from dataclasses import replace
 
@@ -9,10 +10,12 @@ import mujoco
 import pytest
 from scenario_texts import cup_scenario
 
+from experiments.cli.arguments import add_perturb
 from experiments.cli.simulation_options import camera_of
 from prefplan import PrefplanError
 from prefplan.scenario.decode import loads
 from sim.robots.panda import PANDA
+from sim.world.randomization import KEYS
 from sim.world.scene import Scene, build_scene
 
 
@@ -36,3 +39,12 @@ def test_a_camera_is_ours_or_the_scenes_or_anywhere() -> None:
     assert camera_of("door", watched_scene) == "door"
     with pytest.raises(PrefplanError, match=re.escape("--camera: unknown name 'dor' (did you mean 'door'?)")):
         camera_of("dor", watched_scene)
+
+
+def test_the_help_of_perturb_names_every_key_with_its_unit() -> None:
+    parser = argparse.ArgumentParser()
+    add_perturb(parser)
+    (told,) = (str(action.help) for action in parser._actions if action.dest == "perturb")
+    clauses = re.findall(r"([a-z (),]+) (?:in|as a) (mm|degrees|ms|share)\b", told)
+    found = {name: unit for names, unit in clauses for name in re.sub(r" \([a-z ]+\)|,| and", "", names).split()}
+    assert found == {name: key.unit for name, key in KEYS.items()}

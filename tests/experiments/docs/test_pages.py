@@ -135,7 +135,7 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         monkeypatch.setenv(name, value)
     # The tests of sweeps have their processes; here each process would load the simulation once more.
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, *, jobs: (job.roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (job.roll_out(sweep, k) for k in numbers)
     )
     return tmp_path
 

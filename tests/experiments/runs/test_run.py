@@ -121,7 +121,7 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
 def test_a_perturbed_run_differs_by_more_than_its_start(run: Run) -> None:
     default, perturbed = (
         run("cup.toml", "--json", "--no-video", "--seed", "3", "--perturb", f"position=5,angle=5{more}")
-        for more in ("", ",mass=0.9")
+        for more in ("", ",pads=0.3,table=0.5,force=0.2,mass=0.9,centre=5,latency=20")
     )
     assert default.status == perturbed.status == 0
     assert default.json["events"] != perturbed.json["events"]

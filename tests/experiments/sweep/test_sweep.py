@@ -63,7 +63,7 @@ def sweep_of(file: Path) -> Sweep:
         plan=pareto_front(scenario.problem())[0],
         seed=7,
         perturbation=read_perturbation("position=5,angle=5"),
-        faults=False,
+        faults=None,
         folder=Path("out"),
     )
 
@@ -168,7 +168,7 @@ def test_rollouts_differ_and_are_certified_and_timed(job: Sweep, undisturbed: Re
 def test_faults_are_drawn_by_seed_and_spelled_as_run_takes_them(job: Sweep) -> None:
     model = load("cup.toml").model
     assert isinstance(model, ManipulationModel)
-    faulty = replace(job, faults=True)
+    faulty = replace(job, faults="random")
     drawn = [faulty.rollout_faults(number, model) for number in range(200)]
     assert drawn == [faulty.rollout_faults(number, model) for number in range(200)]
     assert {len(faults) for faults in drawn} == {1, 2, 3}
@@ -177,11 +177,15 @@ def test_faults_are_drawn_by_seed_and_spelled_as_run_takes_them(job: Sweep) -> N
     assert all(read_fault(str(fault), model) == fault for fault in every)
     assert {fault.action for fault in every} == {1, 2, 3, 4}
     assert job.rollout_faults(0, model) == ()
+    slips = [replace(job, faults="slip").rollout_faults(number, model) for number in range(20)]
+    assert {(len(faults), faults[0].kind) for faults in slips} == {(1, "slip")}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("faults", "number"), [(False, 4), (True, 2)])
-def test_a_rollout_can_be_replayed(job: Sweep, faults: bool, number: int, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("faults", "number"), [(None, 4), ("random", 2)])
+def test_a_rollout_can_be_replayed(
+    job: Sweep, faults: str | None, number: int, capsys: pytest.CaptureFixture[str]
+) -> None:
     record = roll_out(replace(job, faults=faults), number)
     assert record["agrees"] is True, record["refuted"]
     program, *arguments = shlex.split(record["replay"])
@@ -189,7 +193,7 @@ def test_a_rollout_can_be_replayed(job: Sweep, faults: bool, number: int, capsys
     assert main([*arguments, "--no-video", "--json"]) == (0 if record["completed"] else 4)
     printed = json.loads(capsys.readouterr().out)
     assert [entry["fault"] for entry in printed.get("faults", [])] == record.get("faults", [])
-    assert bool(record.get("faults")) == faults
+    assert bool(record.get("faults")) == bool(faults)
     assert (printed["sim_seconds"], printed["replans"]) == (record["sim_seconds"], record["replans"])
     assert printed["max_placement_error_mm"] == record["placement_error_mm"]
 
@@ -221,7 +225,7 @@ def call(cup: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[i
 
 def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, *, jobs: (roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
     )
     assert call("--rollouts", "1")[0] == 0
     file = cup / "out" / "cup" / "sweep_cost" / "rollouts.jsonl"
@@ -242,7 +246,7 @@ def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch:
 def test_replay_repeats_a_recorded_rollout_with_a_video(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     videos: list[tuple[Path, dict[str, Any]]] = []
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, *, jobs: (roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
     )
     monkeypatch.setattr(
         "experiments.runs.carry_out.render_video",

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from sim.execution.faulty_devices import DropoutSensor
-from sim.perception.sensors import ExactSensor, NoisySensor, ObservationTimeoutError, mean_pose, object_pose
+from sim.perception.sensors import (
+    BiasedSensor,
+    ExactSensor,
+    NoisySensor,
+    ObservationTimeoutError,
+    mean_pose,
+    object_pose,
+)
 from sim.simulation.workcell import Workcell
 from sim.world.scene import Scene, initial_state
 
@@ -19,6 +26,8 @@ def test_an_exact_sensor_sees_what_is_and_a_noisy_one_repeats_itself_by_seed(sce
     assert exact and first and again and other
     assert np.array_equal(exact.position, true.position) and exact.yaw == true.yaw
     assert np.array_equal(first.position, again.position) and not np.array_equal(first.position, other.position)
+    biased = BiasedSensor(ExactSensor(), bias=np.array([0.001, 0.0, -0.002])).observe(scene, data, "pink")
+    assert biased and np.allclose(biased.position - true.position, [0.001, 0.0, -0.002]) and biased.yaw == true.yaw
 
 
 def test_noise_is_as_large_as_it_says_and_less_in_a_measurement(scene: Scene) -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -83,3 +85,16 @@ def test_a_step_tells_its_own_effort(scene: Scene) -> None:
     assert (first + second).energy == pytest.approx(run.cell.effort.energy)
     assert second.time == pytest.approx(run.steps[1].end - run.steps[1].start)
     assert 0 < second.travel and 0 < second.energy
+
+
+def test_the_actuators_get_a_command_after_the_latency(scene: Scene) -> None:
+    finger, moved = PANDA.gripper.joints[0], []
+    for latency in (0.0, 0.1):
+        cell = Workcell(replace(scene, latency=latency), initial_state(scene))
+        before = cell.data.joint(finger).qpos[0]
+        cell.set_width(cell.width - 0.02, 0.0)
+        for wait in (0.09, 0.2):
+            cell.wait(wait)
+            moved.append(abs(float(cell.data.joint(finger).qpos[0]) - before))
+    at_once, _, late, in_the_end = moved
+    assert at_once > 0.001 > 1e-4 > late and in_the_end == pytest.approx(0.01, abs=0.001)

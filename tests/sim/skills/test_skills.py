@@ -13,6 +13,7 @@ from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.release import GLOW_DURATION_S
 from sim.skills.skill import SkillError
+from sim.world.contacts import scale_friction
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M
 
@@ -106,8 +107,7 @@ def test_grasping_what_is_not_there_is_refused(scene: Scene) -> None:
 )
 def test_an_object_too_slippery_to_hold_is_noticed(own_scene: Scene, before: list[str], action: str) -> None:
     cell = perform_all(own_scene, *before)
-    for pad in PANDA.gripper.pads:
-        own_scene.mujoco.geom(pad).friction[:] = [0.01, 0.0, 0.0]
+    scale_friction(own_scene.mujoco, {}, pads=dict.fromkeys(PANDA.gripper.pads, 0.01), table=1.0)
     with pytest.raises(SkillError, match="both finger pads: pink is not held"):
         perform(cell, action)
     assert cell.held() is None

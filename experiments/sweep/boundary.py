@@ -1,0 +1,188 @@
+"""By how much the world may differ until a plan fails: bisection over the amount of one perturbation."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from experiments.cli.files import make_folder
+from experiments.cli.journal import Journal
+from experiments.sweep.job import Record, Sweep
+from experiments.sweep.recorded import RECORDS, Effort, Tell, define, work
+from experiments.sweep.summary import confirmed, failure_reason, share, wilson
+from prefplan.scenario.decode import Scenario
+from sim.world.randomization import KEYS
+
+THRESHOLD = 0.95
+"""Share of the rollouts that must be completed."""
+
+HALVINGS = 6
+"""The boundary is known to a 64th of the key's greatest amount."""
+
+DIGITS = 4
+"""Decimals of an amount."""
+
+MIN_ROLLOUTS = 10
+"""Rollouts of an amount that are carried out even if fewer decide: its share of completed ones is told, too."""
+
+SWEEP_TOLD = ("scenario", "plan", "cost", "preference", "seed", "robot", "faults", "prefplan", "mujoco")
+"""What a result tells of the sweeps that it comes from."""
+
+Interval = tuple[float | None, float | None]
+"""The greatest amount tried at which a plan holds, and the least at which it does not; None where there is none."""
+
+
+def bisect(greatest: float, holds: Callable[[float], bool]) -> Interval:
+    """Return between which amounts something ceases to hold; it is taken to hold at every amount below one."""
+    if holds(greatest):
+        return greatest, None
+    low, high = 0.0, greatest
+    for _ in range(HALVINGS):
+        middle = round((low + high) / 2, DIGITS)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    if not low and not holds(0.0):
+        return None, 0.0
+    return low, high
+
+
+class BoundarySearch:
+    """The search for the amount of one perturbation at which fewer than `THRESHOLD` of the rollouts are completed.
+
+    A rollout is completed if its log confirms it. Every amount is a sweep of its own, with a folder and the same seeds:
+    finished rollouts are not lost, and the search goes on where it ended. An amount is left, after `MIN_ROLLOUTS` at
+    least, as soon as so many have failed that it is below whatever the others give.
+
+    Attributes:
+        trials: the rollouts of every amount that was tried, up to the one that decided it.
+        boundary: what `bisect` returned, None until then.
+    """
+
+    def __init__(self, scenario: Scenario, job: Sweep, key: str, effort: Effort, *, tell: Tell) -> None:
+        """Begin without a trial.
+
+        Args:
+            scenario: of the plan.
+            job: its sweep, with the perturbations that stay as they are; its folder holds the results.
+            key: one of `sim.world.randomization.KEYS`.
+            effort: rollouts of each amount, and where they are carried out.
+            tell: told of progress.
+        """
+        self._scenario, self._job, self._key, self._effort, self._tell = scenario, job, key, effort, tell
+        self.trials: dict[float, list[Record]] = {}
+        self.boundary: Interval | None = None
+
+    def run(self) -> None:
+        """Carry out what has no record yet."""
+        self.boundary = bisect(KEYS[self._key].greatest, self._holds)
+
+    def _holds(self, amount: float) -> bool:
+        key, effort = self._key, self._effort
+        perturbation = replace(self._job.perturbation, **{key: amount * KEYS[key].scale})
+        folder = self._job.folder / f"{key}={amount:g}"
+        job = replace(self._job, perturbation=perturbation, folder=folder)
+        make_folder(folder)
+        with Journal(folder / RECORDS, define(self._scenario, job), key="rollout") as records:
+            try:
+                work(
+                    job,
+                    records,
+                    effort,
+                    tell=self._tell,
+                    stage=f"{key}={amount:g}",
+                    enough=lambda: decided(decisive(records.done, effort.rollouts), effort.rollouts),
+                )
+            finally:
+                self.trials[amount] = decisive(records.done, effort.rollouts)
+        return not fails(self.trials[amount], effort.rollouts)
+
+    def result(self) -> dict[str, Any]:
+        """Return what is known as the documented JSON object."""
+        key, rollouts = KEYS[self._key], self._effort.rollouts
+        header = define(self._scenario, self._job)
+        return {
+            **{name: header[name] for name in SWEEP_TOLD},
+            "perturb": header["perturb"],
+            "key": self._key,
+            "unit": key.unit,
+            "greatest": key.greatest,
+            "threshold": THRESHOLD,
+            "rollouts": rollouts,
+            "complete": self.boundary is not None,
+            "boundary": None if self.boundary is None else list(self.boundary),
+            "trials": [_trial(amount, self.trials[amount], rollouts) for amount in sorted(self.trials)],
+        }
+
+
+def decisive(done: Mapping[int, Record], rollouts: int) -> list[Record]:
+    """Return the records up to the first gap, or until they are `decided`."""
+    records: list[Record] = []
+    for number in range(rollouts):
+        if number not in done or decided(records, rollouts):
+            break
+        records.append(done[number])
+    return records
+
+
+def decided(records: Sequence[Record], rollouts: int) -> bool:
+    """Return whether the threshold is out of reach after enough rollouts, or no rollouts are left."""
+    return len(records) == rollouts or len(records) >= MIN_ROLLOUTS and fails(records, rollouts)
+
+
+def fails(records: Sequence[Record], rollouts: int) -> bool:
+    """Return whether fewer than `THRESHOLD` of so many rollouts are completed, whatever those without record give."""
+    failed = sum(not confirmed(record) for record in records)
+    return failed > math.floor((1 - THRESHOLD) * rollouts + 1e-9)
+
+
+def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str, Any]:
+    completed = sum(map(confirmed, records))
+    reasons = Counter(failure_reason(record) for record in records if not confirmed(record))
+    return {
+        "amount": amount,
+        "completed": completed,
+        "rollouts": len(records),
+        "interval": wilson(completed, len(records)),
+        "holds": not fails(records, rollouts) if decided(records, rollouts) else None,
+        "failures": [{"class": name, "count": count} for name, count in reasons.most_common()],
+    }
+
+
+def boundary_words(result: Mapping[str, Any]) -> str:
+    """Return between which amounts the boundary lies, in a sentence."""
+    if not result["complete"]:
+        return "not found yet"
+    (low, high), unit, key = result["boundary"], result["unit"], result["key"]
+    unit = "" if unit == "share" else f" {unit}"
+    if high is None:
+        return f"completion stays at {THRESHOLD:.0%} or above up to the greatest {key}, {low:g}{unit}"
+    if low is None:
+        return f"completion is below {THRESHOLD:.0%} without any {key}"
+    return f"completion falls below {THRESHOLD:.0%} between {low:g} and {high:g}{unit}"
+
+
+def show_boundary(console: Console, result: Mapping[str, Any]) -> None:
+    """Print the amounts tried as a table, and the boundary."""
+    title = f"{escape(result['scenario'])}, plan {result['plan']}: {result['key']}, and {result['perturb']}"
+    table = Table(title=title, title_justify="left")
+    table.add_column(f"{result['key']}, {result['unit']}", justify="right")
+    table.add_column("completed")
+    table.add_column("95 % interval (Wilson)")
+    table.add_column("most failures", overflow="fold")
+    for trial in result["trials"]:
+        low, high = trial["interval"] or (0, 1)
+        worst = trial["failures"][0] if trial["failures"] else None
+        table.add_row(
+            f"{trial['amount']:g}",
+            share(trial["completed"], trial["rollouts"]),
+            f"{low:.1%} to {high:.1%}",
+            escape(f"{worst['count']} x {worst['class']}") if worst else "",
+        )
+    console.print(table)
+    console.print(f"\n{result['key']}: {boundary_words(result)}")

@@ -1,0 +1,109 @@
+"""Rollouts of a sweep into a file of records: each is kept as soon as it is finished, and none is done twice."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+from joblib import cpu_count
+
+from experiments.cli.journal import Journal
+from experiments.sweep import workers
+from experiments.sweep.job import Record, Sweep
+from prefplan.scenario.decode import Scenario
+
+RECORDS = "rollouts.jsonl"
+"""File of the records in the folder of a sweep."""
+
+Tell = Callable[[str, int, int, str], None]
+"""Called with a stage, the number of rollouts done, of all rollouts, and how it goes."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What is put into a sweep, which changes nothing in its records.
+
+    Attributes:
+        rollouts: number of rollouts.
+        jobs: number of processes; None for one a core.
+        cluster: address of a Dask cluster that takes the place of the processes.
+    """
+
+    rollouts: int
+    jobs: int | None = None
+    cluster: str | None = None
+
+
+def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
+    """Return everything that defines the rollouts of a sweep, except for their number."""
+    return {
+        "prefplan": version("prefplan"),
+        "mujoco": version("mujoco"),
+        "scenario": scenario.name,
+        "scenario_sha256": fingerprint(scenario),
+        "plan": job.which,
+        "cost": job.plan.cost,
+        "preference": job.plan.preference,
+        "actions": list(job.plan.actions),
+        "seed": job.seed,
+        "perturb": str(job.perturbation),
+        "robot": job.robot,
+        "faults": job.faults,
+    }
+
+
+def fingerprint(scenario: Scenario) -> str:
+    """Return the hash of a scenario's file."""
+    return hashlib.sha256(scenario.path.read_bytes()).hexdigest()
+
+
+def work(
+    job: Sweep,
+    records: Journal,
+    effort: Effort,
+    *,
+    tell: Tell,
+    stage: str = "sweeping",
+    enough: Callable[[], bool] = lambda: False,
+) -> None:
+    """Carry out every rollout that has no record yet.
+
+    Args:
+        job: the sweep.
+        records: where its records are kept.
+        effort: how many rollouts, and where.
+        tell: told of progress.
+        stage: what it is told that this is.
+        enough: whether the records suffice; asked before each rollout.
+    """
+    wanted = range(effort.rollouts)
+    missing = [number for number in wanted if number not in records.done]
+    done, good = len(wanted) - len(missing), sum(records.done[i]["completed"] for i in wanted if i in records.done)
+    tell(stage, done, effort.rollouts, "")
+    if not missing or enough():
+        return
+    results: Iterator[Record]
+    if effort.cluster:
+        results = workers.on_cluster(job, missing, address=effort.cluster)
+    else:
+        results = workers.on_this_machine(job, missing, jobs=effort.jobs or cpu_count(), enough=enough)
+    began = time.monotonic()
+    with closing(results):
+        for new, record in enumerate(results, start=1):
+            records.add(record)
+            good += record["completed"]
+            left = (time.monotonic() - began) / new * (len(missing) - new)
+            tell(stage, done + new, effort.rollouts, f"{good / (done + new):.1%} completed, {duration(left)} left")
+            if effort.cluster and enough():
+                return
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as h:mm:ss."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"

@@ -1,0 +1,83 @@
+"""Friction of objects: in a contact with the table, with a pad or with another object, that of both partners counts.
+
+MuJoCo takes the larger friction of two geoms, or that of the one with priority: the other one's would not matter. So
+contacts of objects with pads and with one another are declared pairs, which have a friction of their own; and what
+objects lie on has none, so that in these contacts the friction of the object's geom is that of the contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
+
+import mujoco
+import numpy as np
+
+TABLE_FRICTION = 1.0
+"""Sliding friction of an object on the table, and on what stands there."""
+
+OBJECT_FRICTION = 0.8
+"""Sliding friction of two objects."""
+
+
+def declare_contacts(
+    spec: mujoco.MjSpec, objects: Sequence[str], *, pads: Iterable[str], supports: Iterable[mujoco.MjsBody]
+) -> None:
+    """Give objects their friction on pads, on one another, and on the bodies that they may lie on."""
+    for body in supports:
+        for geom in body.geoms:
+            geom.friction[0] = 0.0
+    geoms, pad_geoms = [spec.geom(name) for name in objects], [spec.geom(name) for name in pads]
+    for geom in geoms:
+        for pad in pad_geoms:
+            _declare(spec, geom, pad)
+    for geom, other in combinations(geoms, 2):
+        _declare(spec, geom, other, slide=OBJECT_FRICTION)
+
+
+def scale_friction(
+    model: mujoco.MjModel, objects: Mapping[str, float], *, pads: Mapping[str, float], table: float
+) -> None:
+    """Multiply the sliding friction of every contact of an object by the factors of both partners.
+
+    Args:
+        model: of the scene.
+        objects: factors by object.
+        pads: factors by pad.
+        table: factor of the table and of what stands there.
+    """
+    factors = np.ones(model.ngeom)
+    for name, factor in {**objects, **pads}.items():
+        factors[model.geom(name).id] = factor
+    model.geom_friction[:, 0] *= factors
+    model.pair_friction[:, :2] *= (factors[model.pair_geom1] * factors[model.pair_geom2])[:, None]
+    for name in objects:
+        model.geom(name).friction[0] *= table
+
+
+def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:
+    """Find contacts between geoms that are no farther apart than the sum of their (ngeom,) margins, m."""
+    model.geom_margin[:] = margins
+    model.body_margin[:] = np.max(margins)
+    model.pair_margin[:] = model.geom_margin[model.pair_geom1] + model.geom_margin[model.pair_geom2]
+
+
+def _declare(spec: mujoco.MjSpec, one: mujoco.MjsGeom, other: mujoco.MjsGeom, *, slide: float | None = None) -> None:
+    """Declare a contact with the physics that MuJoCo would give it, but for its sliding friction if that is given.
+
+    See "Contact parameters" in MuJoCo's documentation; geoms of the same priority must be equally stiff.
+    """
+    first = max(one, other, key=lambda geom: geom.priority)
+    friction, condim = first.friction, first.condim
+    if one.priority == other.priority:
+        friction, condim = np.maximum(one.friction, other.friction), max(one.condim, other.condim)
+    if slide is not None:
+        friction = [slide, *friction[1:]]
+    spec.add_pair(
+        geomname1=one.name,
+        geomname2=other.name,
+        condim=condim,
+        friction=np.repeat(friction, [2, 1, 2]),
+        solref=first.solref,
+        solimp=first.solimp,
+    )
