@@ -16,6 +16,9 @@ from sim.simulation.rollout import FRAME_RATE, Event
 NEARER_M = 0.005
 """The hand is over a location if no other one is nearer by more than this."""
 
+ARRIVAL_S = 0.35
+"""A movement ends at most this long after its action: meanwhile the next one may begin."""
+
 GRIP_WINDOW_S = 1.5
 """A recorded grip was measured at most this long before its event."""
 
@@ -55,16 +58,18 @@ def check_hand(log: Log, world: RecordedWorld) -> Check:
             if any(event.kind in ANSWERS and event.time <= action.start + ROUNDING_S for event in log.about.events):
                 continue
             return Check(name, False, f"action {k} `{action.action}`: there is no location {symbolic.location}")
-        world.show(world.frame_at(action.end))
-        hand = world.tool()[:2]
-        far = {place: float(np.hypot(*(row - hand).T).min()) for place, row in centres.items()}
-        nearest = min(far, key=far.__getitem__)
         checked += 1
-        if far[symbolic.location] > min(far[nearest] + NEARER_M, AT_LOCATION_M):
-            where = f"the hand is {1000 * far[symbolic.location]:.0f} mm from {symbolic.location}"
-            return Check(
-                name, False, f"action {k} `{action.action}`: {where}, {1000 * far[nearest]:.0f} from {nearest}"
-            )
+        hands = []
+        for frame in range(world.frame_at(action.end), world.frame_at(action.end + ARRIVAL_S) + 1):
+            world.show(frame)
+            hands.append(world.tool()[:2].copy())
+        far = {place: np.hypot(*(row[:, None] - hands).T).min(axis=1) for place, row in centres.items()}
+        least = np.min([*far.values()], axis=0)
+        if np.all(far[symbolic.location] > np.minimum(least + NEARER_M, AT_LOCATION_M)):
+            nearest = min(far, key=lambda place: float(far[place][0]))
+            where = f"the hand is {1000 * far[symbolic.location][0]:.0f} mm from {symbolic.location}"
+            words = f"action {k} `{action.action}`: {where}, {1000 * far[nearest][0]:.0f} from {nearest}"
+            return Check(name, False, words)
     return Check(name, True, f"over the location of each of {checked} actions")
 
 

@@ -203,9 +203,13 @@ class ClosedLoop:
 
         An action that another object blocks is barred until an object moves. One that a fixture blocks, or whose goal
         is out of reach, is barred until its own object moves. A transit has no object, and its path depends on how
-        high the objects are piled up: it is barred until any object moves.
+        high the objects are piled up: it is barred until any object moves, or if a fixture keeps the hand from where
+        an object lies off every location, until that one does.
         """
-        obj, blocked = self.run.scene.model.action(action).obj, self.run.blocked
+        symbolic, blocked = self.run.scene.model.action(action), self.run.blocked
+        obj = symbolic.obj
+        if not obj and symbolic.location in self.run.scene.temporary:
+            obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
         if not obj or blocked is None or any(name in self.run.scene.shapes for name in blocked):
             return state.label
         return state.label & {holding(obj), at(obj, state.place.get(obj, ""))} or state.label

@@ -10,6 +10,7 @@ from sim.simulation.workcell import Workcell
 from sim.skills.hand import BLEND_M, HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, held_grip, move_tool
 from sim.skills.placing import check_free, free_slot, placing_pose
 from sim.skills.skill import Skill
+from sim.world.places import Slot
 
 GLOW_DURATION_S = 1.5
 """How long a marking location works on an object released there; meanwhile the hand rises."""
@@ -41,7 +42,7 @@ class ReleaseSkill(Release, Skill):
         position, yaw = placing_pose(cell, obj, slot)
         check_held(cell, obj)
         cell.contacts.handle(obj)
-        move_tool(cell, position, [yaw], seconds=LOWER_DURATION_S, watch=lambda: check_free(cell, obj, slot))
+        move_tool(cell, position, [yaw], seconds=LOWER_DURATION_S, watch=lambda: _check(cell, obj, slot))
         cell.set_width(held_grip(cell, obj).opening, OPEN_DURATION_S)
         cell.wait(LET_GO_DURATION_S)
         marks = cell.scene.model.location(location).marks
@@ -51,3 +52,9 @@ class ReleaseSkill(Release, Skill):
         cell.contacts.handle(None)
         error = float(np.hypot(*(cell.measure(obj).position - slot.position)[:2]))
         cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
+
+
+def _check(cell: Workcell, obj: str, slot: Slot) -> None:
+    """Raise SkillError unless the hand still holds an object, and it fits into a slot."""
+    check_held(cell, obj)
+    check_free(cell, obj, slot)

@@ -23,5 +23,6 @@ class TransportSkill(Transport, Skill):
         cell.contacts.handle(obj)
         line, _ = free_closing_line(cell, centre, closing_lines(cell, obj, slot))
         cell.contacts.handle(obj, aloft=True)
+        check_held(cell, obj)  # again: nothing may have been seen until now
         travel(cell, centre + [0.0, 0.0, HOVER_HEIGHT_M], line, height=passage_height(cell, cell.shapes, held=obj))
         check_held(cell, obj)
