@@ -109,6 +109,9 @@ def judge(
         claim = claims.violation_costs.get(name)
         if claim or amount:
             checks.append(_check_number(f"violation cost {name}", claim, to_number(amount)))
+    unknown = sorted({*claims.task_costs, *claims.violation_costs} - ends.keys())
+    if unknown:
+        checks.append(Check(f"task {unknown[0]}", False, "there is no such task"))
     if claims.completed or claims.preference is not None:
         checks.append(_check_number("preference", claims.preference, mu))
     done = [name for name in ends if name not in skipped]
@@ -159,7 +162,10 @@ def _check_number(name: str, claim: int | float | None, derived: int | float) ->
     if claim is None:
         return Check(name, False, f"nothing is claimed; it is {derived}")
     # Preferences with a division are floating-point numbers.
-    agree = math.isclose(claim, derived, rel_tol=1e-9)
+    try:
+        agree = math.isclose(claim, derived, rel_tol=1e-9)
+    except OverflowError:
+        agree = claim == derived
     return Check(name, agree, f"{derived}" if agree else f"{claim} is claimed, but it is {derived}")
 
 

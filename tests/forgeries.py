@@ -206,6 +206,13 @@ PLAIN = (
         lambda log: telling(log, text=log.about.text.replace("F cup_tray", "true")),
         "scenario hash",
     ),
+    Forgery("jerks a tenth", scaled("jerks", 0.1), "joint jerks"),
+    Forgery(
+        "a task claimed that there is not", lambda log: claiming(log, task_costs={"tidy": 10, "peace": 0}), "task peace"
+    ),
+    Forgery("a cost without end claimed", lambda log: claiming(log, cost=10**400), "total cost"),
+    Forgery("a fault that there is not", fault("teleport:cup@1", 1.0), "faults"),
+    Forgery("a fault due at no number", fault("slip@²", 1.0), "faults"),
     Forgery("a leap by a move nobody asked for", in_turn(fault("move:cup@1", 1.0), setting(faults=[])), "faults"),
     Forgery("a move that changes nothing", fault("move:cup@1", 1.0), "faults"),
     Forgery("a knock that changes nothing", fault("knock:cup@1", 1.0), "faults"),
@@ -240,6 +247,8 @@ RESIMULATED = (
     Forgery("torques a hundredth smaller", scaled("torques", 0.99), "simulated again"),
     Forgery("a grip of 1 N more", scaled("pad_forces", 1.07), "simulated again"),
     Forgery("a command changed by 0.1 mrad", changed("controls", 0.3, 3, 1678), "simulated again"),
+    Forgery("torque rates a tenth", scaled("torque_rates", 0.1), "simulated again"),
+    Forgery("accelerations a thousandth greater", scaled("accelerations", 1.001), "simulated again"),
     Forgery("a velocity changed", changed("qvel", 0.5, 2, 1e-4), "simulated again"),
     Forgery("more friction", setting(perturbation="position=5,angle=5,friction=0.5"), "simulated again"),
     Forgery(

@@ -135,6 +135,8 @@ def _objection_to_grip(log: Log, world: RecordedWorld, action: Action, event: Ev
     told = np.array(event.detail["force"], dtype=float)
     if event.detail.get("object") != action.obj:
         return "its grasp is told of another object"
+    if told.min() < world.robot.gripper.firm_force_n:
+        return f"a grip of {told.min():.1f} N is told, which is not firm"
     if not np.any(np.all(np.abs(felt - told) <= GRIP_TOLERANCE_N + GRIP_TOLERANCE * felt, axis=1)):
         return (
             f"a grip of {told.max():.1f} N is told, but the pads were pressed with {felt.max(initial=0):.1f} N at most"

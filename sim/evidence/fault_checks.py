@@ -15,6 +15,9 @@ from sim.evidence.log import Log
 from sim.evidence.replay import HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
 from sim.simulation.rollout import FRAME_RATE, Event
 
+KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
+"""Faults that a run may ask for."""
+
 TIME_TOLERANCE_S = 1e-4
 """Greatest difference between the time of a fault and that of the state it leaves."""
 
@@ -61,7 +64,9 @@ def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics)
     """Return why a fault did not happen, or None; of `blind` no state shows anything."""
     kind, _, due = re.sub(":[^@]*", "", str(event.detail.get("fault"))).partition("@")
     begun = [action for action in log.about.actions if action.start <= event.time + TIME_TOLERANCE_S]
-    if not due.isdigit() or len(begun) < int(due):
+    if kind not in KINDS:
+        return "there is no such fault"
+    if not due.isdecimal() or len(begun) < int(due):
         return "it was not due yet"
     if kind == "slip":
         return _objection_to_slip(event, log, world, dynamics)

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.signal import lfilter
 
 from prefplan.claims import Check
 from sim.evidence.log import Log
 from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld
 from sim.robots.robot import Robot
+from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.rollout import FRAME_RATE
 
 ROUNDING = 1e-6
 """Slack for comparisons of recorded numbers."""
+
+JERK_TOLERANCE = 0.01
+"""Greatest share of its limit by which a derived jerk exceeds the recorded one; in honest logs it never does."""
 
 REST_TIMEOUT_S = 2.0
 """An object that a fault moves is at rest after this time."""
@@ -53,7 +58,7 @@ def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
     low, high = robot.ranges(world.mujoco).T
     middle, half = (low + high) / 2, (high - low) / 2
     checks = [_within("joint positions", np.abs(angles - middle) / half, log.times, robot)]
-    hidden = dict(_hidden(log, angles, robot))
+    hidden = dict(_hidden(log, angles, robot)) | dict(_hidden_jerks(log, world))
     for load, limits in robot.load_limits.items():
         name = f"joint {load.replace('_', ' ')}"
         if load in hidden:
@@ -81,6 +86,39 @@ def _hidden(log: Log, angles: np.ndarray, robot: Robot) -> Iterator[tuple[str, s
                 f"{robot.joints[joint]} has a mean of {abs(mean[frame, joint]):.2f} {unit} at "
                 f"{log.times[frame]:.2f} s, but at most {greatest[frame, joint]:.2f} {unit} are recorded",
             )
+
+
+def _hidden_jerks(log: Log, world: RecordedWorld) -> Iterator[tuple[str, str]]:
+    """Yield the jerks if they are recorded as less than those of the commanded trajectory, and in words.
+
+    A command is the reference r plus the actuator's lag times its rate: u = r + lag r'. The trapezoidal rule gives r,
+    and its third difference the jerk.
+    """
+    robot, model = world.robot, world.mujoco
+    motors = [model.actuator(name).id for name in robot.joints]
+    if log.controls.shape[1] != model.nu or len(log.controls) < 2 or len(log.times) < 2:
+        return
+    period = float(model.opt.timestep)
+    lags = model.actuator_biasprm[motors, 2] / model.actuator_biasprm[motors, 1]
+    commands = log.controls[:, motors] / COMMANDS_PER_UNIT
+    first = commands[0]
+    references = np.empty_like(commands)
+    for joint, share in enumerate(period / (2 * lags)):
+        offsets = commands[:, joint] - first[joint]
+        references[:, joint] = first[joint] + lfilter([share, share], [1 + share, share - 1], offsets)
+    jerks = np.abs(np.diff(np.vstack([[first] * 3, references]), 3, axis=0)) / period**3
+    frames = np.searchsorted(np.rint(log.times / period), np.arange(len(jerks)), side="right")
+    during = frames < len(log.times)
+    derived = np.zeros_like(log.jerks)
+    np.maximum.at(derived, frames[during], jerks[during])
+    beyond = np.argwhere(derived > log.jerks + JERK_TOLERANCE * robot.load_limits["jerks"])
+    if len(beyond):
+        frame, joint = beyond[0]
+        yield (
+            "jerks",
+            f"{robot.joints[joint]} is commanded with {derived[frame, joint]:.0f} rad/s^3 at {log.times[frame]:.2f} s, "
+            f"but at most {log.jerks[frame, joint]:.0f} rad/s^3 are recorded",
+        )
 
 
 def _within(name: str, shares: np.ndarray, times: np.ndarray, robot: Robot) -> Check:

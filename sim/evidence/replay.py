@@ -277,8 +277,10 @@ def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
             scene = perturbed(scene, perturbation, seed=seed)
         start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
         noise = float(about.setting.get("noise_mm", 1000 * perturbation.noise)) / 1000
+        if not 0 <= noise < np.inf:
+            raise ValueError(f"a noise of {1000 * noise:g} mm")
         list(about.setting.get("faults") or ())
-    except (PrefplanError, TypeError, ValueError) as error:
+    except (PrefplanError, TypeError, ValueError, OverflowError) as error:
         raise LogError(f"the setting in the log cannot be used: {error}") from None
     return scene, start.qpos, noise + perturbation.bias
 

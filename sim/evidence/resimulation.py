@@ -7,14 +7,15 @@ import numpy as np
 
 from prefplan.claims import Check
 from sim.errors import LogError
-from sim.evidence.log import DECIMALS, Log, versions
+from sim.evidence.log import DECIMALS, RATE_DECIMALS, Log, versions
 from sim.evidence.replay import RecordedWorld
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder, model_hash
 
 NAME = "simulated again"
 
-COMPARED = ("times", "qpos", "qvel", "speeds", "torques", "pad_forces")
-"""Arrays that come out of the simulation."""
+COMPARED = dict.fromkeys(("times", "qpos", "qvel", "speeds", "torques", "pad_forces"), 0.6 * 10**-DECIMALS)
+COMPARED |= dict.fromkeys(("accelerations", "torque_rates"), 0.6 * 10**-RATE_DECIMALS)
+"""Arrays that come out of the simulation, and the greatest difference that rounding makes."""
 
 FRAME_TOLERANCE = 0.001
 """Greatest difference of a recorded position from the one simulated from the frame before it, m or rad."""
@@ -41,7 +42,7 @@ def resimulate(log: Log, world: RecordedWorld) -> Check:
     if world.scene.dressed != log.about.meshes:
         other.append("other shapes of the arm")
     found, intruder = _simulate(log, world, frame_by_frame=bool(other))
-    tolerances = {"qpos": FRAME_TOLERANCE} if other else dict.fromkeys(COMPARED, 0.6 * 10**-DECIMALS)
+    tolerances = {"qpos": FRAME_TOLERANCE} if other else COMPARED
     if len(found["times"]) < len(log.times):
         return Check(NAME, False, f"the commands last {found['times'][-1]:.2f} s, the frames {log.times[-1]:.2f} s")
     # The first frame is the start, and a fault may act before the first step.
@@ -136,5 +137,5 @@ def _difference(log: Log, world: RecordedWorld, frame: int, name: str, off: np.n
         far = 1000 * float(np.linalg.norm(off[first : first + 3]))
         where = f"{far:.4f} mm" if free and worst < first + 3 else f"{off.max():.2g} rad"
         return f"{model.joint(joint).name} is {where} from where the commands lead, first at {time:.2f} s"
-    whose = {"qvel": "velocities", "pad_forces": "pad forces"}.get(name, name)
+    whose = {"qvel": "velocities"}.get(name, name.replace("_", " "))
     return f"the {whose} differ by {off.max():.2g} from those that the commands lead to, first at {time:.2f} s"

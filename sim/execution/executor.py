@@ -232,8 +232,10 @@ class Execution:
 
     def _placement_error(self) -> float:
         """Return the largest horizontal distance of a placed object from its slot's centre, m."""
+        # An object that fell from the table is not in the model any more.
         poses = true_poses(self.scene, self.cell.data)
-        slots = {obj: slot for obj in self._placed if (slot := slot_of(self.scene, poses, obj)) is not None}
+        placed = self._placed & poses.keys()
+        slots = {obj: slot for obj in placed if (slot := slot_of(self.scene, poses, obj)) is not None}
         errors = (float(np.hypot(*(poses[obj].position - slot.position)[:2])) for obj, slot in slots.items())
         return max(errors, default=0.0)
 

@@ -106,6 +106,14 @@ def test_what_is_moved_stands_upright_on_the_table_at_a_place_drawn_by_seed(scen
     assert np.array_equal(same, again) and not np.allclose(same, other, atol=0.01)
 
 
+def test_what_was_placed_and_fell_from_the_table_ends_no_run_with_an_error(scene: Scene) -> None:
+    run = run_with(scene, [*LIFT, "transport pink bin2", "release pink bin2"])
+    assert run.reason is None
+    run.cell.data.joint("pink").qpos[:3] = [0.5, 0.3, -1.0]
+    run.reground()
+    assert "pink" in run.lost and run.rollout().placement_error == 0
+
+
 def test_what_is_knocked_over_tumbles(scene: Scene) -> None:
     run = run_with(scene, ["transit san", "transit bin1"], "knock:pink@1")
     assert run.cell.events[0].detail == {"fault": "knock:pink@1", "object": "pink"}
