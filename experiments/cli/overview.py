@@ -31,4 +31,5 @@ def introduction(text: str) -> str:
     assert opening is not None
     lines = [line.strip().lstrip("#").strip() for line in opening[0].splitlines()]
     paragraph = " ".join(takewhile(bool, dropwhile(lambda line: not line, lines)))
-    return re.sub(r"^\S+\.toml: ", "", paragraph)
+    about = re.sub(r"^\S+\.toml: ", "", paragraph)
+    return about[:1].upper() + about[1:]

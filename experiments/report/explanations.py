@@ -124,18 +124,21 @@ def _gains(
 def _overtakings(
     order: Sequence[str | tuple[str, ...]], plan: Ledger, other: Ledger, name: Mapping[str, str], side: str
 ) -> Iterator[str]:
-    """Yield a clause for each task that is done before tasks preferred later, but not before them in the other plan."""
+    """Yield which tasks are done before tasks preferred later, but not before them in the other plan, as clauses."""
     groups = [(entry,) if isinstance(entry, str) else entry for entry in order]
+    overtaking: dict[tuple[str, ...], list[str]] = {}
     for k, group in enumerate(groups):
         for task in group:
-            later = [
+            later = tuple(
                 name[other_task]
                 for behind in groups[k + 1 :]
                 for other_task in behind
                 if _before(plan, task, other_task) and not _before(other, task, other_task)
-            ]
+            )
             if later:
-                yield f"{name[task]} is done {side} {_all(later)}"
+                overtaking.setdefault(later, []).append(name[task])
+    for later, tasks in overtaking.items():
+        yield f"{_all(tasks)} {'is' if len(tasks) == 1 else 'are'} done {side} {_all(later)}"
 
 
 def _before(ledger: Ledger, one: str, other: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome
@@ -13,9 +14,12 @@ from sim.simulation.rollout import Rollout
 NEWS = {"replan": "planned again: ", "retry": "once more: "}
 """Words before the first action after an event."""
 
+TO_START = "to the start"
+"""Words while the hand moves to where the model's start state has it."""
+
 
 def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
-    """Return a caption for every action, with the costs at its start, and one for the end.
+    """Return a caption for every action, with the costs at its start, and one for the time before and after them.
 
     The first action of a new plan says so, and so does an action that is tried again.
 
@@ -31,7 +35,7 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
         for since, step in zip(before, rollout.steps, strict=False)
     ]
     shown.append((rollout.sim_seconds, rollout.sim_seconds, "done" if rollout.completed else "stopped"))
-    return tuple(
+    told = tuple(
         Caption(
             start,
             end,
@@ -47,6 +51,9 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
         )
         for (start, end, action), entry in zip(shown, outcome.ledger.entries, strict=True)
     )
+    if told[0].start > 0:
+        return replace(told[0], start=0.0, end=told[0].start, action=TO_START), *told
+    return told
 
 
 def _news(rollout: Rollout, since: float, until: float) -> str:

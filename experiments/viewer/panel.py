@@ -169,7 +169,7 @@ def _set(handle: Any, **properties: Any) -> None:
 
 def plan_label(index: int, plan: Plan) -> str:
     """Return a plan of the front in a few words."""
-    return f"{index}: cost {number(plan.cost)}, preference {number(plan.preference)}"
+    return f"{index}: cost {number(plan.cost)}, preference penalty {number(plan.preference)}"
 
 
 def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:

@@ -89,7 +89,7 @@ def test_a_narrow_terminal_cuts_no_word_of_the_list(run: Run, monkeypatch: pytes
     ("text", "sentence"),
     [
         ("# One\n# two. Three.\n[model]\n", "One two."),
-        ("# tidy.toml: wash the red block.\n", "wash the red block."),
+        ("# tidy.toml: wash the red block.\n", "Wash the red block."),
         ("[model]\n# One.\n", ""),
         ("# Version 1.5 works", ""),
         ("# No end\n\n# Other.\n", "No end"),
@@ -101,7 +101,7 @@ def test_the_first_sentence_of_the_opening_comment(text: str, sentence: str) -> 
 
 def test_commands_below_the_opening_paragraph_do_not_belong_to_it() -> None:
     text = "#\n# town.toml: bread is far off.\n# Crackers would do.\n#\n#   prefplan front town.toml\n\n[model]\n"
-    assert introduction(text) == "bread is far off. Crackers would do."
+    assert introduction(text) == "Bread is far off. Crackers would do."
 
 
 def test_a_scenario_is_summed_up(run: Run, island: Path) -> None:

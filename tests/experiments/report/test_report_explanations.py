@@ -62,8 +62,8 @@ def refuted(name: str, plan: pp.Plan) -> list[str]:
             "case_study_1",
             2,
             1,
-            "2 more than plan 1: after cheese it goes to p3 instead of tacos, so that phi2 is done before phi5 and "
-            "phi4 is done before phi5.",
+            "2 more than plan 1: after cheese it goes to p3 instead of tacos, so that phi2 and phi4 are done "
+            "before phi5.",
         ),
         (
             "case_study_2_skip20",

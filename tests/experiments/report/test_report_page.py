@@ -132,7 +132,7 @@ def test_every_point_of_a_grid_shows_its_plan(make: Make, chrome: webdriver.Chro
 
 
 def test_the_path_and_the_automata_go_along(make: Make, chrome: webdriver.Chrome) -> None:
-    page = Page(chrome, make("errands", ERRANDS))
+    page = Page(chrome, make("errands", ERRANDS), chosen="#plan=0")
     page.click(page.points(2)[1])
     page.wait(lambda: page.one("#plan").text == "Plan 1")
     begin = page.run("document.querySelector('.robot').getAttribute('cx')")
@@ -150,7 +150,7 @@ def test_the_path_and_the_automata_go_along(make: Make, chrome: webdriver.Chrome
 
 
 def test_everything_can_be_done_by_keyboard(make: Make, chrome: webdriver.Chrome) -> None:
-    page = Page(chrome, make("errands", ERRANDS))
+    page = Page(chrome, make("errands", ERRANDS), chosen="#plan=0")
     point = page.points(2)[1]
     page.browser.execute_script("arguments[0].focus()", point)
     page.press(Keys.ENTER)
@@ -183,6 +183,14 @@ def test_the_present_state_of_a_graph_goes_along(make: Make, chrome: webdriver.C
         page.scrub(k + 0.01)
         shown.append(page.one(".graph .node.here").get_attribute("class"))
     assert shown == [f"node plain s{node} here" for node in plan["graph"]["at"]] and len(set(shown)) > 2
+    assert page.complaints() == []
+
+
+def test_the_first_screen_plays_a_grid_in_whole(make: Make, chrome: webdriver.Chrome) -> None:
+    page = Page(chrome, make("yard", ERRANDS.replace("size = [4, 3]", "size = [4, 4]")))
+    page.wait(lambda: page.all(".caption")[1].text.startswith("the end"))
+    bottoms = page.run("[...document.querySelectorAll('.map')].map((map) => map.getBoundingClientRect().bottom)")
+    assert len(bottoms) == 2 and max(bottoms) < page.run("document.getElementById('transport').offsetTop")
     assert page.complaints() == []
 
 

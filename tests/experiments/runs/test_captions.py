@@ -97,6 +97,15 @@ def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenari
     assert ("satisfied", "open") in states and ("open", "satisfied") not in states
 
 
+def test_a_caption_tells_that_the_hand_moves_to_the_start(arch: Scenario, front: list[Plan]) -> None:
+    outcome = outcome_of(arch, front[0])
+    late = tuple(replace(step, start=step.start + 1, end=step.end + 1) for step in outcome.rollout.steps)
+    rollout = replace(outcome.rollout, steps=late, sim_seconds=outcome.rollout.sim_seconds + 1)
+    first, second, *_ = captions(replace(outcome, rollout=rollout), arch.model)
+    assert (first.start, first.end, first.action, first.cost) == (0, 1, "to the start", 0)
+    assert (second.start, second.action, second.tasks) == (1, front[0].actions[0], first.tasks)
+
+
 @pytest.mark.parametrize(
     ("formula", "words"),
     [

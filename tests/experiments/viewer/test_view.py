@@ -114,7 +114,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     assert browser.title == "cup - prefplan"
     icon = browser.find_element(By.CSS_SELECTOR, "link[rel=icon]").get_attribute("href") or ""
     assert icon.startswith("data:image/svg+xml;base64,")
-    click("0: cost 10, preference 0")
+    click("0: cost 10, preference penalty 0")
     until(lambda: text(".count").startswith("0 of 4") and text(".state") == "playing")
     click("Knock over")
     until(lambda: "fault: knock:cup@1" in text(".news:last-of-type"))
