@@ -160,3 +160,18 @@ def test_nothing_moves_when_a_run_is_completed(recover: Recover, seed: int) -> N
     outcome = recover(CAN, "knock:x@4", seed=seed)
     assert outcome.rollout.completed, outcome.rollout.reason
     assert final_speed(outcome, outcome.rollout.qpos.shape[1] - 7) < REST_SPEED_M_S
+
+
+@pytest.mark.parametrize(
+    ("seed", "faults"),
+    [
+        (1220005862, ("move:blue@11", "blind:2.2@3", "slip@3")),  # it slips while nothing is seen
+        (2097067815, ("slip@11", "knock:blue@10")),  # ... while it is lowered, and would be pressed onto the table
+        (3777058066, ("knock:pink@13", "slip@12")),  # the hand begins the next action before it has arrived
+    ],
+)
+def test_what_slips_is_noticed_in_time_and_the_log_proves_it(
+    recover: Recover, seed: int, faults: tuple[str, ...]
+) -> None:
+    outcome = recover("case_study_3", *faults, seed=seed)
+    assert outcome.rollout.completed, outcome.rollout.reason
