@@ -199,6 +199,8 @@ def read_log(path: str | Path) -> Log:
         about = _about(path, found["about"])
     except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
         raise LogError(f"{path}: {str(error.strerror).lower()}") from None
+    except (MemoryError, RecursionError):
+        raise LogError(f"{path}: broken: it claims to be larger than the memory, or is nested too deep") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, NotImplementedError):
         raise LogError(f"{path}: broken, or not a log of `prefplan run`") from None
     arrays = {}

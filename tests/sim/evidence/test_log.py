@@ -189,3 +189,9 @@ def test_the_account_is_plain_json(path: Path, log: Log) -> None:
     with np.load(path) as archive:
         words = json.loads(archive["about"].tobytes())
     assert words["format"] == FORMAT and set(words) == {"format", *asdict(log.about)}
+
+
+def test_a_log_nested_too_deep_is_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "deep.npz", about=np.frombuffer(b"[" * 200_000, dtype=np.uint8))
+    with pytest.raises(LogError, match="nested too deep"):
+        read_log(tmp_path / "deep.npz")
