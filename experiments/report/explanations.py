@@ -113,6 +113,8 @@ def _gains(
         for now, before in pairs:
             if now.missed is not None and before.missed is not None and now.missed < before.missed:
                 change = f"misses that by {number(now.missed)} instead of {number(before.missed)}"
+                if now.missed == 0:
+                    change = f"keeps that instead of missing it by {number(before.missed)}"
                 gains.append(f"{name[now.task]}, preferred {now.preferred}, {change}")
     if not gains:
         for task, cost in plan.plan.task_costs.items():

@@ -99,6 +99,18 @@ def test_a_plan_says_why_it_costs_more(name: str, i: int, j: int, headline: str)
     assert explained(name, i, j)[0] == headline
 
 
+def test_a_plan_that_keeps_a_deadline_says_so() -> None:
+    preferred = named("example")[1][-1].plan
+    due = Due(preferred.task_costs["phi1"])
+    scenario = replace(scenarios.find("example"), preference=Deadline({"phi1": due}))
+    problem = scenario.problem()
+    cheapest, *_, kept = (NamedPlan(p, Ledger.of_plan(problem, p), "the cheapest") for p in pp.pareto_front(problem))
+    headline, _ = explain(scenario, kept, cheapest)
+    assert kept.plan.preference == 0 and "misses" not in headline
+    late = cheapest.plan.task_costs["phi1"] - due.by
+    assert headline.endswith(f"so that phi1, preferred by {due.by}, keeps that instead of missing it by {late}.")
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_every_plan_that_costs_more_gains_something(name: str) -> None:
     _, plans = named(name)
