@@ -107,7 +107,9 @@ def _hidden_jerks(log: Log, world: RecordedWorld) -> Iterator[tuple[str, str]]:
         offsets = commands[:, joint] - first[joint]
         references[:, joint] = first[joint] + lfilter([share, share], [1 + share, share - 1], offsets)
     jerks = np.abs(np.diff(np.vstack([[first] * 3, references]), 3, axis=0)) / period**3
-    frames = np.searchsorted(np.rint(log.times / period), np.arange(len(jerks)), side="right")
+    # A command is logged when the actuator gets it, later than the reference that it was made from.
+    late = round(world.scene.latency / period)
+    frames = np.searchsorted(np.rint(log.times / period), np.arange(len(jerks)) - late, side="right")
     during = frames < len(log.times)
     derived = np.zeros_like(log.jerks)
     np.maximum.at(derived, frames[during], jerks[during])

@@ -11,6 +11,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from scipy.signal import lfilter
 
 from sim.simulation.rollout import FRAME_RATE
 from sim.world.scene import Scene
@@ -20,6 +21,11 @@ COMMANDS_PER_UNIT = 2**24
 
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_CTRL)
 """What a step of MuJoCo depends on besides its commands."""
+
+
+TORQUE_CUTOFF_HZ = 100.0
+"""Cutoff of the first-order low-pass filter of commanded torques, libfranka's default (`lowpass_filter.h`). Without it
+a contact that the simulation misses for a single step counts as a jump of the torque."""
 
 
 class Recorder:
@@ -96,12 +102,20 @@ class Recorder:
             "accelerations": (self._speeds, 1),
             "jerks": (self._references, 3),
             "torques": (self._torques, 0),
-            "torque_rates": (self._torques, 1),
+            "torque_rates": (self._filtered(self._torques), 1),
         }
         arrays |= {name: self._greatest(np.array(rows), rate) for name, (rows, rate) in samples.items()}
         arrays["controls"] = np.vstack(self._controls).astype(np.int64)
         arrays["interventions"] = np.array(self._interventions).reshape(-1, 1 + len(self._left))
         return arrays
+
+    def _filtered(self, torques: list[np.ndarray]) -> np.ndarray:
+        """Return (K, n) torques after the low-pass filter that a controller of the arm sends them through."""
+        if not torques:
+            return np.zeros((0, len(self._dofs)))
+        rows = np.array(torques)
+        gain = self._period / (self._period + 1 / (2 * np.pi * TORQUE_CUTOFF_HZ))
+        return np.asarray(lfilter([gain], [1, gain - 1], rows - rows[0], axis=0) + rows[0])
 
     def _greatest(self, rows: np.ndarray, rate: int) -> np.ndarray:
         """Return the (T, n) greatest values since the frame before of the rate-th derivative of what was felt."""
