@@ -15,7 +15,7 @@ from rich.table import Table
 from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
 from experiments.sweep.job import Record, Sweep
-from experiments.sweep.recorded import RECORDS, Effort, Tell, define, work
+from experiments.sweep.recorded import RECORDS, Tell, Workload, define, work
 from experiments.sweep.summary import confirmed, failure_reason, share, wilson
 from prefplan.scenario.decode import Scenario
 from sim.world.randomization import KEYS
@@ -64,17 +64,17 @@ class BoundarySearch:
         boundary: what `bisect` returned, None until then.
     """
 
-    def __init__(self, scenario: Scenario, job: Sweep, key: str, effort: Effort, *, tell: Tell) -> None:
+    def __init__(self, scenario: Scenario, job: Sweep, key: str, workload: Workload, *, tell: Tell) -> None:
         """Begin without a trial.
 
         Args:
             scenario: of the plan.
             job: its sweep, with the perturbations that stay as they are; its folder holds the results.
             key: one of `sim.world.randomization.KEYS`.
-            effort: rollouts of each amount, and where they are carried out.
+            workload: rollouts of each amount, and where they are carried out.
             tell: told of progress.
         """
-        self._scenario, self._job, self._key, self._effort, self._tell = scenario, job, key, effort, tell
+        self._scenario, self._job, self._key, self._workload, self._tell = scenario, job, key, workload, tell
         self.trials: dict[float, list[Record]] = {}
         self.boundary: Interval | None = None
 
@@ -83,7 +83,7 @@ class BoundarySearch:
         self.boundary = bisect(KEYS[self._key].greatest, self._holds)
 
     def _holds(self, amount: float) -> bool:
-        key, effort = self._key, self._effort
+        key, workload = self._key, self._workload
         perturbation = replace(self._job.perturbation, **{key: amount * KEYS[key].scale})
         folder = self._job.folder / f"{key}={amount:g}"
         job = replace(self._job, perturbation=perturbation, folder=folder)
@@ -93,18 +93,18 @@ class BoundarySearch:
                 work(
                     job,
                     records,
-                    effort,
+                    workload,
                     tell=self._tell,
                     stage=f"{key}={amount:g}",
-                    enough=lambda: decided(decisive(records.done, effort.rollouts), effort.rollouts),
+                    enough=lambda: decided(decisive(records.done, workload.rollouts), workload.rollouts),
                 )
             finally:
-                self.trials[amount] = decisive(records.done, effort.rollouts)
-        return not fails(self.trials[amount], effort.rollouts)
+                self.trials[amount] = decisive(records.done, workload.rollouts)
+        return not fails(self.trials[amount], workload.rollouts)
 
     def result(self) -> dict[str, Any]:
         """Return what is known as the documented JSON object."""
-        key, rollouts = KEYS[self._key], self._effort.rollouts
+        key, rollouts = KEYS[self._key], self._workload.rollouts
         header = define(self._scenario, self._job)
         return {
             **{name: header[name] for name in SWEEP_TOLD},

@@ -25,7 +25,7 @@ Tell = Callable[[str, int, int, str], None]
 
 
 @dataclass(frozen=True)
-class Effort:
+class Workload:
     """What is put into a sweep, which changes nothing in its records.
 
     Attributes:
@@ -65,7 +65,7 @@ def fingerprint(scenario: Scenario) -> str:
 def work(
     job: Sweep,
     records: Journal,
-    effort: Effort,
+    workload: Workload,
     *,
     tell: Tell,
     stage: str = "sweeping",
@@ -76,30 +76,30 @@ def work(
     Args:
         job: the sweep.
         records: where its records are kept.
-        effort: how many rollouts, and where.
+        workload: how many rollouts, and where.
         tell: told of progress.
         stage: what it is told that this is.
         enough: whether the records suffice; asked before each rollout.
     """
-    wanted = range(effort.rollouts)
+    wanted = range(workload.rollouts)
     missing = [number for number in wanted if number not in records.done]
     done, good = len(wanted) - len(missing), sum(records.done[i]["completed"] for i in wanted if i in records.done)
-    tell(stage, done, effort.rollouts, "")
+    tell(stage, done, workload.rollouts, "")
     if not missing or enough():
         return
     results: Iterator[Record]
-    if effort.cluster:
-        results = workers.on_cluster(job, missing, address=effort.cluster)
+    if workload.cluster:
+        results = workers.on_cluster(job, missing, address=workload.cluster)
     else:
-        results = workers.on_this_machine(job, missing, jobs=effort.jobs or cpu_count(), enough=enough)
+        results = workers.on_this_machine(job, missing, jobs=workload.jobs or cpu_count(), enough=enough)
     began = time.monotonic()
     with closing(results):
         for new, record in enumerate(results, start=1):
             records.add(record)
             good += record["completed"]
             left = (time.monotonic() - began) / new * (len(missing) - new)
-            tell(stage, done + new, effort.rollouts, f"{good / (done + new):.1%} completed, {duration(left)} left")
-            if effort.cluster and enough():
+            tell(stage, done + new, workload.rollouts, f"{good / (done + new):.1%} completed, {duration(left)} left")
+            if workload.cluster and enough():
                 return
 
 

@@ -23,7 +23,7 @@ from experiments.cli.progress import Bars
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 from experiments.sweep.boundary import BoundarySearch, boundary_words
 from experiments.sweep.job import Record, Sweep, pack
-from experiments.sweep.recorded import RECORDS, Effort, Tell, define, work
+from experiments.sweep.recorded import RECORDS, Tell, Workload, define, work
 from experiments.sweep.summary import confirmed, failure_reason, share, wilson
 from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
@@ -58,13 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add_robot(parser)
     add_quiet(parser)
     options = parser.parse_args(arguments)
-    effort = Effort(options.rollouts, options.jobs)
+    workload = Workload(options.rollouts, options.jobs)
     found: Results = {"plain": [], "faults": [], "boundaries": []}
     status = DONE
     try:
         with Bars(quiet=options.quiet) as bars:
             for name in options.scenario or names():
-                measure(name, options.robot, effort, options.out / options.robot / name, found, tell=bars)
+                measure(name, options.robot, workload, options.out / options.robot / name, found, tell=bars)
     except KeyboardInterrupt:
         print("interrupted; the same command goes on", file=sys.stderr)
         status = INTERRUPTED
@@ -87,13 +87,13 @@ def names() -> list[str]:
     return [name for name in scenarios.names() if isinstance(scenarios.find(name).model, ManipulationModel)]
 
 
-def measure(name: str, robot: str, effort: Effort, folder: Path, found: Results, *, tell: Tell) -> None:
+def measure(name: str, robot: str, workload: Workload, folder: Path, found: Results, *, tell: Tell) -> None:
     """Add what is found of one scenario.
 
     Args:
         name: of the scenario.
         robot: one of `sim.robots.catalogue.ROBOTS`.
-        effort: rollouts of each sweep, and where they are carried out.
+        workload: rollouts of each sweep, and where they are carried out.
         folder: where the records are kept.
         found: what was found so far.
         tell: told of progress.
@@ -109,8 +109,8 @@ def measure(name: str, robot: str, effort: Effort, folder: Path, found: Results,
     def row(job: Sweep) -> dict[str, Any]:
         make_folder(job.folder)
         with Journal(job.folder / RECORDS, define(scenario, job), key="rollout") as records:
-            work(job, records, effort, tell=tell, stage=f"{name} {job.folder.name}")
-            return summary(name, job, [records.done[number] for number in range(effort.rollouts)])
+            work(job, records, workload, tell=tell, stage=f"{name} {job.folder.name}")
+            return summary(name, job, [records.done[number] for number in range(workload.rollouts)])
 
     for which in PLANS:
         for kind, perturbation in (("usual", USUAL), ("mixed", MIXED)):
@@ -118,7 +118,7 @@ def measure(name: str, robot: str, effort: Effort, folder: Path, found: Results,
     for kind in SPELLINGS:
         found["faults"].append(row(job("cost", USUAL, kind, kind)))
     for key in KEYS:
-        search = BoundarySearch(scenario, job("cost", USUAL, None, f"boundary_{key}"), key, effort, tell=tell)
+        search = BoundarySearch(scenario, job("cost", USUAL, None, f"boundary_{key}"), key, workload, tell=tell)
         search.run()
         found["boundaries"].append(search.result())
 

@@ -148,13 +148,13 @@ def _roll_out(
     options: argparse.Namespace, scenario: Scenario, job: Sweep, bars: Bars
 ) -> tuple[bool, Callable[[], None]]:
     """Carry out the rollouts; return whether they were interrupted, and what shows them."""
-    from experiments.sweep.recorded import RECORDS, Effort, define, work
+    from experiments.sweep.recorded import RECORDS, Workload, define, work
     from experiments.sweep.summary import show_summary, summarise
 
     header, interrupted, path = define(scenario, job), False, job.folder / RECORDS
     with Journal(path, header, key="rollout") as records:
         try:
-            work(job, records, Effort(options.rollouts, options.jobs, options.cluster), tell=bars)
+            work(job, records, Workload(options.rollouts, options.jobs, options.cluster), tell=bars)
         except KeyboardInterrupt:
             interrupted = True
     # Ctrl-C may have come between writing a record and counting it: the file decides.
@@ -171,10 +171,10 @@ def _search_boundary(
     """Search for the boundary; return whether that was interrupted, and what shows it."""
     from experiments.figures.boundary import draw
     from experiments.sweep.boundary import BoundarySearch, show_boundary
-    from experiments.sweep.recorded import Effort
+    from experiments.sweep.recorded import Workload
 
-    effort = Effort(options.rollouts, options.jobs, options.cluster)
-    search, interrupted = BoundarySearch(scenario, job, options.find_boundary, effort, tell=bars), False
+    workload = Workload(options.rollouts, options.jobs, options.cluster)
+    search, interrupted = BoundarySearch(scenario, job, options.find_boundary, workload, tell=bars), False
     try:
         search.run()
     except KeyboardInterrupt:
