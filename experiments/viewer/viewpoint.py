@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import viser
 
-from sim.rendering.cameras import Camera
+from sim.rendering.cameras import Camera, axes_of
 from sim.world.scene import Scene, initial_state
 
 PICTURE = (900, 720)
@@ -49,8 +49,7 @@ class Viewpoint:
             eye, axes = data.cam_xpos[view.fixedcamid], data.cam_xmat[view.fixedcamid].reshape(3, 3)
             field = np.radians(scene.mujoco.cam_fovy[view.fixedcamid])
             return cls(eye.copy(), eye - axes[:, 2], axes[:, 1].copy(), float(field))
-        turn, rise = np.radians([view.azimuth, view.elevation])
-        ahead = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        _, _, ahead = axes_of(view)
         field = np.radians(scene.mujoco.vis.global_.fovy)
         return cls(view.lookat - view.distance * ahead, view.lookat.copy(), upright, float(field))
 

@@ -83,10 +83,7 @@ class RecordedWorld:
         self._is_finger = self.robot.fingers(model)
         self._surfaces = {place.name: self._surface(place.name) for place in self.model.locations if not place.on}
         # In the simulation the robot's links pass through each other.
-        links = self._is_robot & (model.geom_contype != 0)
-        model.geom_conaffinity[links] |= model.geom_contype[links]
-        moved = self.robot.bodies(model)
-        model.body_conaffinity[moved] |= model.body_contype[moved]
+        self.robot.let_links_collide(model)
         self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
 

@@ -136,8 +136,11 @@ class ClosedLoop:
             state = run.reground()
         except ObservationTimeoutError as error:
             raise _GivenUp(f"{surprise}; {error}") from None
-        self._record_failure(state, surprise)
-        system = run.scene.model.transition_system().without(self._barred)
+        self._record_failure(state)
+        try:
+            system = run.scene.model.transition_system().without(self._barred)
+        except PrefplanError as error:
+            raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         if self._is_unaffected(system):
             run.cell.log_event("unaffected", reason=surprise)
             run.go_on(system)
@@ -164,7 +167,7 @@ class ClosedLoop:
             detail["violated"] = list(broken)
         run.cell.log_event("replan", **detail)
 
-    def _record_failure(self, state: ManipulationState, surprise: str) -> None:
+    def _record_failure(self, state: ManipulationState) -> None:
         """Record the present state; bar an action that was blocked, or failed repeatedly without a change of state."""
         steps = self.run.steps
         if not steps:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sim.export.geoms import linear
 from sim.export.names import ROOT
-from sim.rendering.cameras import Camera
+from sim.rendering.cameras import Camera, axes_of
 from sim.world.scene import Scene
 
 LIGHTS = "KHR_lights_punctual"
@@ -53,8 +53,7 @@ def add_studio(tree: dict[str, Any], scene: Scene) -> None:
     tree.setdefault("extensions", {})[LIGHTS] = {"lights": lights}
     tree.setdefault("extensionsUsed", []).append(LIGHTS)
     view = Camera(scene, "fixed", PICTURE).view()
-    heading, pitch = np.radians([view.azimuth, view.elevation])
-    ahead = np.array([np.cos(pitch) * np.cos(heading), np.cos(pitch) * np.sin(heading), np.sin(pitch)])
+    _, _, ahead = axes_of(view)
     lens = {"yfov": float(np.radians(model.vis.global_.fovy)), "aspectRatio": PICTURE[0] / PICTURE[1]}
     tree["cameras"] = [{"type": "perspective", "perspective": lens | {"znear": NEAR_M, "zfar": FAR_M}}]
     # The distance to the middle of the work: what a viewer turns about.

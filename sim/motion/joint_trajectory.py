@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from sim.motion.timing import summed
 from sim.motion.trajectory import CONTROL_PERIOD_S
 
 
@@ -39,18 +40,14 @@ class JointTrajectory:
             ending: what is left of the movement before.
             rest: (n,) where that ends and this one begins, rad.
         """
-        extra = max(0, len(ending) - len(self))
-        positions = np.vstack([self.positions, np.repeat(self.positions[-1:], extra, axis=0)])
-        velocities = np.vstack([self.velocities, np.zeros((extra, len(rest)))])
-        positions[: len(ending)] += ending.positions - rest
-        velocities[: len(ending)] += ending.velocities
-        return JointTrajectory(positions, velocities)
+        positions = summed(self.positions, ending.positions - rest)
+        return JointTrajectory(positions, summed(self.velocities, ending.velocities))
 
     def braked(self, samples: int) -> JointTrajectory:
         """Return the same path, on which the joints slow down at once and stop after some samples.
 
         Their pace falls from 1 to 0 as a smooth step, at most by 1.5 and with a curvature of at most 6 over the whole
-        duration (`Arm.braking_time`).
+        duration (`sim.motion.timing.braking_time`).
         """
         u = np.linspace(0.0, 1.0, samples + 1)[1:]
         pace = 1 - u**2 * (3 - 2 * u)

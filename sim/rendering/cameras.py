@@ -81,7 +81,7 @@ class Camera:
         view.azimuth, view.elevation = AZIMUTH_DEG + swing, ELEVATION_DEG
         if self.name == "top":
             view.azimuth, view.elevation = 180.0, -90.0
-        axes = _axes(view)
+        axes = axes_of(view)
         eye = _nearest_eye(self._points @ axes.T, (1 - 2 * MARGIN) * self._slope * self._size / self._size[1])
         view.distance = (axes @ view.lookat - eye)[2]
         view.lookat = eye @ axes + view.distance * axes[2]
@@ -98,7 +98,7 @@ class Camera:
             (N, 2) pixels from the left and from the top; of a point behind the camera, far outside.
         """
         view = self.view(share)
-        right, up, ahead = (_axes(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
+        right, up, ahead = (axes_of(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
         scale = self._size[1] / (2 * self._slope)
         return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, NEAREST_M)[:, None]
 
@@ -240,7 +240,7 @@ def _turned(points: np.ndarray, yaws: list[float]) -> np.ndarray:
     return points @ np.array(matrices)
 
 
-def _axes(view: mujoco.MjvCamera) -> np.ndarray:
+def axes_of(view: mujoco.MjvCamera) -> np.ndarray:
     """Return (3, 3) unit vectors to the right, up and ahead, one a row."""
     heading, pitch = np.radians([view.azimuth, view.elevation])
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])

@@ -143,6 +143,13 @@ class Robot:
         """Return (nbody,) bool: which bodies of a scene are the robot's."""
         return np.asarray(model.body_rootid == model.body(self.base).id)
 
+    def let_links_collide(self, model: mujoco.MjModel) -> None:
+        """Let MuJoCo find contacts between the robot's own links in a scene, except between a link and the next."""
+        moved = self.bodies(model)
+        links = moved[model.geom_bodyid] & (model.geom_contype != 0)
+        model.geom_conaffinity[links] |= model.geom_contype[links]
+        model.body_conaffinity[moved] |= model.body_contype[moved]
+
     def fingers(self, model: mujoco.MjModel) -> np.ndarray:
         """Return (ngeom,) bool: which geoms of a scene are the fingers', pads included."""
         moved = [model.joint(name).bodyid[0] for name in self.gripper.joints]

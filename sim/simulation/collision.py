@@ -28,7 +28,7 @@ class CollisionChecker:
         self._arm = scene.robot.qpos(model)
         self._fingers = [int(model.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._is_robot = scene.robot.bodies(model)
-        self._let_links_collide()
+        scene.robot.let_links_collide(model)
         self._margins = np.full(model.ngeom, ADJACENT_M)
         set_margins(model, self._margins)
         scene.robot.put(self._data, scene.robot.home, width=0.0)
@@ -65,13 +65,6 @@ class CollisionChecker:
         mujoco.mj_collision(model, data)
         links = {model.body(high).name for _, high in self._links_in_contact() - self._adjacent}
         return sorted({other for _, other in self._contacts.touches(data)} - {handled} | links)
-
-    def _let_links_collide(self) -> None:
-        """Let MuJoCo find contacts between the robot's own links, except between a link and the next."""
-        model = self._model
-        collides = self._is_robot[model.geom_bodyid] & (model.geom_contype != 0)
-        model.geom_conaffinity[collides] |= model.geom_contype[collides]
-        model.body_conaffinity[self._is_robot] |= model.body_contype[self._is_robot]
 
     def _links_in_contact(self) -> set[tuple[int, int]]:
         """Return the pairs of the robot's own bodies that are in contact, the lower number first."""
