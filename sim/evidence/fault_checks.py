@@ -12,14 +12,12 @@ from prefplan.claims import Check
 from prefplan.models.manipulation.action import holding
 from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
+from sim.evidence.object_checks import FAULT_TIME_S
 from sim.evidence.replay import HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
 from sim.simulation.rollout import FRAME_RATE, Event
 
 KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
 """Faults that a run may ask for."""
-
-TIME_TOLERANCE_S = 1e-4
-"""Greatest difference between the time of a fault and that of the state it leaves."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S = (0.24, 0.61), (0.59, 0.61), (7.9, 14.1)
 """Ranges of the horizontal, upward and rotational speeds that a knock gives an object."""
@@ -55,7 +53,7 @@ def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
         if objection:
             return Check(name, False, f"{fault} at {event.time:.2f} s: {objection}")
     for time in dynamics.times[dynamics.frame < 0]:
-        if not any(world.disturbed(event) and abs(event.time - time) < TIME_TOLERANCE_S for event in told):
+        if not any(world.disturbed(event) and abs(event.time - time) < FAULT_TIME_S for event in told):
             return Check(name, False, f"the state is changed from outside at {time:.2f} s, and no fault says so")
     return Check(name, True, f"{len(told)}, as asked for, and the states show them" if told else "none")
 
@@ -63,7 +61,7 @@ def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
 def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
     """Return why a fault did not happen, or None; of `blind` no state shows anything."""
     kind, _, due = re.sub(":[^@]*", "", str(event.detail.get("fault"))).partition("@")
-    begun = [action for action in log.about.actions if action.start <= event.time + TIME_TOLERANCE_S]
+    begun = [action for action in log.about.actions if action.start <= event.time + FAULT_TIME_S]
     if kind not in KINDS:
         return "there is no such fault"
     if not due.isdecimal() or len(begun) < int(due):
@@ -73,7 +71,7 @@ def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics)
     if kind == "miss":
         return _objection_to_miss(event, log, world)
     for obj in world.disturbed(event):
-        rows = np.flatnonzero((dynamics.frame < 0) & (np.abs(dynamics.times - event.time) < TIME_TOLERANCE_S))
+        rows = np.flatnonzero((dynamics.frame < 0) & (np.abs(dynamics.times - event.time) < FAULT_TIME_S))
         if not len(rows) or obj not in dynamics.objects:
             return f"no state shows that {obj} is moved from outside"
         before, after = (_pose(obj, world, dynamics, int(rows[0]) - back) for back in (1, 0))
@@ -89,7 +87,7 @@ def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics)
 
 def _is_moved_twice(log: Log, world: RecordedWorld, event: Event, obj: str) -> bool:
     """Return whether several faults act on an object at once, so that no state shows each alone."""
-    events = [other for other in log.about.events if abs(other.time - event.time) < TIME_TOLERANCE_S]
+    events = [other for other in log.about.events if abs(other.time - event.time) < FAULT_TIME_S]
     return sum(obj in world.disturbed(other) for other in events) > 1
 
 

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from prefplan.claims import Check
 from sim.evidence.log import Log
-from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld
+from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld, fault_of
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.rollout import FRAME_RATE
@@ -159,7 +159,7 @@ def _disturbed(log: Log, world: RecordedWorld, time: float) -> set[str]:
     disturbed = set()
     for event in log.about.events:
         if event.kind == "fault" and 0 <= time - event.time <= REST_TIMEOUT_S:
-            kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
+            kind, target = fault_of(event)
             obj = _handled(log, world, event.time)[0] if kind == "slip" else target
             if obj and kind in ("move", "knock", "slip"):
                 disturbed.add(obj)

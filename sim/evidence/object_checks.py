@@ -23,6 +23,9 @@ ENERGY_TOLERANCE_J = 0.005
 """Greatest energy that objects gain while the robot touches none; contacts give back 0.0007. A block that is lifted by
 10 mm, or moves at 0.4 m/s, has more."""
 
+FAULT_TIME_S = 1e-4
+"""Greatest difference between the time of a fault and that of the state it leaves."""
+
 ENERGY_MEMORY_STATES = 12
 """States for which contacts store energy."""
 
@@ -48,7 +51,8 @@ def check_motions(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
 
 def excused(log: Log, world: RecordedWorld, time: float) -> set[str]:
     """Return the objects that recorded faults move from outside at a time, s."""
-    return {obj for event in log.about.events if abs(event.time - time) < 1e-4 for obj in world.disturbed(event)}
+    events = [event for event in log.about.events if abs(event.time - time) < FAULT_TIME_S]
+    return {obj for event in events for obj in world.disturbed(event)}
 
 
 def _leap(log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:

@@ -96,7 +96,7 @@ class RecordedWorld:
 
     def disturbed(self, event: Event) -> tuple[str, ...]:
         """Return the object that an event says a fault to have moved from outside; none if it says no such fault."""
-        kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
+        kind, target = fault_of(event)
         if event.kind != "fault" or kind not in ("move", "knock", "foreign"):
             return ()
         return (str(event.detail.get("object")) if kind == "foreign" else target,)
@@ -239,6 +239,12 @@ class RecordedWorld:
         while not self.mujoco.body(body).name:
             body = int(self.mujoco.body_parentid[body])
         return str(self.mujoco.body(body).name)
+
+
+def fault_of(event: Event) -> tuple[str, str]:
+    """Return the kind of the fault that an event tells of, and its target or amount."""
+    kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
+    return kind, target
 
 
 @functools.lru_cache(maxsize=4)
