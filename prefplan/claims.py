@@ -14,11 +14,11 @@ from itertools import accumulate
 
 from prefplan.exact_costs import exact, to_number
 from prefplan.front import Purchase
-from prefplan.logic.formula import holds, parse
+from prefplan.logic.formula import holds
 from prefplan.logic.good_prefix import Label, satisfied_at
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.objective import Measure
-from prefplan.problem import Task
+from prefplan.problem import Rule, Task
 
 
 @dataclass(frozen=True)
@@ -80,6 +80,8 @@ def judge(
     preference: Preference,
     trace: Sequence[Label],
     costs: Sequence[Fraction],
+    *,
+    rules: Sequence[Rule] = (),
 ) -> Verdict:
     """Check claims by their definitions.
 
@@ -89,27 +91,33 @@ def judge(
         preference: the problem's.
         trace: (K + 1,) what holds at the start and after each action.
         costs: (K,) of each action.
+        rules: the problem's.
     """
-    offered = _check_relaxations(claims, tasks, trace)
+    broken = {rule.name: satisfied_at(rule.broken, trace) for rule in rules}
+    offered = _check_relaxations(claims, tasks, trace, {rule.name: (rule, broken[rule.name]) for rule in rules})
     spent = list(accumulate(costs, initial=Fraction(0)))
     ends = {task.name: _satisfied(task, trace, claims) for task in tasks}
     skipped = [b.task for b in claims.relaxations if b.assume is None] if offered.holds else []
     task_costs = [spent[-1] if end is None else spent[end] for end in ends.values()]
-    paid = [sum((exact(b.cost) for b in claims.relaxations if b.task == task), Fraction(0)) for task in ends]
-    mu = to_number(Measure.of(preference.terms(list(ends)), len(ends)).value(task_costs, paid))
+    priced = [*ends, *(rule.name for rule in rules if rule.skip is not None)]
+    paid = [sum((exact(b.cost) for b in claims.relaxations if b.task == name), Fraction(0)) for name in priced]
+    terms = preference.terms(list(ends), *([priced[len(ends) :]] if len(priced) > len(ends) else []))
+    costs_of_all = [*task_costs, *[Fraction(0)] * (len(priced) - len(ends))]
+    mu = to_number(Measure.of(terms, len(priced)).value(costs_of_all, paid))
     derived = dict(zip(ends, map(to_number, task_costs), strict=True))
     missing = [name for name, end in ends.items() if end is None and name not in skipped]
 
     checks = []
     if claims.relaxations or any(task.relax or task.skip is not None for task in tasks):
         checks.append(offered)
+    checks += [_check_rule(rule, broken[rule.name], claims) for rule in rules]
     checks.append(_check_number("total cost", claims.cost, to_number(spent[-1])))
     checks += [_check_number(f"task cost {name}", claims.task_costs.get(name), cost) for name, cost in derived.items()]
-    for name, amount in zip(ends, paid, strict=True):
+    for name, amount in zip(priced, paid, strict=True):
         claim = claims.violation_costs.get(name)
         if claim or amount:
             checks.append(_check_number(f"violation cost {name}", claim, to_number(amount)))
-    unknown = sorted({*claims.task_costs, *claims.violation_costs} - ends.keys())
+    unknown = sorted({*claims.task_costs, *claims.violation_costs} - {*priced})
     if unknown:
         checks.append(Check(f"task {unknown[0]}", False, "there is no such task"))
     if claims.completed or claims.preference is not None:
@@ -125,13 +133,31 @@ def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None
     if any(purchase.assume is None for purchase in bought):
         return None
     read = [label | {b.assume for b in bought if b.assume and b.step == k} for k, label in enumerate(trace)]
-    return satisfied_at(parse(task.formula), read)
+    return satisfied_at(task.tree, read)
 
 
-def _check_relaxations(claims: Claims, tasks: Sequence[Task], trace: Sequence[Label]) -> Check:
+def _check_rule(rule: Rule, broken: int | None, claims: Claims) -> Check:
+    """Check that a rule is kept, or that it was paid for when it was broken."""
+    name = f"rule {rule.name}"
+    if broken is None:
+        return Check(name, True, "kept")
+    when = f"broken by action {broken}" if broken else "broken at the start"
+    paid = any(bought.rule and bought.task == rule.name for bought in claims.relaxations)
+    return Check(name, paid, f"{when}, which was paid for" if paid else when)
+
+
+def _check_relaxations(
+    claims: Claims, tasks: Sequence[Task], trace: Sequence[Label], rules: Mapping[str, tuple[Rule, int | None]]
+) -> Check:
     """Check that every relaxation is one that the problem offers, at that step and for that price."""
     by_name = {task.name: task for task in tasks}
     for bought in claims.relaxations:
+        if bought.rule:
+            rule, step = rules.get(bought.task, (None, None))
+            if not rule or rule.skip is None or exact(rule.skip) != exact(bought.cost) or step != bought.step:
+                words = f"{bought.task} is not a rule that may be broken at step {bought.step} for {bought.cost}"
+                return Check("relaxations", False, words)
+            continue
         task = by_name.get(bought.task)
         problem = f"there is no task {bought.task}" if task is None else _objection(bought, task, trace)
         if problem:
@@ -153,7 +179,7 @@ def _objection(bought: Purchase, task: Task, trace: Sequence[Label]) -> str | No
     if not offers:
         return f"{what} is not offered"
     label = trace[bought.step]
-    if bought.assume in label or not any(holds(parse(offer.when), label) for offer in offers):
+    if bought.assume in label or not any(holds(offer.condition, label) for offer in offers):
         return f"{what} is not offered there: {', '.join(sorted(label)) or 'nothing'} holds"
     return None
 

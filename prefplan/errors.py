@@ -5,6 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+MOST_COMPARED = 10_000
+"""Most names among which the nearest is looked for, which takes a second."""
+
+MOST_LISTED = 40
+"""Most names in a message."""
+
 
 class PrefplanError(Exception):
     """Root of all errors meant for a user: what is wrong, where, and what would be right."""
@@ -29,7 +35,9 @@ class ScenarioError(PrefplanError):
 def choices(wrong: str, valid: Iterable[str]) -> str:
     """Return the bracketed end of a message: the nearest valid name, else all of them."""
     valid = list(valid)
-    near = difflib.get_close_matches(wrong, valid, n=1)
+    near = difflib.get_close_matches(wrong, valid, n=1) if len(valid) <= MOST_COMPARED else []
     if near:
         return f"(did you mean {near[0]!r}?)"
+    if len(valid) > MOST_LISTED:
+        return f"(valid: {', '.join(valid[:MOST_LISTED])} and {len(valid) - MOST_LISTED} more)"
     return f"(valid: {', '.join(valid)})" if valid else "(there are none)"

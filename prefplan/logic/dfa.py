@@ -15,13 +15,14 @@ A state is *satisfied* when every infinite continuation satisfies the formula, i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 
 from prefplan.errors import FormulaError
-from prefplan.logic.formula import And, Formula, Literal, Next, Or, Truth, Until, parse, propositions_of
+from prefplan.logic.formula import And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until, later, propositions_of
 from prefplan.logic.mtbdd import Diagram, Diagrams, leaf, leaves, paths
+from prefplan.logic.normal_form import parse
 
 STATE_LIMIT = 20_000
 """Progression stops at this many states: the construction is doubly exponential in the worst case."""
@@ -67,16 +68,27 @@ class Automaton:
         return paths(self.transitions[state])
 
 
-def automaton(formula: str | Formula) -> Automaton:
+def first_accepted(dfa: Automaton, labels: Iterable[frozenset[str]]) -> int | None:
+    """Return the first position at which an automaton that reads some labels is in its accepting state, or None."""
+    state = 0
+    for position, label in enumerate(labels):
+        state = dfa.step(state, label)
+        if state == dfa.accepting:
+            return position
+    return None
+
+
+def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
     """Return the minimal DFA that accepts exactly the good prefixes of a co-safe formula.
 
     Args:
         formula: the formula, or its text.
+        text: what the automaton is called; the formula if it is empty.
 
     Raises:
         FormulaError: if the text is not a co-safe formula, or its automaton would be too large.
     """
-    text = str(formula)
+    text = text or str(formula)
     tree = parse(formula) if isinstance(formula, str) else formula
     diagrams = Diagrams()
     transitions, goal = _progress(tree, text, diagrams)
@@ -119,8 +131,13 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
                 return diagrams.branch(name, _TRUE if positive else _FALSE, _FALSE if positive else _TRUE)
             case Next(operand):
                 return obligations(operand)
-            case Until(left, right):
-                return either(read(right), both(read(left), obligations(f)))
+            case Until(left, right, low, high):
+                goes_on = high is None or high > 0
+                waits = both(read(left), obligations(later(f))) if goes_on else _FALSE
+                return waits if low else either(read(right), waits)
+            case BoundedRelease(left, right, low, high):
+                waits = either(read(left), obligations(later(f))) if high else _TRUE
+                return waits if low else both(read(right), waits)
             case And(left, right):
                 return both(read(left), read(right))
             case Or(left, right):

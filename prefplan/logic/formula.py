@@ -1,34 +1,22 @@
-"""Syntactically co-safe LTL (Definition 2): text to syntax tree in positive normal form."""
+"""Syntactically co-safe LTL (Definition 2) as syntax trees in negation normal form.
+
+Counting operators, such as `F[0,5] a`, count actions. They are kept as they are: expanding them to nested `X` would
+make trees as deep as the bound is large.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from functools import reduce
+from dataclasses import dataclass, replace
 
-from prefplan.errors import FormulaError, choices
+from prefplan.logic.syntax import split
 
 
 class _Node:
     """A part of a formula."""
 
     def __str__(self) -> str:
-        """Return the formula as text."""
-        match self:
-            case Truth(value):
-                return "true" if value else "false"
-            case Literal(name, positive):
-                return name if positive else f"!{name}"
-            case And(left, right):
-                return f"({left} & {right})"
-            case Or(left, right):
-                return f"({left} | {right})"
-            case Next(operand):
-                return f"X {operand}"
-            case Until(left, right):
-                return f"F {right}" if left == TRUE else f"({left} U {right})"
-        raise AssertionError(repr(self))
+        """Return the formula as text that reads as itself."""
+        return _text(self, 0)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -71,39 +59,37 @@ class Next(_Node):
 
 @dataclass(frozen=True)
 class Until(_Node):
-    """`right` holds at some position, and `left` at every earlier one; F a is true U a."""
+    """`right` holds at some position between `low` and `high`, and `left` at every earlier one; F a is true U a.
+
+    Without a bound `high` is None.
+    """
 
     left: Formula
     right: Formula
+    low: int = 0
+    high: int | None = None
 
 
-Formula = Truth | Literal | And | Or | Next | Until
+@dataclass(frozen=True)
+class BoundedRelease(_Node):
+    """The dual: `right` holds at every position between `low` and `high`, up to the first at which `left` holds.
 
-TRUE = Truth(True)
-
-
-def parse(text: str, *, propositions: Iterable[str] | None = None) -> Formula:
-    """Read an scLTL formula.
-
-    Unary `!`, `X` and `F` bind tightest, then `U` (to the right), `&`, `|` and `->` (to the right). `!` and the left
-    side of `->` take formulas without temporal operators only.
-
-    Args:
-        text: the formula.
-        propositions: if given, the only names that may be used.
-
-    Returns:
-        The syntax tree in positive normal form.
-
-    Raises:
-        FormulaError: for a syntax error (with the column, counted from 1), an unknown proposition (with the nearest
-            valid one), or a part that is not co-safe (naming it).
+    It is co-safe because of its bound. G[0,5] a is false R[0,5] a.
     """
-    return _Parser(text, None if propositions is None else sorted(propositions)).read()
+
+    left: Formula
+    right: Formula
+    low: int
+    high: int
+
+
+Formula = Truth | Literal | And | Or | Next | Until | BoundedRelease
+
+TRUE, FALSE = Truth(True), Truth(False)
 
 
 def negate(formula: Formula) -> Formula:
-    """Return the negation of a formula without temporal operators, in positive normal form."""
+    """Return the negation of a formula without temporal operators, in negation normal form."""
     match formula:
         case Truth(value):
             return Truth(not value)
@@ -119,7 +105,7 @@ def negate(formula: Formula) -> Formula:
 def is_temporal(formula: Formula) -> bool:
     """Return whether a formula has a temporal operator."""
     match formula:
-        case Next() | Until():
+        case Next() | Until() | BoundedRelease():
             return True
         case And(left, right) | Or(left, right):
             return is_temporal(left) or is_temporal(right)
@@ -133,9 +119,17 @@ def propositions_of(formula: Formula) -> frozenset[str]:
             return frozenset({name})
         case Next(operand):
             return propositions_of(operand)
-        case And(left, right) | Or(left, right) | Until(left, right):
+        case And(left, right) | Or(left, right) | Until(left, right) | BoundedRelease(left, right):
             return propositions_of(left) | propositions_of(right)
     return frozenset()
+
+
+def later(formula: Until | BoundedRelease) -> Until | BoundedRelease:
+    """Return what is left of an operator at the next position: it counts down."""
+    low = max(0, formula.low - 1)
+    if isinstance(formula, Until):
+        return replace(formula, low=low, high=None if formula.high is None else formula.high - 1)
+    return replace(formula, low=low, high=formula.high - 1)
 
 
 def holds(formula: Formula, label: frozenset[str]) -> bool:
@@ -152,158 +146,30 @@ def holds(formula: Formula, label: frozenset[str]) -> bool:
     raise ValueError(f"{formula} has a temporal operator")
 
 
-_TOKEN = re.compile(r"[A-Za-z_]\w*|->|\S", re.ASCII)
-_SYMBOL = re.compile(r"[A-Za-z_]\w*|->|[!&|()]", re.ASCII)
-_NOT_COSAFE = {"G": "'always'", "R": "'release'", "W": "'weak until'"}
-_NESTING = 120
-"""Deeper formulas are refused rather than left to overflow the interpreter's stack."""
+def _text(formula: Formula, strength: int) -> str:
+    """Return a formula as text, in brackets if it binds weaker than some strength."""
+    match formula:
+        case Truth(value):
+            return "true" if value else "false"
+        case Literal(name, positive):
+            return ("" if positive else "!") + (f'"{name}"' if split(name, None) else name)
+        case And(left, right):
+            text, own = f"{_text(left, 2)} & {_text(right, 3)}", 2
+        case Or(left, right):
+            text, own = f"{_text(left, 1)} | {_text(right, 2)}", 1
+        case Next(operand):
+            return f"X {_text(operand, 4)}"
+        case Until(Truth(True), right, low, high) if low == high:
+            return f"X[{low}] {_text(right, 4)}"
+        case Until(Truth(True), right, low, high):
+            return f"F{_bounds(low, high)} {_text(right, 4)}"
+        case BoundedRelease(Truth(False), right, low, high):
+            return f"G{_bounds(low, high)} {_text(right, 4)}"
+        case Until(left, right, low, high) | BoundedRelease(left, right, low, high):
+            sign = "U" if isinstance(formula, Until) else "R"
+            text, own = f"{_text(left, 4)} {sign}{_bounds(low, high)} {_text(right, 3)}", 3
+    return f"({text})" if own < strength else text
 
 
-def _balanced(operator: type[And] | type[Or], operands: list[Formula]) -> Formula:
-    """Join operands from the left, or to a shallow tree where that would be a deep one."""
-    if len(operands) <= _NESTING:
-        return reduce(operator, operands)
-    while len(operands) > 1:
-        pairs = zip(operands[::2], operands[1::2], strict=False)
-        joined: list[Formula] = [operator(left, right) for left, right in pairs]
-        operands = joined + operands[len(joined) * 2 :]
-    return operands[0]
-
-
-@dataclass(frozen=True)
-class _Token:
-    text: str
-    start: int
-    end: int
-
-
-class _Parser:
-    """Recursive descent, one method for each level of precedence."""
-
-    def __init__(self, text: str, propositions: list[str] | None) -> None:
-        self.text, self.propositions = re.sub(r"\s", " ", text), propositions
-        self.tokens = self.scan()
-        self.position = 0
-        self.depth = 0
-        self.opened: list[_Token] = []
-
-    def error(self, message: str, column: int) -> FormulaError:
-        """Return an error that points at a column (0-based here, 1-based for people)."""
-        return FormulaError(f"{message}, at column {column + 1}\n    {self.text}\n    {' ' * column}^")
-
-    def scan(self) -> list[_Token]:
-        tokens = [_Token(found[0], found.start(), found.end()) for found in _TOKEN.finditer(self.text)]
-        for token in tokens:
-            if not _SYMBOL.fullmatch(token.text):
-                raise self.error(f"{token.text!r} means nothing in a formula", token.start)
-        return [*tokens, _Token("", len(self.text.rstrip()), len(self.text))]
-
-    @property
-    def token(self) -> _Token:
-        return self.tokens[self.position]
-
-    def advance(self) -> _Token:
-        self.position += 1
-        return self.tokens[self.position - 1]
-
-    def part(self, start: int) -> str:
-        """Return the text from a column to the last token read."""
-        return self.text[start : self.tokens[self.position - 1].end]
-
-    def read(self) -> Formula:
-        formula = self.implication()
-        if self.token.text == ")":
-            raise self.error("')' closes no bracket", self.token.start)
-        if self.token.text:
-            raise self.error(f"expected an operator, not {self.token.text!r}", self.token.start)
-        return formula
-
-    def implication(self) -> Formula:
-        start = self.token.start
-        left = self.disjunction()
-        if self.token.text != "->":
-            return left
-        premise = self.part(start)
-        self.advance()
-        self.nest(start)
-        right = self.implication()
-        self.depth -= 1
-        if is_temporal(left):
-            whole = self.part(start)
-            raise self.error(f"not co-safe: '{whole}' negates '{premise}', which has a temporal operator", start)
-        return Or(negate(left), right)
-
-    def disjunction(self) -> Formula:
-        return self.joined("|", Or, lambda: self.joined("&", And, self.until))
-
-    def joined(self, symbol: str, operator: type[And] | type[Or], operand: Callable[[], Formula]) -> Formula:
-        """Read operands with one symbol between them."""
-        operands = [operand()]
-        while self.token.text == symbol:
-            self.advance()
-            operands.append(operand())
-        return _balanced(operator, operands)
-
-    def until(self) -> Formula:
-        start = self.token.start
-        left = self.unary()
-        if self.token.text not in ("U", "R", "W"):
-            return left
-        operator = self.advance().text
-        self.nest(start)
-        right = self.until()
-        self.depth -= 1
-        if operator != "U":
-            raise self.error(f"not co-safe: '{self.part(start)}' uses {operator} ({_NOT_COSAFE[operator]})", start)
-        return Until(left, right)
-
-    def unary(self) -> Formula:
-        token = self.advance()
-        if token.text in ("!", "X", "F", "G"):
-            self.nest(token.start)
-            operand = self.unary()
-            self.depth -= 1
-            return self.apply(token, operand)
-        if token.text == "(":
-            self.nest(token.start)
-            self.opened.append(token)
-            formula = self.implication()
-            if self.token.text != ")":
-                if self.token.text:
-                    raise self.error(f"expected an operator or ')', not {self.token.text!r}", self.token.start)
-                raise self.error("'(' is never closed", token.start)
-            self.advance()
-            self.opened.pop()
-            self.depth -= 1
-            return formula
-        return self.atom(token)
-
-    def apply(self, token: _Token, operand: Formula) -> Formula:
-        if token.text == "X":
-            return Next(operand)
-        if token.text == "F":
-            return Until(TRUE, operand)
-        part = self.part(token.start)
-        if token.text == "G":
-            raise self.error(f"not co-safe: '{part}' uses G ({_NOT_COSAFE['G']})", token.start)
-        if is_temporal(operand):
-            raise self.error(f"not co-safe: '{part}' negates a temporal operator", token.start)
-        return negate(operand)
-
-    def atom(self, token: _Token) -> Formula:
-        name = token.text
-        if name in ("true", "false"):
-            return Truth(name == "true")
-        if name in ("U", "R", "W", "&", "|", "->", ")", ""):
-            what = f"not {name!r}" if name else "but the formula ends"
-            if not name and self.opened:
-                what += f" (the '(' at column {self.opened[-1].start + 1} is never closed)"
-            raise self.error(f"expected a formula, {what}", token.start)
-        if self.propositions is not None and name not in self.propositions:
-            raise self.error(f"unknown proposition {name!r} {choices(name, self.propositions)}", token.start)
-        return Literal(name)
-
-    def nest(self, column: int) -> None:
-        self.depth += 1
-        if self.depth > _NESTING:
-            raise self.error(f"nested more than {_NESTING} deep", column)
+def _bounds(low: int, high: int | None) -> str:
+    return "" if (low, high) == (0, None) else f"[{low},{'' if high is None else high}]"

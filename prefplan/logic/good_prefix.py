@@ -8,6 +8,10 @@ looked for is a continuation that falsifies it. To falsify a formula at a positi
 - `f | g`: falsify both
 - `X f`: falsify f at the next position
 - `f U g`: falsify g, and either falsify f or falsify `f U g` at the next position
+- `f R g`, bounded: falsify g, or falsify f and falsify `f R g` at the next position
+
+A counting operator counts down: `f U[2,5] g` becomes `f U[1,4] g` at the next position, and g is not read before its
+lower bound is 0.
 
 What is left for later is never due, so the falsifying words are those along which obligations can be passed on for
 ever. There are finitely many sets of obligations: such a word exists exactly when some set comes round again.
@@ -20,7 +24,19 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 
-from prefplan.logic.formula import And, Formula, Literal, Next, Or, Truth, Until, holds, is_temporal
+from prefplan.logic.formula import (
+    And,
+    BoundedRelease,
+    Formula,
+    Literal,
+    Next,
+    Or,
+    Truth,
+    Until,
+    holds,
+    is_temporal,
+    later,
+)
 
 Label = frozenset[str]
 
@@ -77,29 +93,38 @@ def _passed_on(obligations: _Obligations, label: Label | None) -> Iterator[_Obli
     pending = [(tuple(obligations), frozenset[Literal](), frozenset[Formula]())]
     met = set(pending)
     while pending:
-        now, literals, later = pending.pop()
+        now, literals, due = pending.pop()
         if not now:
-            yield later
+            yield due
             continue
         formula, rest = now[0], now[1:]
         options: list[tuple[tuple[Formula, ...], frozenset[Literal], frozenset[Formula]]] = []
         if isinstance(formula, Truth) or (label is not None and not is_temporal(formula)):
             if not holds(formula, label or frozenset()):
-                options = [(rest, literals, later)]
+                options = [(rest, literals, due)]
         else:
             match formula:
                 case Literal(name, positive):
                     # Falsifying a and !a together is what no label does.
                     if Literal(name, not positive) not in literals:
-                        options = [(rest, literals | {formula}, later)]
+                        options = [(rest, literals | {formula}, due)]
                 case And(left, right):
-                    options = [((right, *rest), literals, later), ((left, *rest), literals, later)]
+                    options = [((right, *rest), literals, due), ((left, *rest), literals, due)]
                 case Or(left, right):
-                    options = [((left, right, *rest), literals, later)]
+                    options = [((left, right, *rest), literals, due)]
                 case Next(operand):
-                    options = [(rest, literals, later | {operand})]
-                case Until(left, right):
-                    options = [((right, left, *rest), literals, later), ((right, *rest), literals, later | {formula})]
+                    options = [(rest, literals, due | {operand})]
+                case Until(left, right, low, high):
+                    first = (right,) if low == 0 else ()
+                    options = [((*first, left, *rest), literals, due)]
+                    if high != 0:
+                        options += [((*first, *rest), literals, due | {later(formula)})]
+                    else:
+                        options = [((right, *rest), literals, due)]
+                case BoundedRelease(left, right, low, high):
+                    options = [((right, *rest), literals, due)] if low == 0 else []
+                    if high != 0:
+                        options += [((left, *rest), literals, due | {later(formula)})]
         for option in options:
             if option not in met:
                 met.add(option)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from prefplan.logic.dfa import Automaton
 from prefplan.logic.formula import Formula, holds, propositions_of
+from prefplan.logic.monitor import APART, told_apart
 from prefplan.logic.mtbdd import cheapest_leaves
 
 
@@ -38,12 +39,16 @@ class WeightedAutomaton:
         relaxations: (assumed proposition, condition, price in units) each.
         skip: price in units of the extra state n, or None.
         present: the proposition that ends the past, or None.
+        initial: the state in which it begins, for each choice of rules that are dropped (`Problem.modes`).
+        apart: propositions that relaxations may add for the task, but not for the rules that its automaton watches.
     """
 
     automaton: Automaton
     relaxations: tuple[tuple[str, Formula, int], ...] = ()
     skip: int | None = None
     present: str | None = None
+    initial: tuple[int, ...] = (0,)
+    apart: frozenset[str] = frozenset()
 
     @property
     def size(self) -> int:
@@ -65,7 +70,8 @@ class WeightedAutomaton:
         """Those on which readings depend."""
         conditions = (propositions_of(when) | {assumed} for assumed, when, _ in self.relaxations)
         present = set() if self.skip is None or self.present is None else {self.present}
-        return frozenset(self.automaton.propositions).union(present, *conditions)
+        own = frozenset(name.removesuffix(APART) for name in self.automaton.propositions)
+        return own.union(present, *conditions)
 
     def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
         """Return the ways to read a label, the free one first, the others the cheapest for each state they lead to.
@@ -77,6 +83,7 @@ class WeightedAutomaton:
             return [Reading(state)]
         if state > self.automaton.size and (then := self.skipping(label)) is not None:
             return [Reading(then)]
+        label = told_apart(label, self.apart)
         free = Reading(self.automaton.step(state, label))
         if state == self.automaton.accepting:
             return [free]

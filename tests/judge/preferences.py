@@ -62,9 +62,10 @@ def _over_one(
     kind = preference["kind"]
     if kind == "order":
         groups = [[entry] if isinstance(entry, str) else entry for entry in preference.get("order", names)]
-        return order_delay([[index[name] for name in group] for group in groups])
+        delay, named = order_delay(groups), sum(groups, [])
+        return lambda values: delay({name: values[index[name]] for name in named})
     if kind == "weighted-sum":
-        weights = [exact(preference["weights"][name]) for name in names]
+        weights = [exact(preference["weights"].get(name, 0)) for name in names]
         return lambda values: sum(w * x for w, x in zip(weights, values, strict=True))
     if kind == "max":
         weights = [exact(preference.get("weights", {}).get(name, 1)) for name in names]
@@ -80,12 +81,12 @@ def _over_one(
     return lambda values: 0
 
 
-def order_delay(groups: Sequence[Sequence[int]]) -> Callable[[Values], Number]:
+def order_delay(groups: Sequence[Sequence[str]]) -> Callable[[Mapping[str, Number]], Number]:
     """Return the order-of-satisfaction preference: the least delay over all orders that permute within groups."""
     orders = [sum(chosen, ()) for chosen in product(*(permutations(group) for group in groups))]
 
-    def delay(values: Values) -> Number:
-        ranked = sorted(values)
+    def delay(values: Mapping[str, Number]) -> Number:
+        ranked = sorted(values.values())
         return min(sum(max(0, values[task] - ranked[k]) for k, task in enumerate(order)) for order in orders)
 
     return delay
@@ -111,9 +112,9 @@ def random_preference(rng: random.Random, names: Sequence[str], kind: str, over:
     if over == "violation" and kind in {"weighted-sum", "max"}:
         table["over"] = over
     if kind == "order":
-        table["order"] = _random_groups(rng, names)
+        table["order"] = _random_groups(rng, _some(rng, names))
     elif kind in {"weighted-sum", "max"}:
-        table["weights"] = {name: rng.choice((0, 1, 1, 2, 3)) for name in names}
+        table["weights"] = {name: rng.choice((0, 1, 1, 2, 3)) for name in _some(rng, names)}
     elif kind == "deadline":
         late = [name for name in names if rng.random() < 0.8] or [names[0]]
         table["deadlines"] = {name: {"by": rng.randrange(8), "weight": rng.choice((1, 1, 2))} for name in late}
@@ -132,6 +133,12 @@ def named(expression: str, names: Sequence[str]) -> str:
     """Put task names in the places of x, y, z; with two tasks z is the second too."""
     places = {place: names[min(k, len(names) - 1)] for k, place in enumerate("xyz")}
     return re.sub(r"\b[xyz]\b", lambda match: places[match.group()], expression)
+
+
+def _some(rng: random.Random, names: Sequence[str]) -> list[str]:
+    """Return all the tasks, or now and then only some: the others weigh nothing, or 1 in a maximum."""
+    left_out = rng.randrange(len(names)) if rng.random() < 0.2 else 0
+    return rng.sample(list(names), len(names) - left_out)
 
 
 def _random_groups(rng: random.Random, names: Sequence[str]) -> list[Any]:

@@ -44,8 +44,8 @@ def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str 
     least = cheapest_cost(problem)
     if least is None:
         return misblamed(problem, Planner(planned).front(max_cost=100))
-    smallest = min((edge.cost for edge in problem.edges if edge.cost), default=0)
-    limit = least + max(least * Fraction(1, 2), 12 * smallest)
+    limit = exact_limit(problem)
+    assert limit is not None
     plans = exact_plans(problem, max_cost=limit, max_labels=MAX_LABELS)
     expected = [(plan.cost, plan.preference) for plan in plans]
     for chosen in options:
@@ -59,9 +59,38 @@ def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str 
         for plan in front:
             if wrong := misjudged(problem, plan):
                 return f"{chosen}: {wrong}"
-        if wrong := _misbounded(planner, expected, limit) or _unbound(planner, list(front), limit):
+        if (
+            wrong := _beyond_any(planner, expected, limit)
+            or _misbounded(planner, expected, limit)
+            or _unbound(planner, list(front), limit)
+        ):
             return f"{chosen}: {wrong}"
     return None
+
+
+def exact_limit(problem: GraphProblem) -> Number | None:
+    """Return the cost up to which a problem is judged; None if there is no plan."""
+    least = cheapest_cost(problem)
+    smallest = min((edge.cost for edge in problem.edges if edge.cost), default=0)
+    return None if least is None else least + max(least * Fraction(1, 2), 12 * smallest)
+
+
+def beyond(front: Sequence[Plan], expected: Sequence[tuple[Number, Number]], percent: Number) -> str | None:
+    """Return which point of the exact front no plan is within so many percent of, or None."""
+    factor = 1 + exact(percent) * Fraction(1, 100)
+    for cost, mu in expected:
+        most = printed(cost * factor), printed(mu * factor)
+        if not any(plan.cost <= most[0] and plan.preference <= most[1] for plan in front):
+            points = [(plan.cost, plan.preference) for plan in front]
+            return f"none of {points} is within {percent} % of {(cost, mu)}"
+    return None
+
+
+def _beyond_any(planner: Planner, expected: list[tuple[Number, Number]], limit: Number) -> str | None:
+    """Return what is wrong with a front within some percent, or None; one percentage is tried."""
+    percent = random.Random(str(expected)).choice((1, 5, 20, 50))
+    front = planner.front(within=percent, max_cost=limit)
+    return beyond(front, expected, percent) if front.complete else "the front within some percent is not complete"
 
 
 def misblamed(problem: GraphProblem, front: Front) -> str | None:

@@ -82,7 +82,7 @@ def test_a_problem_needs_a_task_and_takes_no_more_than_the_limit() -> None:
         ([], "tasks: a problem needs at least one task"),
         ([Task("a", "F p"), Task("a", "F p")], "tasks[1].name: 'a' is used twice"),
         ([Task("min", "F p")], "tasks[0].name: 'min' is a reserved word (min max abs)"),
-        ([Task("U", "F p")], "tasks[0].name: 'U' is a reserved word (F G R U W X false true)"),
+        ([Task("U", "F p")], "tasks[0].name: 'U' is a reserved word (F G M R U W X and false not or true)"),
         ([Task("a", "F p"), Task("b", "F q")], "tasks[1].formula: unknown proposition 'q' (valid: p), at column 3"),
     ],
 )

@@ -7,8 +7,8 @@ import random
 from judge.semantics import satisfaction_index
 from judge.syntax import random_formula, to_text
 
-from prefplan.logic.formula import parse
 from prefplan.logic.good_prefix import Label, is_satisfied, satisfied_at
+from prefplan.logic.normal_form import parse
 
 
 def random_trace(rng: random.Random, propositions: str) -> list[Label]:
