@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.exact_costs import Number, exact
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.exact_costs import Number
+from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
+from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,7 @@ class Transition:
     source: str = field(metadata={"key": "from"})
     target: str = field(metadata={"key": "to"})
     action: str | None = None
-    cost: Number = 1
+    cost: Cost = 1
 
 
 @dataclass(frozen=True)
@@ -55,14 +56,26 @@ class GraphModel:
             action = (edge.source, edge.action or edge.target)
             if action in seen:
                 raise ModelError(f"transitions[{i}]: action {action[1]!r} leaves state {edge.source!r} twice")
-            if exact(edge.cost, f"transitions[{i}].cost") < 0:
-                raise ModelError(f"transitions[{i}].cost: negative cost {edge.cost}")
             seen.add(action)
+        check_costs_agree((f"transitions[{i}].cost", edge.cost) for i, edge in enumerate(self.transitions))
+
+    @property
+    def cost_names(self) -> tuple[str, ...]:
+        """The names of the costs."""
+        return names_of(self.transitions[0].cost) if self.transitions else (DEFAULT_COST,)
+
+    @property
+    def known_propositions(self) -> frozenset[str]:
+        """Every name that a formula may use."""
+        return self.propositions.union(*self.labels.values())
 
     def transition_system(self) -> TransitionSystem:
         """Return the graph as a weighted transition system."""
+        return with_costs(self.cost_names, self._with_cost)
+
+    def _with_cost(self, name: str) -> TransitionSystem:
         return TransitionSystem.from_transitions(
-            ((e.source, e.action or e.target, e.target, e.cost) for e in self.transitions),
+            ((e.source, e.action or e.target, e.target, amount(e.cost, name)) for e in self.transitions),
             start=self.start,
             labels=self.labels,
             propositions=self.propositions,

@@ -11,6 +11,7 @@ from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact, in_common_unit
 from prefplan.limits import available_memory
 from prefplan.models.on_demand import OnDemand
+from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import TransitionSystem, check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
@@ -23,13 +24,27 @@ Box = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True)
+class Terrain:
+    """Cells that cost something else to enter.
+
+    Attributes:
+        boxes: the cells.
+        cost: of a move into one of them.
+    """
+
+    boxes: Sequence[Box]
+    cost: Cost
+
+
+@dataclass(frozen=True)
 class GridModel:
     """Cells (x, y) with (0, 0) at the lower left; a move off the grid or into an obstacle does not exist.
 
     Attributes:
         size: (width, height) in cells.
         start: first cell.
-        cost: of every move.
+        cost: of every move, but for those into a cell of a terrain.
+        terrain: by name; where two overlap, the last one counts.
         regions: boxes in which a proposition holds, by proposition; they may overlap.
         obstacles: boxes that cannot be entered; their names are for the reader.
         propositions: names that may be used in formulas although no cell carries them.
@@ -41,10 +56,11 @@ class GridModel:
 
     size: tuple[int, int]
     start: tuple[int, int]
-    cost: Number = 1
+    cost: Cost = 1
     regions: Mapping[str, Sequence[Box]] = field(default_factory=dict)
     obstacles: Mapping[str, Sequence[Box]] = field(default_factory=dict)
     propositions: frozenset[str] = frozenset()
+    terrain: Mapping[str, Terrain] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that everything lies on the grid."""
@@ -53,11 +69,13 @@ class GridModel:
             raise ModelError(f"size: must be at least 1 x 1, not {width} x {height}")
         if not (0 <= self.start[0] < width and 0 <= self.start[1] < height):
             raise ModelError(f"start: {list(self.start)} lies outside the grid of {width} x {height} cells")
-        if exact(self.cost, "cost") < 0:
-            raise ModelError(f"cost: negative cost {self.cost}")
+        ground = ((f"terrain.{name}.cost", terrain.cost) for name, terrain in self.terrain.items())
+        check_costs_agree([("cost", self.cost), *ground])
         check_names(self.regions, where="regions")
         check_names(self.propositions, where="propositions")
-        for kind, boxes in (("regions", self.regions), ("obstacles", self.obstacles)):
+        check_names(self.terrain, where="terrain")
+        rough = {name: terrain.boxes for name, terrain in self.terrain.items()}
+        for kind, boxes in (("regions", self.regions), ("obstacles", self.obstacles), ("terrain", rough)):
             for name, boxes_of in boxes.items():
                 for box in boxes_of:
                     _check_box(f"{kind}.{name}", box, self.size)
@@ -65,12 +83,26 @@ class GridModel:
             if any(x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1 for x0, y0, x1, y1 in boxes_of):
                 raise ModelError(f"start: {list(self.start)} lies in obstacle {name!r}")
 
+    @property
+    def cost_names(self) -> tuple[str, ...]:
+        """The names of the costs."""
+        return names_of(self.cost)
+
+    def cost_of_entering(self, cell: tuple[int, int]) -> Number:
+        """Return the first cost of a move into a cell."""
+        x, y = cell
+        on = [g for g in self.terrain.values() if any(a <= x <= c and b <= y <= d for a, b, c, d in g.boxes)]
+        return amount(on[-1].cost if on else self.cost, self.cost_names[0])
+
     def transition_system(self) -> TransitionSystem:
         """Return the cells that are no obstacle, row by row, as a weighted transition system.
 
         Raises:
             ModelError: if the grid is larger than the memory that is free.
         """
+        return with_costs(self.cost_names, self._with_cost)
+
+    def _with_cost(self, name: str) -> TransitionSystem:
         width, height = self.size
         if width * height * BYTES_A_CELL > available_memory():
             raise ModelError(f"size: {width} x {height} cells need more memory than is free")
@@ -88,21 +120,36 @@ class GridModel:
             exists.append(inside & free[ny, nx])
             target.append(number[ny, nx])
         there = np.stack(exists, axis=1)
-        count, unit = in_common_unit([exact(self.cost)])
+        targets = np.stack(target, axis=1)[there]
+        costs = [exact(amount(cost, name)) for cost in (self.cost, *(ground.cost for ground in self.terrain.values()))]
+        counts, unit = in_common_unit(costs)
         labels, label_sets = self._labels(free)
         return TransitionSystem(
             states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
             start=int(number[self.start[1], self.start[0]]),
             offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
-            targets=np.stack(target, axis=1)[there].astype(np.int32),
+            targets=targets.astype(np.int32),
             actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[there],
-            costs=np.full(int(there.sum()), count[0], dtype=count.dtype),
+            costs=counts[self._ground()[free]][targets],
             unit=unit,
             labels=labels,
             action_names=tuple(MOVES),
             label_sets=label_sets,
-            propositions=frozenset(self.regions) | self.propositions,
+            propositions=self.known_propositions,
         )
+
+    @property
+    def known_propositions(self) -> frozenset[str]:
+        """Every name that a formula may use."""
+        return frozenset(self.regions) | self.propositions
+
+    def _ground(self) -> np.ndarray:
+        """Return the terrain of each cell by its number from 1, 0 for none."""
+        ground = np.zeros(self.size[::-1], dtype=np.int64)
+        for k, terrain in enumerate(self.terrain.values(), start=1):
+            for x0, y0, x1, y1 in terrain.boxes:
+                ground[y0 : y1 + 1, x0 : x1 + 1] = k
+        return ground
 
     def _labels(self, free: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
         """Return each cell's label as an index, and the distinct labels."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Container, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -12,10 +11,45 @@ import networkx as nx
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import Number, exact, in_common_unit, is_long_float, resolution_of, rounded, to_number
+from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number
+from prefplan.names import NAME, RESERVED
 
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
-RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W"})
+DEFAULT_COST = "cost"
+"""Name of the only cost, where it is written as a number."""
+
+Barred = Collection[tuple[frozenset[str], str]]
+"""Actions, each with propositions under which it does not exist."""
+
+Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...]]
+"""K actions, and the K + 1 states before the first and after each."""
+
+
+@dataclass(frozen=True)
+class EdgeCosts:
+    """One more cost of every edge of a transition system.
+
+    Attributes:
+        name: of the cost.
+        costs: (E,) >= 0, multiples of `unit`, as `TransitionSystem.costs`.
+        unit: one such multiple in the user's units.
+    """
+
+    name: str
+    costs: np.ndarray
+    unit: Fraction
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """A smaller system in which some propositions are seen as in another one.
+
+    Attributes:
+        system: the smaller one.
+        lift: returns a trajectory of the other system for one of the smaller, with the same costs and propositions.
+    """
+
+    system: TransitionSystem
+    lift: Callable[[Trajectory], Trajectory]
 
 
 @dataclass(frozen=True)
@@ -37,6 +71,8 @@ class TransitionSystem:
         label_sets: distinct sets of propositions; a state's label is one of them.
         propositions: every name that may be used in a formula over this system.
         resolution: of what the costs were rounded to a multiple, in the user's units; None if they were not.
+        cost_name: what the cost is called.
+        more_costs: costs beside it.
     """
 
     states: Sequence[Hashable]
@@ -51,11 +87,42 @@ class TransitionSystem:
     label_sets: tuple[frozenset[str], ...]
     propositions: frozenset[str]
     resolution: Fraction | None = None
+    cost_name: str = DEFAULT_COST
+    more_costs: tuple[EdgeCosts, ...] = ()
+
+    @property
+    def edge_costs(self) -> tuple[EdgeCosts, ...]:
+        """Every cost, the first one first."""
+        return (EdgeCosts(self.cost_name, self.costs, self.unit), *self.more_costs)
+
+    @property
+    def cost_names(self) -> tuple[str, ...]:
+        """The names of the costs."""
+        return (self.cost_name, *(more.name for more in self.more_costs))
 
     @property
     def size(self) -> int:
         """Number of states."""
         return len(self.offsets) - 1
+
+    @property
+    def is_large(self) -> bool:
+        """Whether listing all states may take long."""
+        return False
+
+    @property
+    def shared_cost(self) -> int:
+        """The largest number of units of which every cost is a multiple; 0 if all are zero."""
+        return int(np.gcd.reduce(self.costs)) if len(self.costs) else 0
+
+    def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
+        """Return a system to search in place of this one by those who see some propositions only: itself.
+
+        Args:
+            names: the propositions that are seen.
+            may_hurry: whether actions that change none of them may be left out where that only lowers costs.
+        """
+        return Quotient(self, lambda trajectory: trajectory)
 
     def label(self, state: int) -> frozenset[str]:
         """Return L(state): the propositions true in a state."""
@@ -75,13 +142,22 @@ class TransitionSystem:
         Raises:
             ModelError: if the action does not exist in that state.
         """
+        edge = self.edge(state, action)
+        return int(self.targets[edge]), self.cost(edge)
+
+    def edge(self, state: int, action: str) -> int:
+        """Return the edge of an action that leaves a state; errors as of `step`."""
         for edge in self.edges(state):
             if self.action_names[self.actions[edge]] == action:
-                return int(self.targets[edge]), self.cost(edge)
+                return edge
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
 
-    def without(self, barred: Collection[tuple[frozenset[str], str]]) -> TransitionSystem:
-        """Return the system in which some actions do not exist where some propositions hold, given as such pairs."""
+    def knowing(self, propositions: frozenset[str]) -> TransitionSystem:
+        """Return the system with other names that may be used in a formula over it."""
+        return replace(self, propositions=propositions)
+
+    def without(self, barred: Barred) -> TransitionSystem:
+        """Return the system in which some actions do not exist where some propositions hold."""
         if not barred:
             return self
         labels = np.repeat(self.labels, np.diff(self.offsets))
@@ -97,6 +173,7 @@ class TransitionSystem:
             targets=self.targets[kept],
             actions=self.actions[kept],
             costs=self.costs[kept],
+            more_costs=tuple(replace(more, costs=more.costs[kept]) for more in self.more_costs),
         )
 
     @classmethod
@@ -139,27 +216,77 @@ class TransitionSystem:
             edges[s, a] = t
             costs.append(cost)
         label_of = {index[state]: label for state, label in _labels(labels or {}, index).items()}
-        known = frozenset(propositions).union(*label_of.values())
-        check_names(known, where="propositions")
-        step = _round(values, resolution)
+        step = round_costs(values, None if resolution is None else exact(resolution, "resolution"))
         multiples, unit = in_common_unit([values[cost] for cost in costs])
         table = np.array([(s, a, t) for (s, a), t in edges.items()], dtype=np.int64).reshape(-1, 3)
-        order = np.argsort(table[:, 0], kind="stable")
-        sources, taken, targets = table[order].T
-        distinct = {names: i for i, names in enumerate(dict.fromkeys([frozenset[str](), *label_of.values()]))}
-        return cls(
+        return cls.from_arrays(
             states=tuple(index),
             start=0,
-            offsets=np.searchsorted(sources, np.arange(len(index) + 1)).astype(np.int64),
-            targets=targets.astype(np.int32),
-            actions=taken.astype(np.int32),
-            costs=multiples[order],
+            sources=table[:, 0],
+            targets=table[:, 2],
+            actions=table[:, 1],
+            costs=multiples,
             unit=unit,
-            labels=np.array([distinct[label_of.get(s, frozenset())] for s in range(len(index))], dtype=np.int32),
             action_names=tuple(action_index),
+            label_of=label_of,
+            propositions=propositions,
+            resolution=step,
+        )
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        states: Sequence[Hashable],
+        start: int,
+        sources: np.ndarray,
+        targets: np.ndarray,
+        actions: np.ndarray,
+        costs: np.ndarray,
+        unit: Fraction,
+        action_names: tuple[str, ...],
+        label_of: Mapping[int, frozenset[str]],
+        propositions: Iterable[str] = (),
+        resolution: Fraction | None = None,
+    ) -> TransitionSystem:
+        """Build a system from checked edges in any order; a state's actions keep theirs.
+
+        Args:
+            states: as of the system, like `start`, `unit`, `action_names` and `resolution`.
+            start: see `states`.
+            sources: (E,) state that each edge leaves.
+            targets: (E,) state that it leads to.
+            actions: (E,) index into `action_names`.
+            costs: (E,) multiples of the unit.
+            unit: see `states`.
+            action_names: see `states`.
+            label_of: propositions by state, of the states that have any.
+            propositions: names that may be used although no label carries them.
+            resolution: see `states`.
+
+        Raises:
+            ModelError: a proposition is no proper name.
+        """
+        known = frozenset(propositions).union(*label_of.values())
+        check_names(known, where="propositions")
+        order = np.argsort(sources, kind="stable")
+        distinct = {names: i for i, names in enumerate(dict.fromkeys([frozenset[str](), *label_of.values()]))}
+        labels = np.zeros(len(states), dtype=np.int32)
+        for state, names in label_of.items():
+            labels[state] = distinct[names]
+        return cls(
+            states=states,
+            start=start,
+            offsets=np.searchsorted(sources[order], np.arange(len(states) + 1)).astype(np.int64),
+            targets=targets[order].astype(np.int32),
+            actions=actions[order].astype(np.int32),
+            costs=costs[order],
+            unit=unit,
+            labels=labels,
+            action_names=action_names,
             label_sets=tuple(distinct),
             propositions=known,
-            resolution=step,
+            resolution=resolution,
         )
 
     @classmethod
@@ -232,23 +359,10 @@ def _labels(labels: Mapping[Any, Iterable[str]], states: Container[Hashable]) ->
     return {state: frozenset(names) for state, names in labels.items()}
 
 
-def _round(values: dict[Number, Fraction], wanted: Number | None) -> Fraction | None:
-    """Round costs to multiples of a resolution, where there is one, and return it."""
-    resolution = resolution_of(values.keys(), values.values()) if wanted is None else exact(wanted, "resolution")
-    if resolution is None:
-        return None
-    if resolution <= 0:
-        raise ModelError(f"resolution: must be positive, not {wanted}")
-    for cost, value in values.items():
-        if wanted is not None or is_long_float(cost):
-            values[cost] = rounded(value, resolution)
-    return resolution
-
-
 def check_names(names: Iterable[Any], *, where: str) -> None:
     """Raise ModelError, with a key in front, for a name that a formula could not mention."""
     for name in sorted(names, key=str):
-        if not isinstance(name, str) or not NAME.match(name):
+        if not isinstance(name, str) or not NAME.fullmatch(name):
             raise ModelError(f"{where}: {name!r} is not a name (letters, digits and _, not starting with a digit)")
         if name in RESERVED:
             raise ModelError(f"{where}: {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")

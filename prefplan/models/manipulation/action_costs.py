@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.exact_costs import Number, exact
+from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of
+from prefplan.models.transition_system import DEFAULT_COST
 
 QUANTITIES = {"time": "s", "travel": "rad", "energy": "J"}
 """Quantities that can be measured, with their units."""
@@ -23,16 +24,42 @@ class MeasuredCosts:
     """Costs of actions by where the hand is before and after them.
 
     Attributes:
-        quantity: one of `QUANTITIES`.
+        measured: one of `QUANTITIES`, or several of them, each a cost of its own.
         entries: the cost of each (kind, hand before, hand after) that was measured.
     """
 
-    quantity: str = field(metadata={"key": "measured"})
-    entries: Mapping[Pair, Number] = field(default_factory=dict, metadata={"key": None})
+    measured: str | tuple[str, ...]
+    entries: Mapping[Pair, Cost] = field(default_factory=dict, metadata={"key": None})
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """What is measured; the first of several is the first cost."""
+        return (self.measured,) if isinstance(self.measured, str) else self.measured
+
+    @property
+    def quantity(self) -> str:
+        """What the first cost is."""
+        return self.quantities[0]
 
 
-ActionCosts = Mapping[str, Number] | MeasuredCosts
+ActionCosts = Mapping[str, Cost] | MeasuredCosts
 """A cost for each kind of action, or measured ones."""
+
+
+def cost_names(costs: ActionCosts) -> tuple[str, ...]:
+    """Return the names of checked costs, the first one first."""
+    if isinstance(costs, MeasuredCosts):
+        return (DEFAULT_COST,) if isinstance(costs.measured, str) else costs.measured
+    return names_of(next(iter(costs.values()))) if costs else (DEFAULT_COST,)
+
+
+def one_cost(costs: ActionCosts, name: str) -> ActionCosts:
+    """Return costs cut down to one of them."""
+    if isinstance(costs, MeasuredCosts):
+        if isinstance(costs.measured, str):
+            return costs
+        return MeasuredCosts(name, {pair: amount(cost, name) for pair, cost in costs.entries.items()})
+    return {kind: amount(cost, name) for kind, cost in costs.items()}
 
 
 def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
@@ -42,14 +69,17 @@ def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
         ModelError: they are not; the message starts with the key as in a scenario file.
     """
     if isinstance(costs, MeasuredCosts):
-        if costs.quantity not in QUANTITIES:
-            valid = choices(costs.quantity, QUANTITIES)
-            raise ModelError(f"costs.measured: unknown quantity {costs.quantity!r} {valid}")
-        for pair, cost in costs.entries.items():
+        if not costs.quantities:
+            raise ModelError(f"costs.measured: names no quantity {choices('', QUANTITIES)}")
+        for quantity in costs.quantities:
+            if quantity not in QUANTITIES:
+                raise ModelError(f"costs.measured: unknown quantity {quantity!r} {choices(quantity, QUANTITIES)}")
+            if costs.quantities.count(quantity) > 1:
+                raise ModelError(f"costs.measured: {quantity!r} is there twice")
+        for pair in costs.entries:
             if pair[0] not in kinds:
                 raise ModelError(f"costs.measured: unknown action {pair[0]!r} {choices(pair[0], kinds)}")
-            if exact(cost, f"costs.measured: {_described(pair)}") < 0:
-                raise ModelError(f"costs.measured: {_described(pair)}: negative cost {cost}")
+        check_costs_agree((f"costs.measured: {_described(pair)}", cost) for pair, cost in costs.entries.items())
         return
     for kind in costs:
         if kind not in kinds:
@@ -57,8 +87,7 @@ def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
     for kind in kinds:
         if kind not in costs:
             raise ModelError(f"costs: no cost for {kind!r}")
-        if exact(costs[kind], f"costs.{kind}") < 0:
-            raise ModelError(f"costs.{kind}: negative cost {costs[kind]}")
+    check_costs_agree((f"costs.{kind}", costs[kind]) for kind in kinds)
 
 
 def _described(pair: Pair) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import cached_property
 
 import numpy as np
 
 from prefplan.errors import ModelError, choices
+from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.description import Description, ManipulationState
 from prefplan.models.manipulation.slots import free_slot, hand_poses, location_of, pose, slots_at_start
 
@@ -30,6 +32,7 @@ class StateCodes:
         location: (slots + 1,) index of each slot's location, one beyond them for `held`.
         over: (hands,) index of the location below each pose of the hand; that of `held` for a start elsewhere.
         above: (slots + 1,) index of the hand's pose over each slot.
+        dtype: of arrays of codes: int64, or Python's integers where these do not fit.
         weights: value of a 1 in each digit.
         mark_digits: the digit that holds whether an object carries a mark, by (object, mark).
     """
@@ -40,9 +43,6 @@ class StateCodes:
         Args:
             model: locations, objects and marks.
             start: the first state, whose hand may be over no location.
-
-        Raises:
-            ModelError: there are too many objects and slots for a code of 64 bits.
         """
         self.model = model
         self.locations = [place.name for place in model.locations]
@@ -67,17 +67,45 @@ class StateCodes:
         for radix in self._radices:
             self.weights.append(self.weights[-1] * radix)
         self.bound = self.weights.pop()
-        if self.bound >= MAX_CODES:
-            raise ModelError(f"{len(self.objects)} objects and {self.held} places are more than a state can hold")
+        self.dtype = np.dtype(np.int64 if self.bound < MAX_CODES else object)
 
     def _pose(self, slot: int) -> str:
         """Return the hand's pose over a slot."""
         x, i = self._slots[slot]
         return pose(self.locations[x], i if self._slot_counts[x] > 1 else None)
 
+    @property
+    def radices(self) -> list[int]:
+        """The number of values of each digit."""
+        return list(self._radices)
+
+    def seen(self, names: Collection[str] | None) -> list[tuple[int, list[str]]]:
+        """Return the digits that propositions tell of; for every value of each, the one that it makes true, or "".
+
+        Args:
+            names: the propositions that are seen; None for all.
+        """
+        told = [
+            (1 + o, [*(at(obj, self.locations[x]) for x in self.location[:-1]), holding(obj)])
+            for o, obj in enumerate(self.objects)
+        ]
+        told += [(d, ["", marked(*pair)]) for pair, d in self.mark_digits.items()]
+        kept = [(d, [name if names is None or name in names else "" for name in values]) for d, values in told]
+        return [(d, values) for d, values in kept if any(values)]
+
     def digit(self, codes: np.ndarray, d: int) -> np.ndarray:
         """Return one digit of every code."""
-        return codes // self.weights[d] % self._radices[d]
+        found: np.ndarray = codes // self.weights[d] % self._radices[d]
+        return found.astype(np.int64)
+
+    def array(self, *codes: int) -> np.ndarray:
+        """Return codes as an array."""
+        return np.array(codes, dtype=self.dtype)
+
+    def require_small(self) -> None:
+        """Raise ModelError if there are too many objects and slots for all states to be listed."""
+        if self.bound >= MAX_CODES:
+            raise ModelError(f"{len(self.objects)} objects and {self.held} places are more than a state can hold")
 
     def decode(self, code: int) -> ManipulationState:
         """Return the state that a code stands for."""

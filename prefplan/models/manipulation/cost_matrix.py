@@ -11,13 +11,14 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
-from prefplan.models.manipulation.action_costs import UNMEASURED, MeasuredCosts
+from prefplan.models.manipulation.action_costs import UNMEASURED, MeasuredCosts, cost_names
 from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.slots import location_of
+from prefplan.models.several_costs import amount
 
 
 def cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str]) -> tuple[np.ndarray, Fraction]:
-    """Return the cost of every kind of action between every two poses of the hand.
+    """Return the only or first cost of every kind of action between every two poses of the hand.
 
     A pose without measurements, such as one over an object that fell, takes those of the nearest measured pose; one
     over no location takes those of the start pose.
@@ -30,11 +31,11 @@ def cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str]) 
     Returns:
         (K, H, H) by kind, hand before and hand after, multiples of a unit, `UNMEASURED` where unknown; and that unit.
     """
-    costs = model.costs
+    costs, name = model.costs, cost_names(model.costs)[0]
     if not isinstance(costs, MeasuredCosts):
-        values, unit = in_common_unit([exact(costs[kind]) for kind in kinds])
+        values, unit = in_common_unit([exact(amount(costs[kind], name)) for kind in kinds])
         return np.broadcast_to(values[:, None, None], (len(kinds), len(hands), len(hands))), unit
-    values, unit = in_common_unit([exact(cost) for cost in costs.entries.values()])
+    values, unit = in_common_unit([exact(amount(cost, name)) for cost in costs.entries.values()])
     entries = dict(zip(costs.entries, values.tolist(), strict=True))
     measured = sorted({hand for pair in entries for hand in pair[1:]})
     nearest = {hand: _nearest(model, hand, measured) for hand in hands}
@@ -77,6 +78,6 @@ def _point(model: Description, name: str) -> tuple[float, float] | None:
     """Return the (x, y) of a pose's location in m, of one on others their middle; None if there is no such location."""
     place = next((place for place in model.locations if place.name == location_of(name)), None)
     if place is None or place.at is not None:
-        return None if place is None else place.at
+        return None if place is None or place.at is None else (place.at[0], place.at[1])
     below = [point for point in (_point(model, support) for support in place.on) if point is not None]
     return (sum(x for x, _ in below) / len(below), sum(y for _, y in below) / len(below)) if below else None

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
+from prefplan.models.manipulation.surroundings import (
+    Fixture,
+    RobotSetup,
+    check_fixtures,
+    check_point,
+    check_robot,
+    with_height,
+)
 from prefplan.models.transition_system import check_names
 
 
@@ -16,7 +25,9 @@ class Location:
     """A place where objects rest.
 
     Attributes:
-        at: (x, y) on the table in metres, robot base frame; None when it lies on other locations.
+        at: (x, y) or (x, y, height) of the surface that carries it, m; without a height the table top, which is at 0.
+            None when it lies on other locations, or where `site` says.
+        site: of the user's own scene, where it is.
         on: locations that must all hold an object before something can be put here.
         capacity: number of objects that it holds.
         marks: the mark of an object released here: `<object>_<marks>` holds from then on.
@@ -26,13 +37,19 @@ class Location:
     """
 
     name: str = field(metadata={"key": None})
-    at: tuple[float, float] | None = None
+    at: tuple[float, ...] | None = None
+    site: str | None = None
     on: tuple[str, ...] = ()
     capacity: int = 1
     marks: str | None = None
     kind: str | None = None
     closed: bool = field(default=False, metadata={"key": None})
     clear_of: tuple[str, ...] = field(default=(), metadata={"key": None})
+
+    @property
+    def height(self) -> float:
+        """Of the surface that carries it over the table top, m; 0 where it lies on other locations."""
+        return with_height(self.at)[2] if self.at else 0.0
 
 
 @dataclass(frozen=True)
@@ -44,7 +61,11 @@ class Object:
         fixed: True if it is never grasped.
         rgba: colour in simulation, each in 0 .. 1; None for a default.
         kind: its shape in simulation, such as `cube`.
-        size: its lengths in metres, which and how many its kind says; None for a cube of usual size.
+        size: its lengths in metres, which and how many its kind says; None for a cube of usual size, and for a mesh.
+        file: of a mesh, beside the scenario file.
+        scale: metres for one unit of length in that file.
+        body: of the user's own scene, which it is.
+        mass: kg; None for that of wood, within the limits of what the hand carries.
     """
 
     name: str = field(metadata={"key": None})
@@ -53,6 +74,10 @@ class Object:
     rgba: tuple[float, float, float, float] | None = None
     kind: str = "cube"
     size: tuple[float, ...] | None = None
+    file: str | None = None
+    scale: float = 1.0
+    body: str | None = None
+    mass: float | None = None
 
 
 @dataclass(frozen=True)
@@ -108,6 +133,10 @@ class Description:
         locations: in the order of the file.
         objects: in the order of the file.
         propositions: names that may be used in formulas although no state carries them.
+        fixtures: what stands in the way or carries locations, in the order of the file.
+        robot: which robot it is and where its base stands, or its name alone.
+        scene: the user's own MJCF file, beside the scenario, in place of the table.
+        folder: of the scenario file, in which other files are looked for.
         begin: the first state, if that is not the hand at `start` and every object where it starts.
 
     Raises:
@@ -120,6 +149,10 @@ class Description:
     locations: tuple[Location, ...]
     objects: tuple[Object, ...]
     propositions: frozenset[str] = field(default_factory=frozenset)
+    fixtures: tuple[Fixture, ...] = ()
+    robot: str | RobotSetup = RobotSetup()
+    scene: str | None = None
+    folder: Path = field(default=Path(), metadata={"key": None}, compare=False)
     begin: ManipulationState | None = field(default=None, metadata={"key": None})
 
     def __post_init__(self) -> None:
@@ -127,6 +160,14 @@ class Description:
         _check_locations(self.locations)
         _check_objects(self)
         _check_propositions(self)
+        check_fixtures(self.fixtures, {*(place.name for place in self.locations), *(obj.name for obj in self.objects)})
+        check_robot(self.robot_setup)
+        _check_scene(self)
+
+    @property
+    def robot_setup(self) -> RobotSetup:
+        """Which robot it is, and where its base stands."""
+        return RobotSetup(self.robot) if isinstance(self.robot, str) else self.robot
 
     def location(self, name: str) -> Location:
         """Return the location of that name."""
@@ -147,6 +188,11 @@ class Description:
     def own_propositions(self) -> frozenset[str]:
         """Every proposition that a state's label may have."""
         return frozenset(name for obj in self.objects for name, _ in self.propositions_of(obj.name))
+
+    @property
+    def known_propositions(self) -> frozenset[str]:
+        """Every name that a formula may use."""
+        return self.own_propositions | self.propositions
 
     @property
     def slot_counts(self) -> dict[str, int]:
@@ -170,7 +216,10 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
         where = f"locations.{place.name}"
         if names.count(place.name) > 1:
             raise ModelError(f"{where}: defined twice")
-        if (place.at is None) == (not place.on):
+        if place.site is not None:
+            if place.at is not None or place.on:
+                raise ModelError(f"{where}: needs only one of 'at', 'on' and 'site'")
+        elif (place.at is None) == (not place.on):
             raise ModelError(f"{where}: needs exactly one of 'at' (a point on the table) and 'on' (its supports)")
         for support in place.on:
             if support not in names or support == place.name:
@@ -183,8 +232,10 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
             raise ModelError(f"{where}.capacity: must be at least 1, not {place.capacity}")
         if place.marks is not None:
             check_names([place.marks], where=f"{where}.marks")
-        if place.at is not None and not all(map(math.isfinite, place.at)):
-            raise ModelError(f"{where}.at: must be finite numbers, not {list(place.at)}")
+        if place.at is not None:
+            check_point(place.at, f"{where}.at")
+        if place.height < 0:
+            raise ModelError(f"{where}.at: {-place.height:g} m below the table top; the height is at least 0")
     supports = {place.name: place.on for place in locations}
     for name in names:
         below, seen = set(supports[name]), set()
@@ -207,6 +258,7 @@ def _check_objects(model: Description) -> None:
             raise ModelError(f"{where}.start: unknown location {obj.start!r} {choices(obj.start, names)}")
         if obj.rgba is not None and not all(0 <= part <= 1 for part in obj.rgba):
             raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(obj.rgba)}")
+        _check_matter(obj, where)
         if model.begin is not None:
             continue
         resting[obj.start].append(obj.name)
@@ -220,6 +272,30 @@ def _check_objects(model: Description) -> None:
                 raise ModelError(
                     f"objects.{obj.name}.start: {obj.start!r} rests on {support!r}, where no object starts"
                 )
+
+
+def _check_matter(obj: Object, where: str) -> None:
+    if not (math.isfinite(obj.scale) and obj.scale > 0):
+        raise ModelError(f"{where}.scale: must be positive, not {obj.scale:g}")
+    if obj.mass is not None and not (math.isfinite(obj.mass) and obj.mass > 0):
+        raise ModelError(f"{where}.mass: must be positive, not {obj.mass:g}")
+    if obj.kind != "mesh" and (obj.file is not None or obj.scale != 1):
+        key = "scale" if obj.file is None else "file"
+        raise ModelError(f'{where}.{key}: only an object of kind = "mesh" has one')
+    if obj.kind == "mesh" and obj.size is not None and obj.body is None:
+        raise ModelError(f"{where}.size: a mesh is as large as its file says; `scale` changes it")
+
+
+def _check_scene(model: Description) -> None:
+    """Refuse references to a scene of the user's own where there is none, or keys that it decides."""
+    if model.scene is not None:
+        return
+    for place in model.locations:
+        if place.site is not None:
+            raise ModelError(f"locations.{place.name}.site: only with `scene`, a MJCF file beside the scenario")
+    for obj in model.objects:
+        if obj.body is not None:
+            raise ModelError(f"objects.{obj.name}.body: only with `scene`, a MJCF file beside the scenario")
 
 
 def _check_propositions(model: Description) -> None:

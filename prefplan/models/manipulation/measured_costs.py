@@ -16,6 +16,7 @@ from prefplan.exact_costs import Number
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses
+from prefplan.models.several_costs import Cost
 
 COSMETIC = frozenset({"rgba"})
 """Attributes of objects that do not affect measurements."""
@@ -129,7 +130,7 @@ def with_measured_costs(model: ManipulationModel, scenario: Path) -> Manipulatio
     """Return a model with its measured costs, if it has such.
 
     Args:
-        model: its `MeasuredCosts` name the quantity.
+        model: its `MeasuredCosts` name the quantities.
         scenario: its file; the measurements lie beside it.
 
     Raises:
@@ -141,9 +142,12 @@ def with_measured_costs(model: ManipulationModel, scenario: Path) -> Manipulatio
         done = read_measurements(measurements_file(scenario), model)
     except ModelError as error:
         raise ModelError(f"costs.measured: {error}") from None
-    quantity = model.costs.quantity
-    costs = MeasuredCosts(quantity, {one.pair: one.quantities[quantity] for one in done.actions})
-    return dataclasses.replace(model, costs=costs)
+    wanted = model.costs.measured
+    entries: dict[Pair, Cost] = {}
+    for one in done.actions:
+        named = {name: one.quantities[name] for name in model.costs.quantities}
+        entries[one.pair] = named[wanted] if isinstance(wanted, str) else named
+    return dataclasses.replace(model, costs=MeasuredCosts(wanted, entries))
 
 
 def _measurement(entry: Mapping[str, Any]) -> Measurement:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action, parse_action
-from prefplan.models.manipulation.action_costs import check_costs
+from prefplan.models.manipulation.action_costs import check_costs, cost_names, one_cost
 from prefplan.models.manipulation.description import Description, Location, ManipulationState, Object
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
-from prefplan.models.manipulation.state_space import reachable
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.manipulation.system import ManipulationSystem
+from prefplan.models.several_costs import with_costs
+from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
 
 __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
 
@@ -45,6 +46,11 @@ class ManipulationModel(Description):
         """The kinds of actions."""
         return tuple(operator.kind for operator in self.operators)
 
+    @property
+    def cost_names(self) -> tuple[str, ...]:
+        """The names of the costs."""
+        return cost_names(self.costs)
+
     def operator(self, kind: str) -> Operator:
         """Return the operator of a kind of action."""
         return next(operator for operator in self.operators if operator.kind == kind)
@@ -62,7 +68,7 @@ class ManipulationModel(Description):
         return self.operator(action.kind).effect(action)
 
     def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
-        """Return every state reachable from the first as a weighted transition system.
+        """Return what is reached from the first state as a weighted transition system, listed on demand.
 
         Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
 
@@ -72,4 +78,11 @@ class ManipulationModel(Description):
         Raises:
             ModelError: the state mentions what the model does not have, or leaves an object without a place.
         """
-        return reachable(self, self.operators, start or self.initial_state)
+        first = start or self.initial_state
+        if self.cost_names == (DEFAULT_COST,):
+            return ManipulationSystem(self, self.operators, first)
+
+        def build(name: str) -> TransitionSystem:
+            return ManipulationSystem(replace(self, costs=one_cost(self.costs, name)), self.operators, first).listed
+
+        return with_costs(self.cost_names, build)

@@ -42,7 +42,7 @@ class Operator:
     def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
         """Return the actions that exist in a state, each with the state it leads to."""
         space = StateCodes(model, state)
-        layer = StateLayer(space, np.array([space.encode(state, where="state")]))
+        layer = StateLayer(space, space.array(space.encode(state, where="state")))
         for action, found, targets in self.successors(layer):
             if np.arange(1)[found].size:
                 yield action, space.decode(int(targets[0]))
@@ -99,7 +99,7 @@ class Grasp(Operator):
         for o, obj in enumerate(space.model.objects):
             mask = ready & (layer.places[o] == layer.over) & (not obj.fixed)
             slot = layer.slots[o][mask]
-            raised = space.weights[1 + o] * (space.held - slot)
+            raised = space.weights[1 + o] * (space.held - slot).astype(space.dtype)
             yield Action(self.kind, obj.name), mask, layer.codes[mask] + raised + space.above[slot] - layer.hand[mask]
 
 
@@ -141,10 +141,11 @@ class Release(Operator):
             for x, location in enumerate(space.model.locations):
                 mask = held & (layer.over == x) & layer.accepts[x]
                 slot, codes = layer.free[x][mask], layer.codes[mask]
-                target = codes + space.weights[1 + o] * (slot - space.held) + space.above[slot] - layer.hand[mask]
+                lowered = space.weights[1 + o] * (slot - space.held).astype(space.dtype)
+                target = codes + lowered + space.above[slot] - layer.hand[mask]
                 if location.marks:
                     d = space.mark_digits[obj, location.marks]
-                    target = target + space.weights[d] * (1 - space.digit(codes, d))
+                    target = target + space.weights[d] * (1 - space.digit(codes, d)).astype(space.dtype)
                 yield Action(self.kind, obj, location.name), mask, target
 
 

@@ -2,73 +2,171 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
+from prefplan.limits import check_limits
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import UNMEASURED
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
 from prefplan.models.manipulation.cost_matrix import cost_matrix, unmeasured
-from prefplan.models.manipulation.description import Description, ManipulationState
 from prefplan.models.manipulation.numbering import Numbering
 from prefplan.models.manipulation.operators import Operator
 from prefplan.models.on_demand import OnDemand
 from prefplan.models.transition_system import TransitionSystem
 
+CHUNK = 2**13
+"""States whose actions are generated at once, between two checks of the limits."""
 
-def reachable(model: Description, operators: Sequence[Operator], start: ManipulationState) -> TransitionSystem:
-    """Return every state of a manipulation model that operators reach from one of them, as a transition system.
+LAYER_BYTES = 40
+"""Memory that the edges of a layer take while the states that they lead to are numbered, for each of them."""
+
+EDGE_BYTES = 80
+"""Memory that the edges take while they are sorted by their sources, for each of them."""
+
+
+@dataclass(frozen=True)
+class Generator:
+    """What leads from state to state.
+
+    Attributes:
+        space: the states' codes.
+        operators: the kinds of actions.
+        matrix: (K, H, H) cost by kind, hand before and hand after, in units; `UNMEASURED` where it is not known.
+        unit: of costs, in the user's units.
+    """
+
+    space: StateCodes
+    operators: tuple[Operator, ...]
+    matrix: np.ndarray
+    unit: Fraction
+
+    @classmethod
+    def of(cls, space: StateCodes, operators: Sequence[Operator]) -> Generator:
+        """Return what leads from state to state of a model."""
+        matrix, unit = cost_matrix(space.model, [operator.kind for operator in operators], space.hands)
+        return cls(space, tuple(operators), matrix, unit)
+
+    @property
+    def has_gaps(self) -> bool:
+        """Whether there are poses of the hand between which a kind of action may be possible, but was not measured."""
+        over = self.space.over
+        stays = over[:, None] == over[None, :]
+        gaps = [self.matrix[k][stays != operator.travels] for k, operator in enumerate(self.operators)]
+        return any(bool((costs == UNMEASURED).any()) for costs in gaps)
+
+    def edges(
+        self, codes: np.ndarray, kind: str | None = None
+    ) -> Iterator[tuple[Action, np.ndarray, np.ndarray, np.ndarray]]:
+        """Yield each action of some states, in order: which states have it, where it leads, and its costs.
+
+        Args:
+            codes: (N,) of the states.
+            kind: of the actions, None for all.
+
+        Raises:
+            ModelError: an operator's outcome is not a state of the model, or an action was not measured.
+        """
+        layer = StateLayer(self.space, codes)
+        for k, operator in enumerate(self.operators):
+            if kind not in (None, operator.kind):
+                continue
+            for action, having, targets in operator.successors(layer):
+                before = layer.hand[having]
+                costs = self.matrix[k, before, self.space.digit(targets, 0)]
+                for hand in before[costs == UNMEASURED]:
+                    raise unmeasured(str(action), self.space.hands[hand])
+                yield action, np.arange(len(codes))[having], targets, costs
+
+    def step(self, code: int, text: str) -> tuple[int, int] | None:
+        """Return the state that an action leads to and its cost in units; None if it does not exist."""
+        for action, having, targets, costs in self.edges(self.space.array(code), text.partition(" ")[0]):
+            if len(having) and str(action) == text:
+                return int(targets[0]), int(costs[0])
+        return None
+
+
+def reachable(
+    generator: Generator,
+    known: Sequence[int],
+    *,
+    names: Collection[str] | None = None,
+    canonical: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> TransitionSystem:
+    """Return every state of a manipulation model that is reached from known ones, as a transition system.
+
+    Args:
+        generator: what leads from state to state.
+        known: codes of the first states, by number; the start's first.
+        names: the propositions that labels tell; None for all.
+        canonical: returns the code that stands for each of some codes; None if each stands for itself.
 
     Raises:
-        ModelError: the start, or an operator's outcome, is not a state of the model; or an action was not measured.
+        ModelError: as `Generator.edges`, or there are too many states for 64-bit integers.
+        LimitError: a limit of time or memory was reached.
     """
-    space = StateCodes(model, start)
-    matrix, unit = cost_matrix(model, [operator.kind for operator in operators], space.hands)
-    layer = np.array([space.encode(start, where="start")], dtype=np.int64)
-    codes = Numbering(space.bound)
-    codes.add(layer)
+    space = generator.space
+    space.require_small()
+    numbers = Numbering(space.bound)
+    for code in known:
+        numbers.add(np.array([code], dtype=np.int64))
     index: dict[Action, int] = {}
-    empty = np.empty(0, dtype=np.int64)
-    sources, targets, actions, costs = [empty], [empty], [empty.astype(np.int32)], [matrix.ravel()[:0]]
+    none = np.empty(0, dtype=np.int32)
+    lists = {"sources": [none], "targets": [none], "actions": [none], "costs": [generator.matrix.ravel()[:0]]}
+    layer = np.array(known, dtype=np.int64)
     while len(layer):
-        states, found = StateLayer(space, layer), [empty]
-        for k, operator in enumerate(operators):
-            for action, having, target in operator.successors(states):
-                before = states.hand[having]
-                cost = matrix[k, before, space.digit(target, 0)]
-                for hand in before[cost == UNMEASURED]:
-                    raise unmeasured(str(action), space.hands[hand])
-                found.append(target)
-                sources.append(layer[having])
-                actions.append(np.full(len(target), index.setdefault(action, len(index)), dtype=np.int32))
-                costs.append(cost)
-        targets += found
-        layer = codes.add(np.concatenate(found))
-    source = codes.number(np.concatenate(sources))
+        found = []
+        for first in range(0, len(layer), CHUNK):
+            chunk = layer[first : first + CHUNK]
+            sources = numbers.number(chunk)
+            for action, having, targets, costs in generator.edges(chunk):
+                found.append(targets if canonical is None else canonical(targets))
+                lists["sources"].append(sources[having])
+                lists["actions"].append(np.full(len(targets), index.setdefault(action, len(index)), dtype=np.int32))
+                lists["costs"].append(costs)
+            check_limits()
+        check_limits(LAYER_BYTES * sum(map(len, found)))
+        layer = numbers.add(np.concatenate([layer[:0], *found]))
+        lists["targets"] += map(numbers.number, found)
+    check_limits(EDGE_BYTES * sum(map(len, lists["sources"])))
+    source = np.concatenate(lists.pop("sources"))
     order = np.argsort(source, kind="stable")
-    found_codes = codes.all
-    labels, label_sets = _labels(space, found_codes)
+    offsets = np.searchsorted(source[order], np.arange(len(numbers) + 1)).astype(np.int64)
+    del source
+    codes = numbers.all
+    labels, label_sets = _labels(space, codes, names)
     return TransitionSystem(
-        states=OnDemand(len(found_codes), lambda i: space.decode(int(found_codes[i]))),
+        states=OnDemand(len(codes), lambda i: space.decode(int(codes[i]))),
         start=0,
-        offsets=np.searchsorted(source[order], np.arange(len(codes.all) + 1)).astype(np.int64),
-        targets=codes.number(np.concatenate(targets))[order].astype(np.int32),
-        actions=np.concatenate(actions)[order],
-        costs=np.concatenate(costs)[order],
-        unit=unit,
+        offsets=offsets,
+        targets=np.concatenate(lists.pop("targets"))[order],
+        actions=np.concatenate(lists.pop("actions"))[order],
+        costs=np.concatenate(lists.pop("costs"))[order],
+        unit=generator.unit,
         labels=labels,
         action_names=tuple(map(str, index)),
         label_sets=label_sets,
-        propositions=model.own_propositions | model.propositions,
+        propositions=space.model.known_propositions,
     )
 
 
-def _labels(space: StateCodes, codes: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
-    """Return each state's label as an index, and the distinct labels: all but the hand's pose matters."""
-    hands = len(space.hands)
-    keys, labels = np.unique(codes // hands, return_inverse=True)
-    # Objects in other slots of the same locations give the same label.
-    numbers: dict[frozenset[str], int] = {}
-    merged = [numbers.setdefault(space.decode(int(key) * hands).label, len(numbers)) for key in keys]
-    return np.array(merged, dtype=np.int32)[labels], tuple(numbers)
+def _labels(
+    space: StateCodes, codes: np.ndarray, names: Collection[str] | None
+) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
+    """Return each state's label, as far as it consists of some names, as an index, and the distinct labels."""
+    keys = np.zeros(len(codes), dtype=np.int64)
+    weight = 1
+    parts: list[tuple[int, list[str]]] = []
+    for d, values in space.seen(names):
+        distinct_values = list(dict.fromkeys(values))
+        keys += weight * np.array([distinct_values.index(value) for value in values])[space.digit(codes, d)]
+        parts.append((weight, distinct_values))
+        weight *= len(distinct_values)
+    distinct, labels = np.unique(keys, return_inverse=True)
+    sets = tuple(
+        frozenset(name for w, values in parts if (name := values[int(key) // w % len(values)])) for key in distinct
+    )
+    return labels.astype(np.int32), sets

@@ -1,0 +1,75 @@
+"""Tables of edges and of nodes in CSV, with a line of column names."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from io import TextIOWrapper
+from typing import BinaryIO
+
+from prefplan.errors import ModelError, choices
+from prefplan.models.graph_files.network import Sink
+
+NODE_COLUMNS = ("node", "x", "y", "labels")
+
+
+def read_edges(file: BinaryIO, sink: Sink) -> None:
+    """Pass the edges of a table on; it has the columns `from` and `to`, and all others are attributes.
+
+    Raises:
+        ModelError: the file is no such table, or the sink refuses something; the message begins with the line.
+    """
+    rows = _rows(file)
+    _, header = next(rows, (1, []))
+    _check_header(header, required=("from", "to"))
+    source, target = header.index("from"), header.index("to")
+    wanted = [(k, name) for k, name in enumerate(header) if k not in (source, target) and sink.wants(name)]
+    for line, row in rows:
+        try:
+            if len(row) != len(header):
+                raise ModelError(f"{len(row)} columns, where the first line names {len(header)}")
+            sink.edge(row[source], row[target], {name: row[k] for k, name in wanted})
+        except ModelError as error:
+            raise ModelError(f"line {line}: {error}") from None
+
+
+def read_nodes(file: BinaryIO, sink: Sink) -> None:
+    """Pass the nodes of a table on; it has the column `node` and may have `x`, `y` and `labels`.
+
+    Raises:
+        ModelError: as `read_edges`.
+    """
+    rows = _rows(file)
+    _, header = next(rows, (1, []))
+    _check_header(header, required=("node",))
+    for name in header:
+        if name not in NODE_COLUMNS:
+            raise ModelError(f"line 1: unknown column {name!r} {choices(name, NODE_COLUMNS)}")
+    for line, row in rows:
+        try:
+            if len(row) != len(header):
+                raise ModelError(f"{len(row)} columns, where the first line names {len(header)}")
+            columns = dict(zip(header, row, strict=True))
+            sink.node(columns.pop("node"), columns)
+        except ModelError as error:
+            raise ModelError(f"line {line}: {error}") from None
+
+
+def _rows(file: BinaryIO) -> Iterator[tuple[int, list[str]]]:
+    """Yield the line and the fields of every row that is not empty."""
+    rows = csv.reader(TextIOWrapper(file, encoding="utf-8-sig", newline=""), skipinitialspace=True, strict=True)
+    try:
+        for row in rows:
+            if row:
+                yield rows.line_num, row
+    except csv.Error as error:
+        raise ModelError(f"line {rows.line_num}: not CSV: {error}") from None
+
+
+def _check_header(header: list[str], *, required: tuple[str, ...]) -> None:
+    for name in required:
+        if name not in header:
+            raise ModelError(f"line 1: no column {name!r} (columns: {', '.join(header) or 'none'})")
+    twice = [name for name in header if header.count(name) > 1]
+    if twice:
+        raise ModelError(f"line 1: two columns {twice[0]!r}")

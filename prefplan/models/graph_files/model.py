@@ -1,0 +1,114 @@
+"""Graph model whose nodes and edges stand in files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from prefplan.errors import ModelError, choices
+from prefplan.exact_costs import Number, exact, exact_floats
+from prefplan.models.graph_files.network import Network
+from prefplan.models.graph_files.reading import attributes_by_key, may_have_labels, read_network
+from prefplan.models.several_costs import with_costs
+from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem, check_names
+
+
+@dataclass(frozen=True)
+class GraphFileModel:
+    """A graph in a file: GraphML, CSV, node-link JSON or DIMACS, also compressed with gzip.
+
+    Attributes:
+        folder: in which the files are.
+        file: of the edges; several `.gr` files by the names of the costs in them.
+        start: name of the node.
+        nodes: file of the nodes' coordinates and labels, where that of the edges has none.
+        cost: which attribute of an edge is its cost, or which ones are by the names of the costs; may be left out if
+            there is only one number. Of several files the one that is read; without it all are.
+        labels: propositions by node, beside those of the files.
+        propositions: names that may be used in formulas although no node carries them.
+        resolution: of what costs are rounded to a multiple, as in `TransitionSystem.from_transitions`.
+    """
+
+    folder: Path = field(metadata={"key": None})
+    file: str | Mapping[str, str]
+    start: str | int
+    nodes: str | None = None
+    cost: Any = None
+    labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    propositions: frozenset[str] = frozenset()
+    resolution: Number | None = None
+
+    def __post_init__(self) -> None:
+        """Check the kind of `cost` and the names of costs."""
+        for key, named in (("file", self.file), ("cost", self.cost)):
+            if isinstance(named, Mapping):
+                if not named:
+                    raise ModelError(f"{key}: names no cost")
+                check_names(named, where=key)
+        for key, attribute in attributes_by_key(self.cost).items():
+            if not isinstance(attribute, str) and self.cost is not None:
+                raise ModelError(f"{key}: must be the name of an attribute of the edges, not {attribute!r}")
+
+    @cached_property
+    def network(self) -> Network:
+        """The graph, read when it is first needed.
+
+        Raises:
+            ModelError: a file cannot be read or has a mistake; the message begins with the key.
+        """
+        return read_network(self.folder, self.file, self.nodes, self.cost)
+
+    @property
+    def cost_names(self) -> tuple[str, ...]:
+        """The names of the costs."""
+        named = self.file if self.cost is None else self.cost
+        return tuple(named) if isinstance(named, Mapping) else (DEFAULT_COST,)
+
+    @property
+    def known_propositions(self) -> frozenset[str]:
+        """Every name that a formula may use; files are read if they may have labels.
+
+        Raises:
+            ModelError: as `network`.
+        """
+        read = self.network.labels.values() if may_have_labels(self.file, self.nodes) else ()
+        return self.propositions.union(*self.labels.values(), *read)
+
+    def transition_system(self) -> TransitionSystem:
+        """Return the graph as a weighted transition system.
+
+        Raises:
+            ModelError: as `network`, or the start or a label is of no node.
+        """
+        network = self.network
+        index = {name: i for i, name in enumerate(network.states)}
+        if str(self.start) not in index:
+            raise ModelError(f"start: unknown state {str(self.start)!r} {choices(str(self.start), index)}")
+        label_of = dict(network.labels)
+        for name, names in self.labels.items():
+            if name not in index:
+                raise ModelError(f"labels: unknown state {name!r} {choices(name, index)}")
+            label_of[index[name]] = label_of.get(index[name], frozenset()) | frozenset(names)
+        resolution = None if self.resolution is None else exact(self.resolution, "resolution")
+        rows = dict(zip(self.cost_names, network.costs, strict=True))
+
+        def build(name: str) -> TransitionSystem:
+            multiples, unit, rounded_to = exact_floats(rows[name], resolution)
+            return TransitionSystem.from_arrays(
+                states=network.states,
+                start=index[str(self.start)],
+                sources=network.sources,
+                targets=network.targets,
+                actions=network.actions,
+                costs=multiples,
+                unit=unit,
+                action_names=network.action_names,
+                label_of=label_of,
+                propositions=self.propositions,
+                resolution=rounded_to,
+            )
+
+        return with_costs(self.cost_names, build)

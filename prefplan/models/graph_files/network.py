@@ -1,0 +1,297 @@
+"""The nodes and edges of a graph file, as arrays."""
+
+from __future__ import annotations
+
+import math
+import re
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from prefplan.errors import ModelError
+
+LARGEST_COST = 1e15
+"""Costs of a file are floats, which hold all decimals of 15 digits below this."""
+
+LABEL = re.compile(r"[^\s,\[\]'\"]+")
+"""A proposition in a text of several, such as `shop bank`, `shop, bank` or `['shop', 'bank']`."""
+
+
+SAME_EDGES = "files of several costs must list the same edges in the same order"
+"""What messages say where one file lacks an edge of another."""
+
+
+class Sink:
+    """What takes the nodes and edges of a file; it raises ModelError, and the reader adds the line.
+
+    What a kind of sink does not need it leaves as here: not taken.
+    """
+
+    def wants(self, attribute: str) -> bool:
+        """Return whether an attribute has to be passed on."""
+        return False
+
+    def node(self, name: str, attributes: Mapping[str, Any]) -> None:
+        """Take a node."""
+
+    def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
+        """Take an edge."""
+
+    def mirror(self) -> None:
+        """Take every edge so far in the other direction too."""
+
+    def has_degrees(self, per_unit: float) -> None:
+        """Take that coordinates are longitudes and latitudes, a unit being so many degrees."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """A graph with one or several costs of each edge.
+
+    Attributes:
+        states: (S,) names of the nodes.
+        sources: (E,) int64, node that each edge leaves, in the order of the file.
+        targets: (E,) int64, node that it leads to.
+        costs: (C, E) float64 >= 0, a row for each cost.
+        actions: (E,) int64, index into `action_names`; no two edges of a node have the same.
+        action_names: the target's name unless the file gives one; `name#2` for the second of several between two nodes.
+        labels: propositions by node, of the nodes that have any.
+        coordinates: (S, 2) float64, or None where some node has none.
+        degrees: that a unit of the coordinates is, where they are longitudes and latitudes.
+        dropped: how many edges were left out because another between the same nodes costs less.
+            With several costs: less in one of them and no more in any.
+    """
+
+    states: tuple[str, ...]
+    sources: np.ndarray
+    targets: np.ndarray
+    costs: np.ndarray
+    actions: np.ndarray
+    action_names: tuple[str, ...]
+    labels: Mapping[int, frozenset[str]]
+    coordinates: np.ndarray | None
+    degrees: float | None
+    dropped: int
+
+
+class NetworkBuilder(Sink):
+    """Collects the nodes and edges of a graph."""
+
+    def __init__(self, attributes: Sequence[str | None]) -> None:
+        """Take the attributes that are the costs; None for a cost of 1."""
+        self._attributes = tuple(attributes)
+        self._index: dict[str, int] = {}
+        self._declared: set[int] = set()
+        self._labels: dict[int, frozenset[str]] = {}
+        self._coordinates: dict[int, tuple[float, float]] = {}
+        self._action_index: dict[str, int] = {}
+        self._sources, self._targets, self._actions = array("q"), array("q"), array("q")
+        self._costs = [array("d") for _ in self._attributes]
+        self._degrees: float | None = None
+
+    def wants(self, attribute: str) -> bool:
+        """Return whether an attribute is used."""
+        return attribute in ("action", "labels", "x", "y", *self._attributes)
+
+    def node(self, name: str, attributes: Mapping[str, Any]) -> None:
+        """Take a node with its `labels`, `x` and `y`, if it has them."""
+        i = self._index.setdefault(name, len(self._index))
+        if i in self._declared:
+            raise ModelError(f"node {name!r} occurs twice")
+        self._declared.add(i)
+        if attributes.get("labels"):
+            self._labels[i] = _propositions(attributes["labels"], name)
+        x, y = attributes.get("x", ""), attributes.get("y", "")
+        if x != "" and y != "":
+            self._coordinates[i] = _coordinate(x, f"x of node {name!r}"), _coordinate(y, f"y of node {name!r}")
+
+    def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
+        """Take an edge with its costs and `action`; without one, the action is called as the target."""
+        index = self._index
+        self._sources.append(index.setdefault(source, len(index)))
+        self._targets.append(index.setdefault(target, len(index)))
+        action = attributes.get("action")
+        names = self._action_index
+        self._actions.append(names.setdefault(str(action), len(names)) if action not in (None, "") else -1)
+        for attribute, column in zip(self._attributes, self._costs, strict=False):
+            column.append(1 if attribute is None else _cost(attribute, source, target, attributes))
+
+    def ends(self) -> Iterator[tuple[str, str]]:
+        """Yield from where to where each edge so far leads."""
+        names = list(self._index)
+        for source, target in zip(self._sources, self._targets, strict=True):
+            yield names[source], names[target]
+
+    def add_costs(self, costs: array[float]) -> None:
+        """Take one more cost of every edge, in the order of the edges."""
+        self._costs.append(costs)
+
+    def mirror(self) -> None:
+        """Take every edge so far in the other direction too, unless it leads back to its node."""
+        sources, targets = np.array(self._sources), np.array(self._targets)
+        back = sources != targets
+        for one, other in ((self._sources, targets), (self._targets, sources)):
+            one.frombytes(other[back].tobytes())
+        self._actions.frombytes(np.array(self._actions)[back].tobytes())
+        for column in self._costs:
+            column.frombytes(np.array(column)[back].tobytes())
+
+    def has_degrees(self, per_unit: float) -> None:
+        """Take that coordinates are longitudes and latitudes, a unit being so many degrees."""
+        self._degrees = per_unit
+
+    def network(self) -> Network:
+        """Return the graph of what was collected.
+
+        Raises:
+            ModelError: an edge has an end that is no node, or two actions of a node have the same name.
+        """
+        states = tuple(self._index)
+        sources, targets, actions = map(np.asarray, (self._sources, self._targets, self._actions))
+        costs = np.stack([np.asarray(column) for column in self._costs])
+        if self._declared and len(self._declared) < len(states):
+            missing = next(i for i in range(len(states)) if i not in self._declared)
+            k = int(np.flatnonzero((sources == missing) | (targets == missing))[0])
+            ends = f"{states[sources[k]]!r} to {states[targets[k]]!r}"
+            raise ModelError(f"edge from {ends}: {states[missing]!r} is not listed as a node")
+        kept = ~_beaten(sources, targets, costs, len(states))
+        sources, targets, actions, costs = sources[kept], targets[kept], actions[kept], costs[:, kept]
+        explicit = np.array(
+            [self._index.get(name, len(states) + k) for k, name in enumerate(self._action_index)], dtype=np.int64
+        )
+        names = [*states, *self._action_index]
+        actions = np.where(actions < 0, targets, explicit[actions] if len(explicit) else targets)
+        _tell_apart(sources, targets, actions, names)
+        found = self._coordinates
+        complete = len(found) == len(states)
+        return Network(
+            states=states,
+            sources=sources,
+            targets=targets,
+            costs=costs,
+            actions=actions,
+            action_names=tuple(names),
+            labels=self._labels,
+            coordinates=np.array([found[i] for i in range(len(states))]) if complete else None,
+            degrees=self._degrees,
+            dropped=int((~kept).sum()),
+        )
+
+
+class CostReader(Sink):
+    """Collects one more cost of the edges of a graph, from a file that lists them in the same order.
+
+    Attributes:
+        costs: of the edges so far.
+    """
+
+    def __init__(self, builder: NetworkBuilder, attribute: str, *, first: str) -> None:
+        """Take the edges so far, the attribute that is the cost, and the file that the edges are from."""
+        self.costs = array("d")
+        self._ends, self._attribute, self._first = builder.ends(), attribute, first
+
+    def wants(self, attribute: str) -> bool:
+        """Return whether an attribute is the cost."""
+        return attribute == self._attribute
+
+    def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
+        """Take the cost of the next edge."""
+        ends = next(self._ends, None)
+        if ends != (source, target):
+            there = "ends" if ends is None else f"has the edge from {ends[0]!r} to {ends[1]!r}"
+            raise ModelError(f"edge from {source!r} to {target!r}, where {self._first} {there}; {SAME_EDGES}")
+        self.costs.append(_cost(self._attribute, source, target, attributes))
+
+    def check_complete(self) -> None:
+        """Raise ModelError if the file, which has been read, lacks an edge."""
+        ends = next(self._ends, None)
+        if ends is not None:
+            raise ModelError(f"no edge from {ends[0]!r} to {ends[1]!r}, which {self._first} has; {SAME_EDGES}")
+
+
+def _cost(attribute: str, source: str, target: str, attributes: Mapping[str, Any]) -> float:
+    value = attributes.get(attribute)
+    cost = number_of(value)
+    if 0 <= cost <= LARGEST_COST:
+        return cost
+    edge = f"edge from {source!r} to {target!r}"
+    if value is None or value == "":
+        raise ModelError(f"{edge}: no {attribute!r}, which is its cost")
+    wrong = "not a number" if math.isnan(cost) else "negative" if cost < 0 else f"larger than {LARGEST_COST:g}"
+    raise ModelError(f"{edge}: {attribute} is {wrong}: {value!r}")
+
+
+def number_of(value: Any) -> float:
+    """Return a value of a file as a number; NaN if it is none."""
+    if isinstance(value, bool):
+        return math.nan
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
+    except OverflowError:
+        return math.inf
+
+
+def _coordinate(value: Any, where: str) -> float:
+    found = number_of(value)
+    if not math.isfinite(found):
+        raise ModelError(f"{where}: must be a number, not {value!r}")
+    return found
+
+
+def _propositions(value: Any, name: str) -> frozenset[str]:
+    if isinstance(value, str):
+        return frozenset(LABEL.findall(value))
+    if isinstance(value, list) and all(isinstance(entry, str) for entry in value):
+        return frozenset(value)
+    raise ModelError(f"labels of node {name!r}: must be a list of names, not {value!r}")
+
+
+def _beaten(sources: np.ndarray, targets: np.ndarray, costs: np.ndarray, nodes: int) -> np.ndarray:
+    """Return the (E,) bool edges whose costs another one between the same nodes dominates."""
+    pair = sources * nodes + targets
+    # In this order an edge is dominated only by earlier ones.
+    order = np.lexsort((*costs[::-1], pair))
+    beaten = np.zeros(len(order), dtype=bool)
+    later = np.arange(len(order))
+    for distance in range(1, len(order)):
+        later = later[later >= distance]
+        later = later[pair[order[later]] == pair[order[later - distance]]]
+        if not len(later):
+            break
+        own, other = costs[:, order[later]], costs[:, order[later - distance]]
+        dominated = (other <= own).all(axis=0) & (other < own).any(axis=0)
+        beaten[order[later[dominated]]] = True
+        later = later[~dominated]
+    return beaten
+
+
+def _tell_apart(sources: np.ndarray, targets: np.ndarray, actions: np.ndarray, names: list[str]) -> None:
+    """Give parallel edges of the same action names of their own, `name#2` and so on, in place.
+
+    Raises:
+        ModelError: edges of the same action lead to different nodes.
+    """
+    index = {}
+    pair = sources * len(names) + actions
+    order = np.argsort(pair, kind="stable")
+    again = np.flatnonzero(pair[order[1:]] == pair[order[:-1]]) + 1
+    if len(again):
+        index = {name: i for i, name in enumerate(names)}
+    count, last = 1, -1
+    for k in again.tolist():
+        edge, before = order[k], order[k - 1]
+        count = count + 1 if k == last + 1 else 2
+        last = k
+        name = names[actions[edge]]
+        if targets[edge] != targets[before]:
+            raise ModelError(f"action {name!r} leaves node {names[sources[edge]]!r} twice, to different nodes")
+        numbered = f"{name}#{count}"
+        if numbered not in index:
+            index[numbered] = len(names)
+            names.append(numbered)
+        actions[edge] = index[numbered]

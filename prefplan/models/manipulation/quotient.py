@@ -1,0 +1,272 @@
+"""Smaller models of a manipulation model for those who see only some of its propositions.
+
+Two things make a model smaller, both exact:
+
+*Symmetry.* A location for one object that nothing depends on and no proposition that is seen tells of is *neutral*.
+Exchanging neutral locations, or movable objects of which nothing is seen, maps the model onto itself with the same
+costs and the same propositions seen. So one state can stand for all that such exchanges make of it (its orbit), and
+the states that stand for others are a bisimulation quotient: every trajectory of the one has its counterpart in the
+other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
+
+*Relevance.* A movable object of which nothing is seen, at a neutral location, need never be moved, if the neutral
+locations that are left can hold all other movable objects at once, and nothing that is seen rests on supports: in any
+plan, leave out what is done with it, and put every object that the plan puts at a neutral location at a free one. One
+is free, the object in the hand not counted; costs do not depend on where, so the plan gets no dearer, action by
+action. What falls away are actions that change nothing that is seen; so this needs tasks that do not count actions,
+and preferences that do not gain from waiting. By the same argument more neutral locations than movable objects are
+not needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from math import comb
+
+import numpy as np
+
+from prefplan.models.manipulation.action import at, marked
+from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.description import Description, Location, ManipulationState
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS
+from prefplan.models.manipulation.state_space import Generator, reachable
+from prefplan.models.several_costs import amount
+from prefplan.models.transition_system import DEFAULT_COST, Barred, Quotient, Trajectory
+
+
+def most_states(space: StateCodes) -> int:
+    """Return an upper bound of the number of states of a model, marks left out."""
+    capacities = [place.capacity for place in space.model.locations]
+    movable = sum(not obj.fixed for obj in space.model.objects)
+
+    def placements(count: int) -> int:
+        """Return the number of ways to spread so many objects over the locations."""
+        number = [1] + [0] * count
+        for capacity in capacities:
+            number = [sum(number[n - k] * comb(n, k) for k in range(min(capacity, n) + 1)) for n in range(count + 1)]
+        return number[count]
+
+    held = movable * placements(movable - 1) if movable else 0
+    return len(space.hands) * (placements(movable) + held)
+
+
+class ReducedModel:
+    """A smaller model in which some propositions are seen as in another one.
+
+    Attributes:
+        generator: what leads from state to state of the smaller model.
+        view: the smaller model, and which of its parts are seen.
+        start: its first state.
+        symmetry: which of its states stand for others.
+        seen: the propositions that are seen.
+        barred: actions that do not exist where some propositions hold.
+    """
+
+    def __init__(
+        self, whole: Generator, start: ManipulationState, barred: Barred, names: Collection[str], *, may_hurry: bool
+    ) -> None:
+        """Make a model smaller.
+
+        Args:
+            whole: what leads from state to state of the other model, in which costs do not tell places apart.
+            start: its first state.
+            barred: actions that do not exist where some propositions hold.
+            names: the propositions that are seen.
+            may_hurry: as in `TransitionSystem.quotient`.
+        """
+        self._whole, self._whole_start, self.barred = whole, start, barred
+        model = whole.space.model
+        self.seen = frozenset(names).union(*(conditions for conditions, _ in barred))
+        told = frozenset(word for _, action in barred for word in action.split()[1:])
+        view = View(model, self.seen, told)
+        assert not isinstance(model.costs, MeasuredCosts)
+        # Of several costs each has a system of its own.
+        transit, transport = (amount(model.costs[kind], DEFAULT_COST) for kind in ("transit", "transport"))
+        if may_hurry and not barred and transit <= transport:
+            view, start = view.relevant(start)
+        self.view, self.start = view, start
+        space = StateCodes(view.model, start)
+        self.generator = Generator.of(space, whole.operators)
+        self.symmetry = Symmetry(space, view)
+
+    @property
+    def first(self) -> int:
+        """The code of the state that stands for the first one."""
+        code = self.generator.space.encode(self.start, where="start")
+        return int(self.symmetry.canonical(self.generator.space.array(code))[0])
+
+    def quotient(self) -> Quotient:
+        """Return the states that stand for others, listed."""
+        system = reachable(self.generator, [self.first], names=self.seen, canonical=self.symmetry.canonical)
+
+        def lift(trajectory: Trajectory) -> Trajectory:
+            space = self.generator.space
+            return self.lift([space.encode(state, where="state") for state in trajectory[1]])  # type: ignore[arg-type]
+
+        return Quotient(system.without(self.barred), lift)
+
+    def lift(self, codes: Sequence[int]) -> Trajectory:
+        """Return a trajectory of the other model for one through the states that stand for others."""
+        code, actions = self.generator.space.encode(self.start, where="start"), list[str]()
+        for wanted in codes[1:]:
+            # Where an action leads tells its kind, and so its cost.
+            action, code = next(
+                (str(action), int(targets[0]))
+                for action, having, targets, _ in self.generator.edges(self.generator.space.array(code))
+                if len(having) and self.symmetry.canonical(targets)[0] == wanted
+            )
+            actions.append(action)
+        return tuple(actions), tuple(_states_along(self._whole, self._whole_start, actions))
+
+
+def can_be_reduced(generator: Generator) -> bool:
+    """Return whether costs do not tell places apart, and all kinds of actions are known."""
+    return generator.operators == STANDARD_OPERATORS and not isinstance(generator.space.model.costs, MeasuredCosts)
+
+
+def _states_along(
+    generator: Generator, state: ManipulationState, actions: Sequence[str]
+) -> Iterator[ManipulationState]:
+    """Yield the state before the first and after each of some actions, which must exist there."""
+    yield state
+    code = generator.space.encode(state, where="start")
+    for action in actions:
+        found = generator.step(code, action)
+        assert found is not None, f"the model has no {action!r} there"
+        code = found[0]
+        yield generator.space.decode(code)
+
+
+class View:
+    """A model, and which of its parts are seen.
+
+    Attributes:
+        model: the model.
+        neutral: names of the neutral locations, in the model's order.
+        unseen: names of the movable objects of which nothing is seen.
+    """
+
+    def __init__(self, model: Description, seen: frozenset[str], told: frozenset[str]) -> None:
+        """Find out what is seen.
+
+        Args:
+            model: the model.
+            seen: the propositions that are.
+            told: names of objects and locations that must stay what they are for another reason.
+        """
+        self.model, self._seen, self._told = model, seen, told
+        self._objects = [obj.name for obj in model.objects]
+        supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
+        self.neutral = [
+            place.name
+            for place in model.locations
+            if place.capacity == 1 and not (place.on or place.clear_of or place.closed)
+            if place.name not in supports and not self._sees(place)
+        ]
+        self.unseen = [
+            obj.name
+            for obj in model.objects
+            if not obj.fixed and obj.name not in told and not seen & {n for n, _ in model.propositions_of(obj.name)}
+        ]
+
+    def sees_mark(self, obj: str, mark: str) -> bool:
+        """Return whether it is seen that an object has a mark."""
+        return marked(obj, mark) in self._seen
+
+    def _sees(self, place: Location) -> bool:
+        marks = {marked(obj, place.marks) for obj in self._objects} if place.marks else set()
+        return place.name in self._told or bool(self._seen & ({at(obj, place.name) for obj in self._objects} | marks))
+
+    def relevant(self, start: ManipulationState) -> tuple[View, ManipulationState]:
+        """Return the view without the objects that need never be moved, and locations that are not needed."""
+        model, places = self.model, start.place
+        if any(place.on and self._sees(place) for place in model.locations):
+            return self, start
+        idle = {obj for obj in self.unseen if places.get(obj) in self.neutral}
+        idle |= {obj.name for obj in model.objects if obj.fixed and obj.name not in self._told} & {
+            obj for obj in self._objects if places.get(obj) in self.neutral
+        }
+        blocked = {places[obj] for obj in idle}
+        free = [place for place in self.neutral if place not in blocked]
+        movable = [obj for obj in model.objects if not obj.fixed and obj.name not in idle]
+        if len(free) < len(movable):
+            return self, start
+        taken = [place for place in free if place in places.values()]
+        spare = [place for place in free if place not in taken]
+        wanted = {*taken, *spare[: len(movable) - len(taken)]}
+        kept = tuple(p for p in model.locations if p.name not in self.neutral or p.name in wanted)
+        if not kept:
+            return self, start
+        names = {place.name for place in kept}
+        objects = tuple(
+            replace(obj, start=places.get(obj.name, kept[0].name)) for obj in model.objects if obj.name not in idle
+        )
+        begin = replace(start, places=tuple((obj, place) for obj, place in start.places if obj not in idle))
+        smaller = replace(model, locations=kept, objects=objects, begin=begin, propositions=model.propositions)
+        marks = {(obj, mark) for obj, mark in start.marks if obj not in idle and mark in smaller.marks}
+        begin = replace(begin, marks=frozenset(marks))
+        assert all(place in names for _, place in begin.places)
+        return View(replace(smaller, begin=begin), self._seen, self._told), begin
+
+
+class Symmetry:
+    """Which state stands for all that exchanging neutral locations and unseen objects makes of it.
+
+    Attributes:
+        places: (n,) the neutral locations.
+        neutral: (max(L + 1, H),) bool, which of the L locations, or poses of the hand, they are.
+        unseen: movable objects of which nothing is seen.
+        told: the other objects.
+        marks: digits of marks that are not seen.
+    """
+
+    def __init__(self, space: StateCodes, view: View) -> None:
+        """Take the states' codes, and what can be exchanged in them."""
+        self._space = space
+        self.places = np.array([space.locations.index(name) for name in view.neutral], dtype=np.int64)
+        self.neutral = np.zeros(max(space.held + 1, len(space.hands)), dtype=bool)
+        self.neutral[self.places] = True
+        self.unseen = [o for o, obj in enumerate(space.objects) if obj in view.unseen]
+        self.told = [o for o in range(len(space.objects)) if o not in self.unseen]
+        self.marks = [d for (obj, mark), d in space.mark_digits.items() if not view.sees_mark(obj, mark)]
+
+    def canonical(self, codes: np.ndarray) -> np.ndarray:
+        """Return (N,) the codes of the states that stand for some others.
+
+        Objects that are seen take the first neutral locations, in their order; then come those unseen, and the hand
+        takes the first that is left. Unseen objects stand in order of their locations, and have no marks but those
+        that are seen.
+        """
+        space, number = self._space, len(codes)
+        hand = space.digit(codes, 0)
+        moved, rank = hand.copy(), np.zeros(number, dtype=np.int64)
+        after = codes.copy()
+        for d in self.marks:
+            after -= space.weights[d] * space.digit(codes, d)
+        # The rank may be one beyond the places while none is neutral there.
+        places = np.append(self.places, 0)
+        for o in self.told:
+            slot = space.digit(codes, 1 + o)
+            resting = self.neutral[slot]
+            place = np.where(resting, places[rank], slot)
+            moved = np.where(resting & (hand == slot), place, moved)
+            after += space.weights[1 + o] * (place - slot)
+            rank += resting
+        over_empty = self.neutral[hand]
+        for o in self.told:
+            over_empty &= space.digit(codes, 1 + o) != hand
+        if self.unseen:
+            slots = np.stack([space.digit(codes, 1 + o) for o in self.unseen])
+            resting = self.neutral[slots]
+            under = resting & (slots == hand)
+            moved = np.where(under.any(axis=0), places[rank], moved)
+            over_empty &= ~under.any(axis=0)
+            ordered = np.sort(np.where(resting, space.held + 1, slots), axis=0)
+            for k, o in enumerate(self.unseen):
+                neutral = ordered[k] > space.held
+                place = np.where(neutral, places[rank], ordered[k])
+                after += space.weights[1 + o] * (place - space.digit(codes, 1 + o))
+                rank += neutral
+        moved = np.where(over_empty, places[np.minimum(rank, len(self.places))], moved)
+        return after + (moved - hand)

@@ -1,0 +1,128 @@
+"""A manipulation model as a transition system whose states are generated when something asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from prefplan.errors import ModelError
+from prefplan.exact_costs import Number, to_number
+from prefplan.models.generated import GeneratedSystem
+from prefplan.models.manipulation.action_costs import UNMEASURED
+from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.description import Description, ManipulationState
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
+from prefplan.models.manipulation.quotient import ReducedModel, can_be_reduced, most_states
+from prefplan.models.manipulation.state_space import Generator, reachable
+from prefplan.models.transition_system import Barred, Quotient, TransitionSystem
+
+LISTED_STATES = 300_000
+"""Models of no more states, by an upper bound, are searched as they are: listing these takes about a second."""
+
+
+class ManipulationSystem(GeneratedSystem):
+    """The states that operators reach from one state of a manipulation model, numbered as they are met.
+
+    Attributes:
+        generator: what leads from state to state.
+        first: the first state.
+        barred: actions that do not exist where some propositions hold.
+    """
+
+    generator: Generator
+    first: ManipulationState
+    barred: Barred
+
+    def __init__(self, model: Description, operators: Sequence[Operator], start: ManipulationState) -> None:
+        """Take the model, the kinds of actions, and the first state.
+
+        Raises:
+            ModelError: the start is not a state of the model, or a state does not fit an integer.
+        """
+        space = StateCodes(model, start)
+        self._codes = [space.encode(start, where="start")]
+        generator = Generator.of(space, operators)
+        super().__init__(
+            start=0,
+            unit=generator.unit,
+            propositions=model.own_propositions | model.propositions,
+            resolution=None,
+            generator=generator,
+            first=start,
+            barred=(),
+        )
+        if generator.has_gaps or generator.operators != STANDARD_OPERATORS:
+            # Only the list of all states tells whether every outcome is a state, and every possible action measured.
+            self.__dict__["listed"] = reachable(generator, self._codes)
+
+    @cached_property
+    def listed(self) -> TransitionSystem:
+        """All states; those that were met before keep their numbers."""
+        return reachable(self.generator, self._codes).without(self.barred).knowing(self.propositions)
+
+    @cached_property
+    def is_large(self) -> bool:
+        """Whether listing all states may take long, by an upper bound of their number."""
+        return most_states(self.generator.space) > LISTED_STATES
+
+    @property
+    def shared_cost(self) -> int:
+        """See `TransitionSystem.shared_cost`; here of all costs that an action may have."""
+        costs = self.generator.matrix
+        return int(np.gcd.reduce(costs[costs != UNMEASURED], axis=None, initial=0))
+
+    def knowing(self, propositions: frozenset[str]) -> ManipulationSystem:
+        """See `TransitionSystem.knowing`."""
+        return self._changed(propositions=propositions)
+
+    def without(self, barred: Barred) -> ManipulationSystem:
+        """See `TransitionSystem.without`."""
+        return self._changed(barred=(*self.barred, *barred))
+
+    def _changed(self, **attributes: object) -> ManipulationSystem:
+        other = object.__new__(ManipulationSystem)
+        kept = {name: value for name, value in self.__dict__.items() if name != "listed"}
+        other.__dict__.update(kept | {"_codes": list(self._codes)} | attributes)
+        return other
+
+    def state(self, number: int) -> ManipulationState:
+        """Return the state of a number."""
+        if not 0 <= number < len(self._codes):
+            return self.listed.states[number]  # type: ignore[return-value]
+        return self.generator.space.decode(self._codes[number])
+
+    def label(self, state: int) -> frozenset[str]:
+        """See `TransitionSystem.label`."""
+        return self.state(state).label
+
+    def step(self, state: int, action: str) -> tuple[int, Number]:
+        """See `TransitionSystem.step`."""
+        if "listed" in self.__dict__:
+            return self.listed.step(state, action)
+        barred = any(action == name and names <= self.label(state) for names, name in self.barred)
+        found = None if barred else self.generator.step(self._codes[state], action)
+        if found is not None:
+            return self._number(found[0]), to_number(found[1] * self.unit)
+        raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
+
+    def _number(self, code: int) -> int:
+        if code not in self._codes:
+            self._codes.append(code)
+        return self._codes.index(code)
+
+    def reduced(self, names: Collection[str], *, may_hurry: bool) -> ReducedModel | None:
+        """Return a smaller model to search instead; None in a small model, or where costs tell places apart."""
+        if not (self.is_large and can_be_reduced(self.generator)):
+            return None
+        return ReducedModel(self.generator, self.first, self.barred, names, may_hurry=may_hurry)
+
+    def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
+        """See `TransitionSystem.quotient`; in a small model it is the list of all states."""
+        smaller = self.reduced(names, may_hurry=may_hurry)
+        if smaller is None:
+            return self.listed.quotient(names, may_hurry=may_hurry)
+        quotient = smaller.quotient()
+        return replace(quotient, system=quotient.system.knowing(self.propositions))

@@ -1,0 +1,260 @@
+"""Graphs from files: the same as the same graph written out, whatever the format."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from graph_writers import WRITERS, dimacs, states_of
+from hypothesis import given
+from hypothesis import strategies as st
+from judge.random_problems import random_problem
+
+from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pareto_front
+from prefplan.exact_costs import exact, exact_floats, in_common_unit, round_costs
+from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.scenario.decode import from_dict
+
+
+def described(system: TransitionSystem, name: Callable[[Any], str]) -> tuple[dict, Counter]:
+    """Return the labels of a system's states and its edges, with states renamed."""
+    names = [name(state) for state in system.states]
+    labels = {names[state]: system.label(state) for state in range(system.size)}
+    edges = Counter(
+        (names[state], names[system.targets[edge]], system.cost(edge))
+        for state in range(system.size)
+        for edge in system.edges(state)
+    )
+    return labels, edges
+
+
+def points(scenario: Scenario) -> list[tuple[Any, Any]]:
+    return [(plan.cost, plan.preference) for plan in pareto_front(scenario.problem())]
+
+
+def without_parallel_edges(model: dict[str, Any]) -> dict[str, Any]:
+    """Return a model with the first edge between each two states: others may be left out of what is read."""
+    first = {(edge["from"], edge["to"]): edge for edge in reversed(model["transitions"])}
+    return {**model, "transitions": list(first.values())[::-1]}
+
+
+@pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
+@pytest.mark.parametrize("seed", range(12))
+def test_a_graph_read_from_a_file_is_the_one_written_out(tmp_path: Path, write: Callable, seed: int) -> None:
+    table = random_problem(seed, decimals=seed % 3).scenario()
+    model = table["model"] = without_parallel_edges(table["model"])
+    if not model["transitions"]:
+        model["transitions"] = [{"from": model["start"], "to": model["start"], "cost": 1}]
+    model["labels"] = {state: names for state, names in model["labels"].items() if state in states_of(model)}
+    model["propositions"] = ["a", "b", "c"]
+    written = write(model, tmp_path)
+    kept = {key: model[key] for key in ("kind", "start", "propositions")}
+    read = from_dict({**table, "model": {**kept, **written}}, path=tmp_path / "town.toml")
+    listed = from_dict(table)
+    by_number = dict(enumerate(states_of(model), start=1))
+    rename = (lambda state: by_number[int(state)]) if write is dimacs else str
+    assert described(read.problem().system, rename) == described(listed.problem().system, str)
+    assert read.problem().system.unit == listed.problem().system.unit
+    assert points(read) == points(listed)
+
+
+def read(tmp_path: Path, text: str, file: str = "town.csv", **keys: Any) -> TransitionSystem:
+    (tmp_path / file).write_text(text)
+    return GraphFileModel(tmp_path, file, keys.pop("start", "a"), **keys).transition_system()
+
+
+def test_parallel_edges_have_actions_of_their_own_and_dearer_ones_are_dropped(tmp_path: Path) -> None:
+    text = "from,to,action,cost\na,b,,2\na,b,,3\na,b,,2\na,b,tram,2\nb,a,,1\na,b,tram,2\na,c,,9\n"
+    system = read(tmp_path, text)
+    actions = [system.action_names[system.actions[edge]] for edge in system.edges(0)]
+    assert actions == ["b", "b#2", "tram", "tram#2", "c"]
+    assert GraphFileModel(tmp_path, "town.csv", "a").network.dropped == 1
+    assert [system.step(0, action) for action in actions] == [(1, 2)] * 4 + [(2, 9)]
+
+
+@pytest.mark.parametrize("ending", ["graphml", "json"])
+def test_undirected_edges_lead_both_ways(tmp_path: Path, ending: str) -> None:
+    texts = {
+        "graphml": '<graphml><key id="d" for="edge" attr.name="cost"><default>4</default></key>'
+        '<graph edgedefault="undirected"><node id="a"/><node id="b"/><edge source="a" target="b"/></graph></graphml>',
+        "json": '{"directed": false, "nodes": [{"id": "a"}, {"id": "b"}], '
+        '"edges": [{"source": "a", "target": "b", "cost": 4}]}',
+    }
+    system = read(tmp_path, texts[ending], f"town.{ending}")
+    assert [system.step(0, "b"), system.step(1, "a")] == [(1, 4), (0, 4)]
+
+
+def test_edges_without_numbers_cost_one_and_labels_of_file_and_scenario_add_up(tmp_path: Path) -> None:
+    (tmp_path / "places.csv").write_text('node,x,y,labels\na,0,0,\nb,3,4,"shop, bank"\n')
+    system = read(tmp_path, "from,to,name\na,b,High Street\n", nodes="places.csv", labels={"b": ["park"]})
+    assert system.step(0, "b") == (1, 1)
+    assert system.label(1) == {"shop", "bank", "park"}
+
+
+GRAPHML = '<graphml><graph><node id="a"/>\n{}</graph></graphml>'
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("town.csv", "from,to,cost\na,b,1\nb,c,x\n", "line 3: edge from 'b' to 'c': cost is not a number: 'x'"),
+        ("town.csv", "from,to,cost\na,b,-1\n", "line 2: edge from 'a' to 'b': cost is negative: '-1'"),
+        ("town.csv", "from,to,cost\na,b,2e15\n", "line 2: edge from 'a' to 'b': cost is larger than 1e+15: '2e15'"),
+        ("town.csv", "from,to,cost\na,b\n", "line 2: 2 columns, where the first line names 3"),
+        ("town.csv", "source,to,cost\n", "line 1: no column 'from' (columns: source, to, cost)"),
+        ("town.csv", 'from,to\na,"b\n', "line 2: not CSV: unexpected end of data"),
+        ("town.csv", "from,to,action\na,b,go\na,c,go\n", "action 'go' leaves node 'a' twice, to different nodes"),
+        ("town.graphml", "<graphml>\n<graph>", "line 2: not XML: no element found"),
+        ("town.graphml", "<html></html>", "not GraphML: there is no element <graph>"),
+        ("town.graphml", GRAPHML.format('<edge source="a"/>'), "line 2: <edge> without 'target'"),
+        ("town.graphml", GRAPHML.format('<node id="a"/>'), "line 2: node 'a' occurs twice"),
+        ("town.graphml", GRAPHML.format("<hyperedge/>"), "line 2: element <hyperedge> is not supported"),
+        ("town.graphml", GRAPHML.format('<data key="d7">3</data>'), "line 2: <data> of an undeclared key 'd7'"),
+        (
+            "town.graphml",
+            GRAPHML.format('<edge source="a" target="z"/>'),
+            "edge from 'a' to 'z': 'z' is not listed as a node",
+        ),
+        ("town.json", '{"nodes": [],\n "edges": [}', "line 2: not JSON: Expecting value"),
+        ("town.json", '{"nodes": []}', "not node-link JSON: there is no list 'edges' or 'links'"),
+        ("town.json", '{"edges": [{"source": "a"}]}', "edges[0]: must be an object with 'source' and 'target'"),
+        ("town.json", '{"edges": [{"source": "a", "target": [1]}]}', "edges[0]: a node's name must be a string or"),
+        ("town.gr", "p sp 2 1\na 1 3 5\n", "line 2: node 3 is not one of 1 to 2"),
+        ("town.gr", "p sp 2 2\na 1 2 5\n", "the line 'p sp' says 2 arcs, and there are 1"),
+        ("town.gr", "c no heading\na 1 2 5\n", "line 2: must be 'p sp NODES ARCS', not 'a 1 2 5'"),
+        ("town.gr", "p sp 2 1\na 1 2\n", "line 2: must be 'a NODE NODE COST', not 'a 1 2'"),
+        ("town.csv.gz", "from,to\n", "not a complete gzip file"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_named_with_its_place(tmp_path: Path, file: str, text: str, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        read(tmp_path, text, file)
+    assert str(caught.value).startswith(f"file: {file}: {message}")
+
+
+TWO_NUMBERS = "from,to,length,time,name\na,b,1,2,High Street\n"
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({}, "cost: missing; it says which number of an edge is its cost (valid: length, time)"),
+        ({"cost": "lenght"}, "cost: no number 'lenght' on the edges (did you mean 'length'?)"),
+        ({"cost": "name"}, "file: town.csv: line 2: edge from 'a' to 'b': name is not a number: 'High Street'"),
+        ({"cost": 3}, "cost: must be the name of an attribute of the edges, not 3"),
+        ({"cost": {"time": "tiem"}}, "cost.time: no number 'tiem' on the edges (did you mean 'time'?)"),
+        ({"cost": {"time": 3}}, "cost.time: must be the name of an attribute of the edges, not 3"),
+        ({"cost": {}}, "cost: names no cost"),
+        ({"cost": {"two words": "time"}}, "cost: 'two words' is not a name"),
+        ({"cost": "time", "start": "z"}, "start: unknown state 'z' (valid: a, b)"),
+        ({"cost": "time", "labels": {"z": ["p"]}}, "labels: unknown state 'z' (valid: a, b)"),
+        ({"cost": "time", "nodes": "x.txt"}, "nodes: x.txt: must end in .csv, .co, or in one of these and .gz"),
+        ({"cost": "time", "nodes": "x.csv"}, "nodes: x.csv: no such file beside the scenario"),
+    ],
+)
+def test_keys_that_do_not_fit_the_file_are_refused(tmp_path: Path, keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        read(tmp_path, TWO_NUMBERS, **keys)
+    assert str(caught.value).startswith(message)
+
+
+def test_several_files_are_of_one_format_and_have_one_cost_each(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"^file.time: must be a file that ends in .gr, not 't.csv'"):
+        _ = GraphFileModel(tmp_path, {"time": "t.csv"}, "1").network
+    files = {"time": "t.gr", "toll": "c.gr"}
+    with pytest.raises(ModelError, match=r"^cost: no number 'tim' on the edges \(did you mean 'time'\?\)"):
+        _ = GraphFileModel(tmp_path, files, "1", cost="tim").network
+    with pytest.raises(ModelError, match=r"^cost: must be one of time, toll, or missing for all"):
+        _ = GraphFileModel(tmp_path, files, "1", cost={"time": "time"}).network
+
+
+@pytest.mark.parametrize(
+    ("arcs", "message"),
+    [
+        (["a 1 2 5", "a 1 3 5"], "line 3: edge from '1' to '3', where t.gr has the edge from '2' to '3'"),
+        (["a 1 2 5", "a 2 3 5", "a 3 1 5"], "line 4: edge from '3' to '1', where t.gr ends"),
+        (["a 1 2 5"], "no edge from '2' to '3', which t.gr has"),
+        (["a 1 2 5", "a 2 3 -5"], "line 3: edge from '2' to '3': cost is negative: b'-5'"),
+    ],
+)
+def test_files_of_several_costs_have_the_same_arcs(tmp_path: Path, arcs: list[str], message: str) -> None:
+    (tmp_path / "t.gr").write_text("p sp 3 2\na 1 2 1\na 2 3 1\n")
+    (tmp_path / "d.gr").write_text("\n".join([f"p sp 3 {len(arcs)}", *arcs]))
+    with pytest.raises(ModelError) as caught:
+        _ = GraphFileModel(tmp_path, {"time": "t.gr", "distance": "d.gr"}, "1").network
+    assert str(caught.value).startswith(f"file: d.gr: {message}")
+
+
+def several_costs_files(edges: list[tuple[int, int, int, int]], folder: Path) -> dict[str, dict[str, Any]]:
+    """Write edges (source, target, time, distance) as a table and as DIMACS files; return the keys for each form."""
+    rows = "".join(f"{source},{target},{time},{distance}\n" for source, target, time, distance in edges)
+    (folder / "town.csv").write_text("from,to,travel_time,length\n" + rows)
+    for k, name in ((2, "t.gr"), (3, "d.gr")):
+        arcs = [f"a {edge[0]} {edge[1]} {edge[k]}" for edge in edges]
+        (folder / name).write_text("\n".join([f"p sp 9 {len(edges)}", *arcs]))
+    return {
+        "table": {"file": "town.csv", "cost": {"time": "travel_time", "distance": "length"}},
+        "dimacs": {"file": {"time": "t.gr", "distance": "d.gr"}},
+    }
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_several_costs_in_files_are_those_written_out(tmp_path: Path, seed: int) -> None:
+    rng = random.Random(seed)
+    edges = [(1, 1, 0, 0)]
+    edges += [(rng.randint(1, 4), rng.randint(1, 4), rng.randint(0, 5), rng.randint(0, 5)) for _ in range(20)]
+    labels = {str(node): ["a"] if node == 3 else ["b"] for edge in edges for node in edge[:2] if node > 2}
+    table: dict[str, Any] = {
+        "tasks": [{"name": "x", "formula": "F a"}, {"name": "y", "formula": "F b"}],
+        "preference": {"kind": "order"},
+    }
+    keys = {"kind": "graph", "start": "1", "labels": labels, "propositions": ["a", "b"]}
+    written_out = [
+        {"from": str(a), "to": str(b), "action": f"{b} {k}", "cost": {"time": time, "distance": distance}}
+        for k, (a, b, time, distance) in enumerate(edges)
+    ]
+    listed = from_dict({**table, "model": {**keys, "transitions": written_out}})
+    front = [plan.objectives for plan in pareto_front(listed.problem())]
+    best = {
+        (a, b, *costs)
+        for a, b, *costs in edges
+        if not any(e[:2] == (a, b) and e[2] <= costs[0] and e[3] <= costs[1] and e[2:] != tuple(costs) for e in edges)
+    }
+    for form in several_costs_files(edges, tmp_path).values():
+        read = from_dict({**table, "model": {**keys, **form}}, path=tmp_path / "town.toml")
+        network = read.model.network
+        ends = [[int(network.states[i]) for i in side.tolist()] for side in (network.sources, network.targets)]
+        assert set(zip(*ends, *network.costs.tolist(), strict=True)) == best
+        assert network.dropped == sum(edge not in best for edge in edges)
+        assert [plan.objectives for plan in pareto_front(read.problem())] == front
+
+
+def test_a_mistake_in_a_file_is_told_with_the_scenario(tmp_path: Path) -> None:
+    table = random_problem(1).scenario()
+    table["model"] = {"kind": "graph", "file": "town.gr", "start": 1}
+    with pytest.raises(ScenarioError) as caught:
+        from_dict(table, path=tmp_path / "town.toml").problem()
+    assert str(caught.value) == f"{tmp_path}/town.toml: model.file: town.gr: no such file beside the scenario"
+
+
+COSTS = st.one_of(
+    st.integers(0, 10**6).map(float),
+    st.integers(0, 10**6).map(lambda count: count / 1000),
+    st.floats(0, 1000),
+    st.sampled_from([1e-10, 1e10, 5e14, 0.123456789012345, 2.00000000001]),
+)
+
+
+@given(st.lists(COSTS, max_size=8), st.sampled_from([None, None, exact(0.1), exact(1) / 3]))
+def test_an_array_of_floats_is_as_exact_as_a_list(values: list[float], wanted: Any) -> None:
+    fractions: Any = {value: exact(value) for value in values}
+    resolution = round_costs(fractions, wanted)
+    multiples, unit = in_common_unit([fractions[value] for value in values])
+    found, found_unit, found_resolution = exact_floats(np.array(values, dtype=np.float64), wanted)
+    assert found.tolist() == multiples.tolist()
+    assert (found_unit, found_resolution) == (unit, resolution)

@@ -1,0 +1,96 @@
+"""Searching the quotient of a manipulation model gives what searching all its states gives."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from random_manipulation import random_model, random_problem
+from small_models import COSTS, spot
+
+from prefplan import (
+    ManipulationModel,
+    ModelError,
+    Object,
+    Options,
+    Order,
+    Planner,
+    Problem,
+    Task,
+    cheapest_plan,
+    pareto_front,
+)
+from prefplan.models.manipulation import system as system_module
+from prefplan.models.manipulation.quotient import most_states
+
+
+@pytest.fixture
+def quotients_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
+
+
+@pytest.mark.parametrize("generated", [True, False])
+@pytest.mark.parametrize("seed", range(40))
+def test_random_fronts_are_those_of_the_whole_model(
+    seed: int, generated: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = random_problem(random.Random(seed))
+    whole = pareto_front(problem)
+    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
+    again = random_problem(random.Random(seed))
+    front = pareto_front(again, options=Options(generated=generated))
+    assert [(p.cost, p.preference) for p in front] == [(p.cost, p.preference) for p in whole]
+    assert front.reason == whole.reason
+    # Plans are checked action by action in the whole model when they are lifted to it.
+    assert [len(plan.states) - 1 for plan in front] == [len(plan.actions) for plan in front]
+    if whole:
+        cheapest = cheapest_plan(again, options=Options(generated=generated))
+        assert (cheapest.cost, cheapest.preference) == (whole[0].cost, whole[0].preference)
+
+
+def test_what_need_not_be_moved_costs_nothing(quotients_only: None) -> None:
+    def states_searched(bystanders: int) -> int:
+        places = [spot(f"s{k}") for k in range(4 + bystanders)] + [spot("bin", capacity=4)]
+        objects = [Object(f"o{k}", f"s{k}") for k in range(4 + bystanders)]
+        model = ManipulationModel("home", COSTS, tuple(places), tuple(objects))
+        tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_bin & o3_bin)")]
+        planner = Planner(Problem(model.transition_system(), tasks, Order()), options=Options(generated=False))
+        assert [(plan.cost, plan.preference) for plan in planner.front()] == [(40, 0)]
+        return planner._quotient.system.size
+
+    assert states_searched(0) == states_searched(10)
+
+
+def test_an_object_in_the_way_is_moved(quotients_only: None) -> None:
+    objects = [Object("cup", "a"), Object("jug", "b"), Object("bowl", "c")]
+    model = ManipulationModel("home", COSTS, tuple(map(spot, "abcd")), tuple(objects))
+    (plan,) = pareto_front(Problem(model.transition_system(), [Task("t", "F cup_b")], Order()))
+    assert plan.actions[:4] == ("transit b", "grasp jug", "transport jug d", "release jug d")
+    assert plan.actions[4:] == ("transit a", "grasp cup", "transport cup b", "release cup b")
+
+
+def test_the_bound_of_the_number_of_states_holds() -> None:
+    for seed in range(40):
+        model = random_model(random.Random(seed))
+        system = model.transition_system()
+        bare = {state.marks: None for state in system.listed.states}  # type: ignore[attr-defined]
+        assert system.size <= most_states(system.generator.space) * len(bare)
+
+
+def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
+    places = [*(spot(f"s{k}") for k in range(24)), spot("bin", capacity=4)]
+    model = ManipulationModel("home", COSTS, tuple(places), tuple(Object(f"o{k}", f"s{k}") for k in range(20)))
+    assert model.transition_system().generator.space.bound > 2**64
+    tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_s9 & o3_bin)")]
+    (plan,) = pareto_front(Problem(model.transition_system(), tasks, Order()))
+    # Five objects are moved: the four, and what stands at s9.
+    assert (plan.cost, plan.preference, len(plan.actions)) == (50, 0, 20)
+    assert {action.split()[1] for action in plan.actions if action.startswith("grasp")} == {
+        "o0",
+        "o1",
+        "o2",
+        "o3",
+        "o9",
+    }
+    with pytest.raises(ModelError, match="20 objects and 25 places are more than a state can hold"):
+        _ = model.transition_system().size

@@ -1,0 +1,67 @@
+"""Random manipulation problems with a handful of objects, most of whose locations are alike."""
+
+from __future__ import annotations
+
+import random
+
+from small_models import COSTS
+
+from prefplan import (
+    Deadline,
+    Due,
+    Expression,
+    Location,
+    ManipulationModel,
+    Object,
+    Order,
+    Preference,
+    Problem,
+    Relaxation,
+    Task,
+    WeightedSum,
+)
+
+
+def random_model(rng: random.Random) -> ManipulationModel:
+    """Draw a model of 4 to 6 locations, most of them alike, and 2 to 4 objects."""
+    names = [f"l{k}" for k in range(rng.randint(4, 6))]
+    places = []
+    for k, name in enumerate(names):
+        on = (rng.choice(names[:k]),) if k and rng.random() < 0.15 else ()
+        marks, capacity = rng.choice((None, None, "wet")), rng.choice((1, 1, 1, 2))
+        places.append(Location(name, at=None if on else (0.0, 0.0), on=on, marks=marks, capacity=capacity))
+    flat = [place.name for place in places if not place.on]
+    starts = rng.sample(flat, min(len(flat), rng.randint(2, 4)))
+    objects = [Object(f"o{k}", start, fixed=rng.random() < 0.1) for k, start in enumerate(starts)]
+    rng.shuffle(places)
+    return ManipulationModel(rng.choice(["home", *names]), COSTS, tuple(places), tuple(objects))
+
+
+def random_problem(rng: random.Random) -> Problem:
+    """Draw one to three tasks over a few propositions of a random model."""
+    model = random_model(rng)
+    names = sorted(rng.sample(sorted(model.own_propositions), 3))
+    forms = (
+        "F {0}",
+        "F ({0} & F {1})",
+        "F ({0} & {1})",
+        "!{0} U {1}",
+        "F ({0} & X {1})",
+        "F (!{0} & X X {1})",
+        "X {0}",
+    )
+    tasks = []
+    for k in range(rng.randint(1, 3)):
+        rng.shuffle(names)
+        relax = (Relaxation(names[0], f"!{names[2]}", rng.randint(1, 9)),) if rng.random() < 0.2 else ()
+        tasks.append(Task(f"t{k}", rng.choice(forms).format(*names), relax=relax, skip=rng.choice((None, None, 5))))
+    bought = any(task.relax or task.skip is not None for task in tasks)
+    ids = [task.name for task in tasks]
+    free: list[Preference] = [
+        Order(),
+        WeightedSum({name: rng.randint(0, 3) for name in ids}),
+        Deadline({ids[0]: Due(by=10, weight=1)}),
+        Expression(" * ".join(ids), contract="componentwise"),
+    ]
+    paid = WeightedSum({name: rng.randint(1, 3) for name in ids}, over="violation")
+    return Problem(model.transition_system(), tasks, paid if bought else rng.choice(free))
