@@ -1,11 +1,35 @@
-"""When a search stops before its end."""
+"""When planning stops before its end: limits of time and memory that hold for all that is done under them."""
 
 from __future__ import annotations
 
 import math
 import os
+import resource
 import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as StillRunningError
+from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+
+from prefplan.errors import PrefplanError
+
+T = TypeVar("T")
+
+CHECK_PERIOD_S = 0.05
+"""Time between two checks of the limits while a kernel runs."""
+
+
+class LimitError(PrefplanError):
+    """A limit was reached; `ended` says which: `time` or `memory`."""
+
+    def __init__(self, ended: str) -> None:
+        """Keep what ended the work."""
+        super().__init__(f"stopped by the {ended} limit")
+        self.ended = ended
 
 
 def available_memory() -> int:
@@ -16,13 +40,22 @@ def available_memory() -> int:
         return 2**31
 
 
+def memory_in_use() -> int:
+    """Return how many bytes of memory this process takes; the most it ever took where only that can be told."""
+    try:
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
 @dataclass
 class Limits:
-    """Bounds of a search's effort, and how far it got.
+    """Bounds of an effort, and how far it got; as a context, `check_limits` keeps to them.
 
     Attributes:
         seconds: time, from when this was made.
-        bytes: memory of the search.
+        bytes: memory, beyond what was in use when this was made.
         ended: `time`, `memory` or `interrupt` once that stopped a search.
         complete_below: all goals of lower cost (internal units) have been found.
     """
@@ -32,6 +65,8 @@ class Limits:
     ended: str | None = None
     complete_below: float = 0
     _began: float = field(default_factory=time.perf_counter)
+    _in_use_before: int = field(default_factory=memory_in_use)
+    _outer: Token[Limits | None] | None = None
 
     @property
     def out_of_time(self) -> bool:
@@ -42,3 +77,62 @@ class Limits:
     def seconds_left(self) -> float:
         """How much of the time is left; negative once it is up."""
         return self.seconds - (time.perf_counter() - self._began)
+
+    @property
+    def bytes_taken(self) -> int:
+        """Memory that was taken since this was made."""
+        return memory_in_use() - self._in_use_before
+
+    def check(self, more_bytes: float = 0) -> None:
+        """Raise LimitError if the time is up, or if the memory does not hold so much more."""
+        if self.out_of_time:
+            raise LimitError("time")
+        if self.bytes < math.inf and self.bytes_taken + more_bytes > self.bytes:
+            raise LimitError("memory")
+
+    def __enter__(self) -> Limits:
+        """Make these the present limits."""
+        self._outer = _present.set(self)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Return to the limits that were present before."""
+        if self._outer is not None:
+            _present.reset(self._outer)
+
+
+_present: ContextVar[Limits | None] = ContextVar("limits", default=None)
+
+
+def check_limits(more_bytes: float = 0) -> None:
+    """Raise LimitError if the present limits are reached, or would be with so much more memory.
+
+    Without present limits, memory that is free is the limit.
+    """
+    limits = _present.get()
+    if limits is not None:
+        limits.check(more_bytes)
+    elif more_bytes > available_memory():
+        raise LimitError("memory")
+
+
+def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
+    """Run a kernel in a thread of its own, so that the present limits and Ctrl-C can stop it.
+
+    Args:
+        run: calls the kernel; the flag it is given, (1,) bool, is set once the kernel is to return.
+
+    Raises:
+        LimitError: a limit was reached.
+    """
+    stop = np.zeros(1, dtype=np.bool_)
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        result = pool.submit(run, stop)
+        try:
+            while True:
+                try:
+                    return result.result(CHECK_PERIOD_S)
+                except StillRunningError:
+                    check_limits()
+        finally:
+            stop[0] = True

@@ -8,8 +8,9 @@ import numpy as np
 
 from prefplan.product.contraction import by_way_of
 from prefplan.product.heap import heap_pop, heap_push
+from prefplan.product.kernels import Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product.successors import INFINITE, NO_EDGE, ProductView, active_nodes
 
 
 class ReverseView(NamedTuple):
@@ -168,8 +169,8 @@ def _finished(reverse: ReverseView, tasks: np.ndarray, combination: Integer) -> 
 
 
 @kernel
-def dijkstra(reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray) -> None:
-    """Fill a table with least costs, those of edges weighted by what is satisfied.
+def dijkstra(reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, stop: np.ndarray) -> None:
+    """Fill a table with least costs, those of edges weighted by what is satisfied; return early once `stop` is set.
 
     Costs from INFINITE on are entered as the largest finite number, still a lower bound. Cells whose node no edge leads
     to have no predecessors, and need not enter the open list.
@@ -187,7 +188,7 @@ def dijkstra(reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table
                     if count == keys.shape[0]:
                         keys, items = _twice(keys), _twice(items)
                     count = heap_push(keys, items, count, 0, node + nodes * combination)
-    while count > 0:
+    while count > 0 and not stop[0]:
         cost, cell = keys[0], items[0]
         count = heap_pop(keys, items, count)
         if table[cell] < cost:

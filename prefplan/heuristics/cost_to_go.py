@@ -5,6 +5,8 @@ What is minimised can be the growth of mu, too: an edge of cost w taken while S 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +18,12 @@ from prefplan.heuristics.backward_dijkstra import (
     reverse_view,
 )
 from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
+from prefplan.limits import check_limits, run_within_limits
 from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE, NO_EDGE, ProductView
+
+WATCHED_ENTRIES = 100_000
+"""Entries of a table from which on filling it is watched; fewer take less than a tenth of a second."""
 
 
 class Backward:
@@ -36,6 +42,22 @@ class Backward:
         self._product, self._forward = product, forward
         self.stages = stages_of(product, forward)
 
+    def cost_to_go(self, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
+        """See `cost_to_go`."""
+        return cost_to_go(self, tasks, factors, shift=shift)
+
+    def nodes_of(self, tasks: Sequence[int]) -> int:
+        """Return the number of nodes in the tables of some tasks."""
+        return self.nodes
+
+    def entries_of(self, tasks: Sequence[int]) -> int:
+        """Return about how many entries a table of some tasks has."""
+        return self.nodes * math.prod(int(self.sizes[i]) for i in tasks)
+
+    def projection_of(self, tasks: Sequence[int]) -> int:
+        """Return the number of the projection in which tables of some tasks are: 0, as all are over the graph."""
+        return 0
+
     @cached_property
     def reverse(self) -> ReverseView:
         """Who leads to a node, and which automaton states lead to one."""
@@ -53,12 +75,22 @@ def cost_to_go(backward: Backward, tasks: np.ndarray, factors: np.ndarray, *, sh
 
     Returns:
         (S * Q_1 * ... * Q_k,) int64, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); INFINITE where it cannot be done.
+
+    Raises:
+        LimitError: a limit was reached.
     """
-    table: np.ndarray = np.full(backward.nodes * int(np.prod(backward.sizes[tasks])), INFINITE)
+    entries = backward.nodes * int(np.prod(backward.sizes[tasks]))
+    if entries >= WATCHED_ENTRIES:
+        check_limits(8 * entries)
+    table: np.ndarray = np.full(entries, INFINITE)
     if (stages := backward.stages) is not None:
         near = np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE)
         fill_in_order(stages._replace(near=near), tasks, factors, table)
     else:
         edges = restricted(backward.reverse, tasks)
-        dijkstra(edges._replace(costs=edges.costs >> shift), tasks, factors, table)
+        edges = edges._replace(costs=edges.costs >> shift)
+        if entries < WATCHED_ENTRIES:
+            dijkstra(edges, tasks, factors, table, np.zeros(1, dtype=np.bool_))
+        else:
+            run_within_limits(lambda stop: dijkstra(edges, tasks, factors, table, stop))
     return table

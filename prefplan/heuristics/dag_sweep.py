@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.product.contraction import by_way_of
+from prefplan.product.kernels import Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, NO_EDGE, Integer, ProductView, active_nodes, bare_kernel, kernel
+from prefplan.product.successors import INFINITE, NO_EDGE, ProductView, active_nodes
 
 
 class Stages(NamedTuple):

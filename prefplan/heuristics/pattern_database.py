@@ -15,7 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward, cost_to_go
-from prefplan.product.successors import INFINITE, Integer, bare_kernel
+from prefplan.heuristics.projections import Projected, Projections, projected
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.successors import INFINITE
 
 ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
 """Entries of all tables together that building may cost, unless one task at a time needs more; those filled stage by
@@ -34,19 +36,21 @@ class Patterns(NamedTuple):
 
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64. base: (P,) int64: entry = base + node + sum_j strides[j] q_j.
+        projection: (P,) int64, in which projection of the model each table is.
         table: (entries,) int32: UNREACHABLE - 1 stands for all larger costs, and is a consistent bound.
     """
 
     tasks: np.ndarray
     strides: np.ndarray
     base: np.ndarray
+    projection: np.ndarray
     table: np.ndarray
 
 
 def no_patterns() -> Patterns:
     """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
     empty = np.zeros((0, 1), dtype=np.int64)
-    return Patterns(empty, empty, empty[:, 0], np.zeros(0, dtype=np.int32))
+    return Patterns(empty, empty, empty[:, 0], empty[:, 0], np.zeros(0, dtype=np.int32))
 
 
 def count_entries(backward: Backward, k: int) -> float:
@@ -84,8 +88,49 @@ def patterns(backward: Backward, k: int) -> Patterns:
     table = np.empty(ends[-1], dtype=np.int32)
     for p, tasks in enumerate(sets):
         costs = cost_to_go(backward, tasks, np.ones(2**k, dtype=np.int64))
-        table[base[p] : ends[p]] = np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)
-    return Patterns(sets, strides[:, :-1].copy(), base, table)
+        table[base[p] : ends[p]] = as_entries(costs)
+    return Patterns(sets, strides[:, :-1].copy(), base, np.zeros_like(base), table)
+
+
+def as_entries(costs: np.ndarray) -> np.ndarray:
+    """Return costs-to-go as the entries of a table."""
+    return np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE).astype(np.int32)
+
+
+def projected_patterns(backward: Projected) -> Patterns:
+    """Return tables whose entries may be added up: every action's cost is counted in one of them at the most."""
+    groups = backward.groups()
+    width = max(map(len, groups), default=1)
+    # Places beyond a group's tasks add nothing.
+    tasks, strides = np.zeros((2, len(groups), width), dtype=np.int64)
+    tables = []
+    for p, members in enumerate(groups):
+        tasks[p, : len(members)] = members
+        sizes = backward.sizes[np.array(members[:-1], dtype=np.int64)]
+        strides[p, : len(members)] = np.cumprod(np.concatenate([[backward.nodes_of(members)], sizes]))
+        tables.append(as_entries(backward.shared_cost_to_go(members, groups)))
+    ends = np.cumsum([len(table) for table in tables], dtype=np.int64)
+    base = ends - np.array([len(table) for table in tables], dtype=np.int64)
+    projection = np.array([backward.projection_of(members) for members in groups], dtype=np.int64)
+    return Patterns(tasks, strides, base, projection, np.concatenate(tables))
+
+
+def scaled(databases: Patterns, weight: float) -> Patterns:
+    """Return tables of so many times the costs: no bounds, but they guide a search."""
+    entries = np.minimum((databases.table * weight).astype(np.int64), UNREACHABLE - 1)
+    return databases._replace(table=np.where(databases.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32))
+
+
+@bare_kernel
+def added_bound(
+    databases: Patterns, projections: Projections, digits: np.ndarray, node: Integer, automata: np.ndarray
+) -> Integer:
+    """Return the sum of the entries of all tables, INFINITE at most."""
+    bound = np.int64(0)
+    for p in range(databases.base.shape[0]):
+        place = projected(projections, databases.projection[p], digits, node)
+        bound = min(bound + _entry(databases, place, automata, p), np.int64(INFINITE))
+    return bound
 
 
 @bare_kernel
@@ -97,7 +142,7 @@ def raise_bound(databases: Patterns, node: Integer, automata: np.ndarray, known:
     """
     bound, likely, p = known[COST_BOUND], known[LIKELY], known[LOOKED]
     if p == 0 and likely < databases.base.shape[0]:
-        bound = _entry(databases, node, automata, likely)
+        bound = max(bound, _entry(databases, node, automata, likely))
     while p < databases.base.shape[0] and bound <= limit:
         entry = _entry(databases, node, automata, p)
         if entry > bound:

@@ -9,15 +9,18 @@ distance in T x A_K, hence consistent; the rates of disjoint blocks add up to at
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.cost_to_go import Backward, cost_to_go
+from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import UNREACHABLE, Patterns
+from prefplan.heuristics.projections import Projected, Projections, projected
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate
-from prefplan.product.successors import INFINITE, Integer, bare_kernel
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.successors import INFINITE
 
 BLOCK_SIZE = 3
 """Tasks in a block; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""
@@ -33,6 +36,7 @@ class Blocks(NamedTuple):
         tasks: (B, k) int64, padded with -1. strides: (B, k) int64.
         base: (B, N + 1) int64: entry = base[b, satisfied outside] + node + sum_j strides[j] q_j.
         members: (B,) int64, the block as bits.
+        projection: (B,) int64, in which projection of the model each block's table is.
         table: (entries,) int64, units of mu.
     """
 
@@ -40,16 +44,17 @@ class Blocks(NamedTuple):
     strides: np.ndarray
     base: np.ndarray
     members: np.ndarray
+    projection: np.ndarray
     table: np.ndarray
 
 
 def no_blocks(tasks: int) -> Blocks:
     """Return no tables: the bound 0."""
     none = np.zeros((0, 1), dtype=np.int64)
-    return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], np.zeros(0, dtype=np.int64))
+    return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], none[:, 0], none[:, 0])
 
 
-def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patterns) -> Blocks:
+def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, known: Patterns) -> Blocks:
     """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
 
     Args:
@@ -60,7 +65,8 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patter
     """
     n = measure.tasks
     orders = [rate.groups for rate in measure.rate_terms if isinstance(rate, OrderRate)]
-    groups = orders[0] if orders else tuple((i,) for i in range(n))
+    named = set(range(n)).intersection(*({i for group in order for i in group} for order in orders))
+    groups = (*(orders or [()])[0], *((i,) for i in range(n) if not orders or i not in chain(*orders[0])))
     split = _split(backward, groups)
     jobs: dict[tuple[tuple[int, ...], tuple[int, ...]], list[int]] = {}
     for members in split:
@@ -75,7 +81,7 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patter
     def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
         members, rates = job
         tasks = np.array(members, dtype=np.int64)
-        size = backward.nodes * int(np.prod(backward.sizes[tasks]))
+        size = backward.nodes_of(members) * int(np.prod(backward.sizes[tasks]))
         if not any(rates):
             return np.zeros(size, dtype=np.int64)
         if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
@@ -83,7 +89,7 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patter
             cost = known.table[known.base[members[0]] :][:size].astype(np.int64)
             growth = np.minimum(cost >> backward.shift, (INFINITE - 1) // max(rates[0], 1)) * rates[0]
             return np.where(cost < UNREACHABLE, growth, INFINITE)
-        return cost_to_go(backward, tasks, np.array(rates, dtype=np.int64), shift=backward.shift)
+        return backward.cost_to_go(tasks, np.array(rates, dtype=np.int64), shift=backward.shift)
 
     tables = [tabulate(job) for job in jobs]
     width = max(map(len, split))
@@ -93,30 +99,39 @@ def blocks(backward: Backward, measure: Measure, factor: Fraction, known: Patter
     for b, members in enumerate(split):
         tasks[b, : len(members)] = members
         sizes = backward.sizes[np.array(members[:-1], dtype=np.int64)]
-        strides[b, : len(members)] = np.cumprod(np.concatenate([[backward.nodes], sizes]))
+        strides[b, : len(members)] = np.cumprod(np.concatenate([[backward.nodes_of(members)], sizes]))
     first = 0
     for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
         base[split.index(members), outsides] = first
         first += len(table)
-    bits = np.array([sum(1 << i for i in members) for members in split], dtype=np.int64)
-    return Blocks(tasks, strides, base, bits, np.concatenate(tables))
+    # Only tasks that every order names count as satisfied outside a block: fewer make the bound smaller.
+    bits = np.array([sum(1 << i for i in range(n) if i in members or i not in named) for members in split], np.int64)
+    projection = np.array([backward.projection_of(members) for members in split], dtype=np.int64)
+    return Blocks(tasks, strides, base, bits, projection, np.concatenate(tables))
 
 
-def _split(backward: Backward, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
+def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
     """Return blocks of neighbours in the desired order, none splitting a group, of at most three tasks."""
     found: list[tuple[int, ...]] = []
     for group in groups:
         joined = (found[-1] if found else ()) + group
-        entries = backward.nodes * int(np.prod(backward.sizes[list(joined)]))
+        entries = backward.entries_of(joined)
         if found and len(joined) <= BLOCK_SIZE and entries <= BLOCK_ENTRIES:
             found[-1] = joined
-        elif backward.nodes * int(np.prod(backward.sizes[list(group)])) <= BLOCK_ENTRIES * 8:
+        elif backward.entries_of(group) <= BLOCK_ENTRIES * 8:
             found.append(group)
     return found
 
 
 @bare_kernel
-def preference_bound(tables: Blocks, node: Integer, automata: np.ndarray, satisfied: Integer) -> Integer:
+def preference_bound(
+    tables: Blocks,
+    projections: Projections,
+    digits: np.ndarray,
+    node: Integer,
+    automata: np.ndarray,
+    satisfied: Integer,
+) -> Integer:
     """Return the least growth of mu from a product state to the end, INFINITE at most."""
     bound = np.int64(0)
     for b in range(tables.members.shape[0]):
@@ -125,7 +140,7 @@ def preference_bound(tables: Blocks, node: Integer, automata: np.ndarray, satisf
         while rest:
             rest &= rest - 1
             outside += 1
-        entry = tables.base[b, outside] + node
+        entry = tables.base[b, outside] + projected(projections, tables.projection[b], digits, node)
         for j in range(tables.tasks.shape[1]):
             if tables.tasks[b, j] >= 0:
                 entry += tables.strides[b, j] * automata[tables.tasks[b, j]]

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import Patterns, count_entries, no_patterns, pattern_size, patterns
+from prefplan.heuristics.pattern_database import (
+    Patterns,
+    count_entries,
+    no_patterns,
+    pattern_size,
+    patterns,
+    projected_patterns,
+    scaled,
+)
 from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
-from prefplan.product.contraction import contract, view, whole_graph
+from prefplan.heuristics.projections import Projected, Projections, no_projections
+from prefplan.product.contraction import Graph, contract, view, whole_graph
+from prefplan.product.generated_product import GeneratedProduct, generated_view
 from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE, ProductView
 
@@ -37,20 +48,32 @@ class Options:
             to choose.
         preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states that change nothing, where few matter.
+        generated: whether states of large manipulation models are generated as the search meets them, where they can
+            be; else they are listed before.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
     """
 
     heuristic: int | None = None
     preference_bound: bool = True
     contraction: bool = True
+    generated: bool = True
     compiled: bool = True
 
 
 class Bounds(NamedTuple):
-    """Lower bounds: `patterns` of the cost-to-go, `blocks` of mu's growth."""
+    """Lower bounds.
+
+    Attributes:
+        patterns: of the cost-to-go, the largest of which counts.
+        added: of the cost-to-go, the sum of which counts.
+        blocks: of mu's growth.
+        projections: of the model, in which the tables are; none where its states are listed.
+    """
 
     patterns: Patterns
+    added: Patterns
     blocks: Blocks
+    projections: Projections
 
 
 def bytes_to_prepare(product: Product) -> float:
@@ -64,10 +87,14 @@ class Prepared:
 
     Attributes:
         product: what is searched.
-        graph: over what.
+        graph: over what; None for a model whose states are generated.
+        start_node: where every path begins.
         view: both, as the kernels see them.
         bounds: of the cost-to-go and of mu's growth.
     """
+
+    graph: Graph | None
+    _backward: Backward | None
 
     def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.
@@ -84,25 +111,61 @@ class Prepared:
         self.product, self.options = product, options
         if object in (product.costs.dtype, product.extra_price.dtype):
             raise OverflowError
+        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
+        if isinstance(product, GeneratedProduct):
+            self._prepare_generated(product)
+        else:
+            self._prepare_listed(product, single=single)
+
+    def _prepare_listed(self, product: Product, *, single: bool) -> None:
+        measure, options = product.problem.measure, self.options
         # Under a general contract a detour through states that change nothing may be worth its cost.
-        contraction = options.contraction and product.problem.measure.contract != "general"
+        contraction = options.contraction and measure.contract != "general"
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
+        self.start_node = self.graph.start
         self.view = view(product, self.graph)
         _require_64_bits(product, self.view)
         backward = self._backward = Backward(product, self.view)
-        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
-        measure = product.problem.measure
         size = options.heuristic
         if size is None:
             size = pattern_size(backward, single=single, max_entries=self._max_entries)
         known = patterns(backward, min(size, measure.tasks)) if size else no_patterns()
-        growing = options.preference_bound and measure.bi_objective
-        growths = blocks(backward, measure, product.units.factor, known) if growing else no_blocks(measure.tasks)
-        self.bounds = Bounds(known, growths)
+        self.bounds = Bounds(known, no_patterns(), self._growths(backward, known), no_projections())
+
+    def _prepare_generated(self, product: GeneratedProduct) -> None:
+        self.graph, self._backward = None, None
+        self.start_node = product.start_node
+        self.view = generated_view(product)
+        _require_64_bits(product, self.view)
+        backward = Projected(product)
+        added = projected_patterns(backward) if self.options.heuristic != 0 else no_patterns()
+        growths = self._growths(backward, no_patterns())
+        self.bounds = Bounds(no_patterns(), added, growths, backward.projections())
+
+    def _growths(self, backward: Backward | Projected, known: Patterns) -> Blocks:
+        measure = self.product.problem.measure
+        if not (self.options.preference_bound and measure.bi_objective):
+            return no_blocks(measure.tasks)
+        return blocks(backward, measure, self.product.units.factor, known)
+
+    def guided(self, weight: float) -> Prepared:
+        """Return the same with so many times the sum of all tables in place of bounds.
+
+        The larger the weight, the sooner best-first search has a plan, and the dearer that may be (weighted A*:
+        I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
+        """
+        known = self.bounds.added if len(self.bounds.added.base) else self.bounds.patterns
+        guided = copy(self)
+        guided.bounds = self.bounds._replace(
+            patterns=no_patterns(), added=scaled(known, weight), blocks=no_blocks(len(self.product.sizes))
+        )
+        return guided
 
     @property
     def deepening_expansions(self) -> float:
         """Expansions that take as long as to fill tables of sets of one more task; infinite if there are to be none."""
+        if self._backward is None:
+            return math.inf
         known, staged = self.bounds.patterns, self._backward.stages is not None
         size = known.tasks.shape[1] + 1
         entries = count_entries(self._backward, size)
@@ -113,6 +176,7 @@ class Prepared:
 
     def deepen(self) -> None:
         """Fill tables of sets of one more task."""
+        assert self._backward is not None
         known = patterns(self._backward, self.bounds.patterns.tasks.shape[1] + 1)
         self.bounds = self.bounds._replace(patterns=known)
 

@@ -14,8 +14,10 @@ import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.product.heap import heap_pop, heap_push
+from prefplan.product.kernels import Integer, kernel
+from prefplan.product.moves import no_moves
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, NO_EDGE, Integer, ProductView, kernel
+from prefplan.product.successors import INFINITE, NO_EDGE, ProductView
 
 NODE_LIMIT = 64
 """Macro-moves keep sets of nodes in one machine word; on larger graphs they cost more than they save."""
@@ -189,7 +191,10 @@ def view(product: Product, graph: Graph) -> ProductView:
         through=through,
         accepting=product.accepting,
         skipped=product.skipped,
+        moves=no_moves(),
+        nodes=graph.size,
         shift=product.shift,
         relaxed=product.relaxed,
+        generated=False,
         macro=graph.contracted,
     )

@@ -56,6 +56,7 @@ class Product:
         classes: (S,) int32, label class of each state.
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
+        nodes: number of states of the transition system.
         strides: (N,) int64.
         accepting: (N,) int32, the accepting state of each automaton, -1 if there is none.
         skipped: (N,) int32, the state of each dropped task, -1 if it may not be dropped.
@@ -64,8 +65,12 @@ class Product:
         extra_state: (X,) int32 and extra_price: (X,) units, of the bought readings; int64 or Python's integers.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, *, counts_actions: bool = True) -> None:
         """Tabulate every automaton over the labels that occur.
+
+        Args:
+            problem: what it is made from.
+            counts_actions: whether ties may be broken by counting actions.
 
         Raises:
             ModelError: if a product state does not fit an integer, or a label can be read in too many ways.
@@ -93,9 +98,13 @@ class Product:
                 f"a label can be read in {readings:,} ways, each task relaxed or not; at most {READINGS_LIMIT:,} are "
                 "looked at: fewer tasks may have relax"
             )
-        self.shift = _tie_bits(costs, states)
+        self.shift = _tie_bits(costs, states) if counts_actions else 0
         self.costs = (costs << self.shift) + (self.shift > 0)
-        self.strides = np.cumprod(np.concatenate([[system.size], self.sizes[:-1]])).astype(np.int64)
+        self.nodes = system.size
+        self._set_ends()
+
+    def _set_ends(self) -> None:
+        self.strides = np.cumprod(np.concatenate([[self.nodes], self.sizes[:-1]])).astype(np.int64)
         self.accepting = np.array(
             [-1 if dfa.automaton.accepting is None else dfa.automaton.accepting for dfa in self.automata],
             dtype=np.int32,
@@ -163,20 +172,18 @@ class Product:
         """Whether some label may be read in more than one way."""
         return len(self.extra_state) > 0
 
+    @property
+    def start_node(self) -> int:
+        """The state s0 as a number below `nodes`."""
+        return self.problem.system.start
+
     @cached_property
     def starts(self) -> tuple[Start, ...]:
         """Every start of the search: each task skipped or not, and each way to read L(s0)."""
         system = self.problem.system
         label = system.label(system.start)
-        readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
-        for dfa in self.automata:
-            options: list[tuple[int, int, tuple[int, ...] | None]] = [
-                (r.state, r.price, r.bought) for r in dfa.readings(0, label)
-            ]
-            if dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
-                options.append((skipping, dfa.skip, None))
-            readings.append(options)
-        count = math.prod(map(len, readings))
+        modes = [self._start_readings(mode, label) for mode in range(len(self.problem.modes))]
+        count = sum(math.prod(map(len, readings)) for readings in modes)
         if count > READINGS_LIMIT:
             raise ModelError(
                 f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
@@ -184,18 +191,33 @@ class Product:
             )
         return tuple(
             Start(
-                system.start
+                self.start_node
                 + sum(int(stride) * state for stride, (state, _, _) in zip(self.strides, reading, strict=True)),
                 tuple(price for _, price, _ in reading),
                 tuple(bought for _, _, bought in reading),
             )
+            for readings in modes
             for reading in product(*readings)
         )
 
+    def _start_readings(self, mode: int, label: frozenset[str]) -> list[list[tuple[int, int, tuple[int, ...] | None]]]:
+        """Return how each automaton may read L(s0) while some rules are dropped: its state, price and relaxations."""
+        readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
+        dropped = self.problem.modes[mode]
+        for i, dfa in enumerate(self.automata):
+            rule = i - len(self.problem.tasks)
+            options: list[tuple[int, int, tuple[int, ...] | None]] = []
+            if rule not in dropped:
+                options += [(r.state, r.price, r.bought) for r in dfa.readings(dfa.initial[mode], label)]
+            may_skip = rule in dropped or rule < 0
+            if may_skip and dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
+                options.append((skipping, dfa.skip, None))
+            readings.append(options if self.problem.keeps_rules(mode, [label]) else [])
+        return readings
+
     def decode(self, code: int) -> tuple[int, tuple[int, ...]]:
         """Return (s, (q_1, ..., q_N)) of a product state."""
-        size = len(self.offsets) - 1
-        return code % size, tuple(code // int(d) % int(q) for d, q in zip(self.strides, self.sizes, strict=True))
+        return code % self.nodes, tuple(code // int(d) % int(q) for d, q in zip(self.strides, self.sizes, strict=True))
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:

@@ -1,71 +1,33 @@
-"""What the compiled kernels share: flat views of a product, and how its states lead to one another.
+"""Flat views of a product for compiled kernels, and how its states lead to one another.
 
-Kernels are numba functions, compiled once and kept on disk. Everything they work on is an integer array, grouped in
-named tuples. Costs and preference values are whole multiples of `Product.units`.
+Everything that kernels work on is an integer array, grouped in named tuples. Costs and preference values are whole
+multiples of `Product.units`.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
-from collections.abc import Callable
-from functools import cache
-from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias, TypeVar, cast
+from typing import NamedTuple
 
-import numba
 import numpy as np
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-Integer: TypeAlias = "int | np.integer[Any]"
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.moves import (
+    GRASP,
+    RELEASE,
+    TRANSIT,
+    TRANSPORT,
+    Digits,
+    Moves,
+    accepts,
+    count_objects,
+    is_clear,
+    pack,
+    standardize,
+    unpack,
+)
 
 INFINITE = 2**60
 """Cost-to-go where there is no path. A search that meets a cost as large starts again with Python's integers."""
-
-
-def kernel(function: F) -> F:
-    """Compile a function that may make arrays."""
-    return _compiled(function)
-
-
-def bare_kernel(function: F) -> F:
-    """Compile a function that makes no arrays, without counting references, and inline it into its callers.
-
-    Small steps take half the time without reference counts, and a third less where no tuples of arrays are passed.
-    """
-    return _compiled(function, _nrt=False, forceinline=True)
-
-
-def _compiled(function: F, **options: Any) -> F:
-    dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
-    forget_outdated(Path(dispatcher.stats.cache_path))
-    return cast(F, dispatcher)
-
-
-KERNEL_FOLDERS = ("product", "heuristics", "search")
-"""Folders of `prefplan` whose files hold kernels, and all constants that these use."""
-
-
-@cache
-def _digest_of_sources() -> str:
-    digest = hashlib.sha256()
-    root = Path(__file__).parents[1]
-    for source in sorted(source for name in KERNEL_FOLDERS for source in (root / name).glob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
-
-
-def forget_outdated(folder: Path) -> None:
-    """Remove machine code of other sources: numba knows a function by its own file, not by what it calls."""
-    stamp = folder / "sources.sha256"
-    if not stamp.exists() or stamp.read_text() != _digest_of_sources():
-        folder.mkdir(parents=True, exist_ok=True)
-        for index in folder.glob("*.nbi"):
-            index.unlink(missing_ok=True)
-        temporary = folder / f"{stamp.name}.{os.getpid()}"
-        temporary.write_text(_digest_of_sources())
-        temporary.rename(stamp)
 
 
 NO_EDGE = 2**61
@@ -90,7 +52,10 @@ class ProductView(NamedTuple):
             lie on cheaper paths between them; used by macro-moves only.
         accepting: (N,) int32, skipped: (N,) int32: those states of each automaton, or -1.
         shift: the low bits of costs, that count actions.
+        moves: the model, where its states are generated; there are no edges and classes then.
+        nodes: number of nodes, or of integers that stand for states.
         relaxed: whether there are bought readings.
+        generated: whether states are generated.
         macro: whether edges are followed through all nodes that change nothing (at most 64 nodes then).
     """
 
@@ -109,8 +74,11 @@ class ProductView(NamedTuple):
     through: np.ndarray
     accepting: np.ndarray
     skipped: np.ndarray
+    moves: Moves
+    nodes: int
     shift: int
     relaxed: bool
+    generated: bool
     macro: bool
 
 
@@ -131,7 +99,7 @@ class Successors(NamedTuple):
         cost: (M,) int64, cost of getting there.
         violation: (M, N) int64, violation costs paid on the way.
         automata: (N,) int64, the automaton states of the state that is left.
-        distance: (S,) int64, via: (S,) int64 and choice: (N,) int64: scratch.
+        distance: (S,) int64, via: (S,) int64, choice: (N,) int64 and digits: scratch.
     """
 
     code: np.ndarray
@@ -141,17 +109,17 @@ class Successors(NamedTuple):
     distance: np.ndarray
     via: np.ndarray
     choice: np.ndarray
+    digits: Digits
 
 
 @bare_kernel
 def decode(view: ProductView, code: Integer, automata: np.ndarray) -> Integer:
     """Write the automaton states of a product state and return its node."""
-    nodes = view.offsets.shape[0] - 1
-    rest = code // nodes
+    rest = code // view.nodes
     for i in range(view.sizes.shape[0]):
         automata[i] = rest % view.sizes[i]
         rest //= view.sizes[i]
-    return code % nodes
+    return code % view.nodes
 
 
 @bare_kernel
@@ -173,10 +141,72 @@ def successors(view: ProductView, code: Integer, buffer: Successors) -> Integer:
     node = decode(view, code, buffer.automata)
     if view.macro:
         return _macro_moves(view, node, buffer)
+    if view.generated:
+        return _generate(view, node, buffer)
     found: Integer = 0
     for edge in range(view.offsets[node], view.offsets[node + 1]):
         found = _read(view, view.targets[edge], view.costs[edge], buffer, found)
     return found
+
+
+@bare_kernel
+def _generate(view: ProductView, node: Integer, buffer: Successors) -> Integer:
+    """Write the successors of a state of a manipulation model, in the order of its actions."""
+    moves, digits = view.moves, buffer.digits
+    unpack(moves, node, digits.before)
+    held = count_objects(moves, digits.before, digits.counts)
+    hand, locations = digits.before[0], digits.counts.shape[0]
+    found: Integer = 0
+    met_empty = False
+    for x in range(locations):
+        if x == hand or (held >= 0 and not accepts(moves, digits.counts, x)):
+            continue
+        if moves.neutral[x] and digits.counts[x] == 0:
+            # All empty neutral locations lead to the same state.
+            if met_empty:
+                continue
+            met_empty = True
+        _copy(digits.before, digits.after)
+        digits.after[0] = x
+        found = _read_generated(view, moves.costs[TRANSIT if held < 0 else TRANSPORT], buffer, found)
+    if hand == locations:
+        return found
+    if held >= 0:
+        if accepts(moves, digits.counts, hand):
+            _copy(digits.before, digits.after)
+            digits.after[1 + held] = hand
+            if moves.mark[hand, held]:
+                digits.after[moves.mark[hand, held]] = 1
+            found = _read_generated(view, moves.costs[RELEASE], buffer, found)
+    elif is_clear(moves, digits.counts, hand):
+        for o in range(moves.fixed.shape[0]):
+            if digits.before[1 + o] == hand and not moves.fixed[o]:
+                _copy(digits.before, digits.after)
+                digits.after[1 + o] = locations
+                found = _read_generated(view, moves.costs[GRASP], buffer, found)
+    return found
+
+
+@bare_kernel
+def _copy(source: np.ndarray, target: np.ndarray) -> None:
+    for d in range(source.shape[0]):
+        target[d] = source[d]
+
+
+@bare_kernel
+def _read_generated(view: ProductView, cost: Integer, buffer: Successors, found: Integer) -> Integer:
+    """Write the state after reading the label of the state of some digits, and return the new count."""
+    letters, digits = view.moves.letters, buffer.digits.after
+    standardize(view.moves, digits)
+    code = pack(view.moves, digits)
+    for i in range(buffer.automata.shape[0]):
+        letter = np.int64(0)
+        for d in range(digits.shape[0]):
+            letter += letters[i, d, digits[d]]
+        code += view.jump[i, buffer.automata[i], letter]
+    buffer.code[found] = code
+    buffer.cost[found] = cost
+    return found + 1
 
 
 @bare_kernel
@@ -186,7 +216,7 @@ def _macro_moves(view: ProductView, node: Integer, buffer: Successors) -> Intege
     Exact: on the way all automata rest, so the set of satisfied tasks stays, and mu depends on the cost of the way
     only. A path cheaper than the edge between two nodes leads through known nodes, so no others need be looked at.
     """
-    nodes = view.offsets.shape[0] - 1
+    nodes = view.nodes
     one = np.uint64(1)
     stops = np.uint64(0)
     for i in range(buffer.automata.shape[0]):

@@ -16,7 +16,8 @@ import numpy as np
 
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
 from prefplan.heuristics.preprocessing import Bounds
-from prefplan.product.successors import INFINITE, Integer, ProductView, Successors, bare_kernel, decode, successors
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.successors import INFINITE, ProductView, Successors, decode, successors
 from prefplan.search.labels import (
     CODE,
     COUNT,
@@ -64,6 +65,19 @@ class Labels(NamedTuple):
     sibling: np.ndarray
 
 
+class Tolerance(NamedTuple):
+    """What a front within some percent leaves out.
+
+    Attributes:
+        inflation: labels are ordered by bounds of cost increased by one part in so many (weighted A*).
+        cost: (K,) int64, in labels' units, and mu: (K,) int64: a known plan is good enough for what is at least both.
+    """
+
+    inflation: int
+    cost: np.ndarray
+    mu: np.ndarray
+
+
 DOMINATED = INFINITE
 """In place of a label's mu: another label of its product state is no worse."""
 
@@ -80,6 +94,7 @@ def run(
     limits: np.ndarray,
     buffer: Successors,
     cost_only: bool,
+    tolerance: Tolerance,
     pops: Integer,
 ) -> Integer:
     """Expand labels until a goal is found, memory is short or enough were expanded; return which.
@@ -95,22 +110,20 @@ def run(
         limits: (2,) int64, mu must stay below the first, and cost must not exceed the second.
         buffer: successors, and scratch.
         cost_only: whether labels are compared by cost alone (A*).
+        tolerance: what may be left out.
         pops: labels to take from the open list.
     """
     while True:
-        while counters[NEXT] < counters[COUNT]:
-            end = _enter(view, growth, bounds, states, labels, queue, counters, limits, buffer, cost_only)
-            if end != ENTERED:
-                return end
-            counters[NEXT] += 1
+        end = _enter_all(view, growth, bounds, states, labels, queue, counters, limits, buffer, cost_only, tolerance)
+        if end != ENTERED:
+            return end
         if counters[OPEN] == 0:
             return EXHAUSTED
         if pops == 0:
             return PAUSED
         pops -= 1
         label = pop(queue, counters)
-        row = labels.row[label]
-        mu = labels.mu[label]
+        row, mu = labels.row[label], labels.mu[label]
         known = states.known[row]
         if mu == DOMINATED or mu + known[GROWTH_BOUND] >= limits[0]:
             continue
@@ -119,17 +132,42 @@ def run(
             node = decode(view, known[CODE], buffer.choice)
             raise_bound(bounds.patterns, node, buffer.choice, known, counters[LOWEST] - cost)
         rest = known[COST_BOUND]
-        if cost + rest > counters[LOWEST]:
+        if _is_covered(tolerance, cost + rest, mu + known[GROWTH_BOUND]):
+            continue
+        estimate = cost + _inflated(view, tolerance, rest)
+        if estimate > counters[LOWEST]:
             if rest < INFINITE and cost + rest <= limits[1]:
-                push(queue, counters, label, cost + rest)
+                push(queue, counters, label, estimate)
             continue
         if known[SATISFIED] < 0:
-            limits[0] = mu
-            counters[FOUND] = label
+            limits[0], counters[FOUND] = mu, label
             return GOAL
         counters[EXPANDED] += 1
         counters[PARENT], counters[NEXT] = label, 0
         counters[COUNT] = successors(view, known[CODE], buffer)
+
+
+@bare_kernel
+def _enter_all(
+    view: ProductView,
+    growth: Growth,
+    bounds: Bounds,
+    states: States,
+    labels: Labels,
+    queue: Queue,
+    counters: np.ndarray,
+    limits: np.ndarray,
+    buffer: Successors,
+    cost_only: bool,
+    tolerance: Tolerance,
+) -> Integer:
+    """Make labels of the successors that are left, and return ENTERED, or why one cannot be made."""
+    while counters[NEXT] < counters[COUNT]:
+        end = _enter(view, growth, bounds, states, labels, queue, counters, limits, buffer, cost_only, tolerance)
+        if end != ENTERED:
+            return end
+        counters[NEXT] += 1
+    return ENTERED
 
 
 @bare_kernel
@@ -144,6 +182,7 @@ def _enter(
     limits: np.ndarray,
     buffer: Successors,
     cost_only: bool,
+    tolerance: Tolerance,
 ) -> Integer:
     """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
     parent = counters[PARENT]
@@ -174,9 +213,11 @@ def _enter(
     if row == PRUNED or states.known[row, GROWTH_BOUND] >= slack or states.known[row, COST_BOUND] > most:
         return ENTERED
     known = states.known[row]
+    if _is_covered(tolerance, after + known[COST_BOUND], mu + known[GROWTH_BOUND]):
+        return ENTERED
     if _dominated(labels, known[HEAD], after, mu, cost_only):
         return ENTERED
-    estimate = max(after + known[COST_BOUND], counters[LOWEST])
+    estimate = max(after + _inflated(view, tolerance, known[COST_BOUND]), counters[LOWEST])
     if estimate >= INFINITE or mu >= INFINITE:
         return TOO_LARGE
     label = counters[LABELS]
@@ -187,6 +228,21 @@ def _enter(
     labels.sibling[label], known[HEAD] = _undominated(labels, known[HEAD], after, mu), label
     counters[LABELS] += 1
     return ENTERED
+
+
+@bare_kernel
+def _inflated(view: ProductView, tolerance: Tolerance, bound: Integer) -> Integer:
+    """Return an increased bound of a label's cost; the count of actions in it remains."""
+    return bound + ((bound >> view.shift) // tolerance.inflation << view.shift)
+
+
+@bare_kernel
+def _is_covered(tolerance: Tolerance, cost: Integer, mu: Integer) -> bool:
+    """Return whether a known plan is good enough for all that bounds of cost and mu admit."""
+    for k in range(tolerance.cost.shape[0]):
+        if cost >= tolerance.cost[k] and mu >= tolerance.mu[k]:
+            return True
+    return False
 
 
 @bare_kernel

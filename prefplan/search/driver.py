@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -15,6 +15,8 @@ import numpy as np
 from prefplan.front import Plan, Stats
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
+from prefplan.percent import EXACT, Percent
+from prefplan.product.moves import scratch_digits
 from prefplan.product.product_automaton import Product, Start
 from prefplan.product.successors import UNBOUNDED, Successors
 from prefplan.search import boa_star
@@ -60,11 +62,13 @@ class Found:
     Attributes:
         cost: total cost, units.
         label_mu: units of mu that the search counted; None where it knows only a bound.
+        objectives: exact values in the user's units, where there are several costs or preferences.
     """
 
     cost: int
     label_mu: int | None
     _extract: Callable[[], tuple[Plan, Any]]
+    objectives: tuple[Any, ...] | None = None
 
     @cached_property
     def _extracted(self) -> tuple[Plan, Any]:
@@ -91,9 +95,9 @@ class Search(ABC):
 
     labels: Any
 
-    def __init__(self, prepared: Prepared, max_cost: float) -> None:
+    def __init__(self, prepared: Prepared, max_cost: float, tolerance: Percent = EXACT) -> None:
         """Make the first labels; `max_cost` is an inclusive bound in units."""
-        self.prepared = prepared
+        self.prepared, self.tolerance = prepared, tolerance
         self.product = prepared.product
         self.growth = self._growth()
         self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
@@ -131,6 +135,7 @@ class Search(ABC):
     def reset(self) -> None:
         """Forget everything and hand the start states to the kernel, as the successors of no label."""
         self.counters = np.zeros(COUNTERS, dtype=np.int64)
+        self.counters[FOUND] = NONE
         self.states = States(
             np.empty((ROWS_AT_FIRST, COLUMNS), np.int64),
             np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
@@ -138,14 +143,14 @@ class Search(ABC):
         self.labels = self._new_labels(LABELS_AT_FIRST)
         self.queue = Queue(*np.empty((2, LABELS_AT_FIRST), np.int64))
         self.buffer = self._buffer()
-        view, graph = self.prepared.view, self.prepared.graph
+        view, node = self.prepared.view, self.prepared.start_node
         weights = self.growth.violation
         self._starts = sorted(
             self.product.starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64))
         )
         for k, start in enumerate(self._starts):
             _, automata = self.product.decode(start.code)
-            self.buffer.code[k] = graph.start + sum(int(d) * q for d, q in zip(view.strides, automata, strict=True))
+            self.buffer.code[k] = node + sum(int(d) * q for d, q in zip(view.strides, automata, strict=True))
             self.buffer.cost[k] = 0
             self.buffer.violation[k] = start.violations
         self.counters[[PARENT, NEXT, COUNT]] = NONE, 0, len(self._starts)
@@ -154,6 +159,8 @@ class Search(ABC):
         view = self.prepared.view
         nodes, tasks = len(view.classes), len(view.sizes)
         most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
+        if view.generated:
+            most = len(view.moves.capacity) + len(view.moves.fixed) + 1
         if view.relaxed:
             readings = np.diff(view.extra_first, axis=2).max(axis=1) + 1
             most *= int(readings.prod(axis=0).max())
@@ -167,12 +174,18 @@ class Search(ABC):
             distance=np.empty(scratch, np.int64),
             via=np.empty(scratch, np.int64),
             choice=np.empty(tasks, np.int64),
+            digits=scratch_digits(view.moves),
         )
 
-    def goals(self, limits: Limits) -> Iterator[Found]:
-        """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit."""
+    def goals(self, limits: Limits, *, most_expanded: float = math.inf) -> Iterator[Found]:
+        """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit.
+
+        Args:
+            limits: of time and memory.
+            most_expanded: labels after which to stop without more ado.
+        """
         pending: Found | None = None
-        while True:
+        while self.counters[EXPANDED] < most_expanded:
             end = self._run(POPS)
             limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
@@ -196,12 +209,19 @@ class Search(ABC):
         """Return a label's mu in units, None where that is only a bound."""
         return None
 
+    def left_out(self, cost: np.ndarray, mu: np.ndarray) -> np.ndarray:
+        """Return of bounds of labels' costs (n,) and of mu (n,) whether nothing that they admit is looked for.
+
+        Unless a search leaves more out, all is looked for.
+        """
+        return np.zeros(len(cost), dtype=bool)
+
     @abstractmethod
     def _accept(self, goal: Found) -> bool:
         """Take note of a goal; return whether it is one, by its exact mu."""
 
     def _found(self, label: int) -> Found:
-        graph, view = self.prepared.graph, self.prepared.view
+        view = self.prepared.view
         cost = int(self.labels.cost[label]) >> self.product.shift
         mu, labels = self._exact_mu(label), []
         while label != NONE:
@@ -211,10 +231,10 @@ class Search(ABC):
         codes = self.states.known[self.labels.row[labels], CODE]
         automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
         costs = self.labels.cost[labels].tolist()
-        nodes = (codes % graph.size).tolist()
+        nodes = (codes % view.nodes).tolist()
         path = tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
         start = self._start_of(labels[0], path[0])
-        return Found(cost, mu, lambda: extract(self.product, graph, path, start))
+        return Found(cost, mu, lambda: extract(self.product, self.prepared.graph, path, start))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
         """Return how a label without parent begins: of the starts that lead to its state the one of its mu."""
@@ -235,7 +255,7 @@ class Search(ABC):
             self._too_large()
             raise OverflowError
         more = {MORE_ROWS: self.states, MORE_LABELS: (*self.labels, *self.queue)}[end]
-        if self.work.bytes + 2 * sum(array.nbytes for array in more) > limits.bytes:
+        if max(self.work.bytes, limits.bytes_taken) + 2 * sum(array.nbytes for array in more) > limits.bytes:
             return False
         if end == MORE_ROWS:
             slots = np.full(2 * len(self.states.slots), NONE, np.int32)
@@ -262,6 +282,8 @@ class BiObjectiveSearch(Search):
         max_cost: float = math.inf,
         cost_only: bool = False,
         first_only: bool = False,
+        tolerance: Percent = EXACT,
+        known: Sequence[Found] = (),
     ) -> None:
         """Make the search ready.
 
@@ -271,10 +293,19 @@ class BiObjectiveSearch(Search):
             max_cost: inclusive bound, units of cost.
             cost_only: find a cheapest goal, whatever its mu (A*).
             first_only: find the first goal of the front only.
+            tolerance: goals are left out that one of those found, or known, is within so many percent of.
+            known: goals found by other searches.
         """
         self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))
         self._cost_only, self._first_only = cost_only, first_only or cost_only
-        super().__init__(prepared, max_cost)
+        product = prepared.product
+        self.tolerance = tolerance
+        self._left_out = boa_star.Tolerance(
+            tolerance.inflation,
+            np.array([tolerance.least_cost(goal.cost) << product.shift for goal in known], dtype=np.int64),
+            np.array([self._least_mu(product, goal) for goal in known], dtype=np.int64),
+        )
+        super().__init__(prepared, max_cost, tolerance)
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
@@ -301,6 +332,7 @@ class BiObjectiveSearch(Search):
             self.limits,
             self.buffer,
             self._cost_only,
+            self._left_out,
             pops,
         )
         return int(end)
@@ -313,7 +345,20 @@ class BiObjectiveSearch(Search):
             self.limits[1] = -1
         elif self._first_only:
             self.limits[1] = self._up_to(goal.cost)
+        elif self.tolerance.value:
+            self.limits[0] = min(self.limits[0], self._least_mu(self.product, goal))
         return True
+
+    def left_out(self, cost: np.ndarray, mu: np.ndarray) -> np.ndarray:
+        """Return of bounds of labels' costs (n,) and of mu (n,) whether nothing that they admit is looked for."""
+        out: np.ndarray = mu >= self.limits[0]
+        for least_cost, least_mu in zip(self._left_out.cost, self._left_out.mu, strict=True):
+            out |= (cost >= least_cost) & (mu >= least_mu)
+        return out
+
+    def _least_mu(self, product: Product, goal: Found) -> int:
+        """Return from which units of mu on a goal is good enough."""
+        return math.ceil(in_units(product, self.tolerance.least(Fraction(goal.mu))))
 
 
 def _longer(array: np.ndarray) -> np.ndarray:

@@ -3,22 +3,23 @@
 The compiled searches (`boa_star`, `multi_objective`) are used where bounds that are known beforehand, and a check of
 every label, show that no sum leaves the range of exact numbers. Everything else comes here: the same labels, compared
 by the same keys (`prefplan.preferences.objective`), and the max-min heuristic (equation 4), without any bound on the
-size or the digits of numbers, and a hundred times slower.
+size or the digits of numbers, for any number of costs and preferences, and a hundred times slower.
 """
 
 from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import count, product
 from typing import Any
 
 from prefplan.front import Stats
-from prefplan.limits import Limits
+from prefplan.limits import Limits, check_limits
+from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product, Start
 from prefplan.search.driver import Found
@@ -31,17 +32,21 @@ CLOCK_PERIOD = 256
 """Labels taken from the open list between two looks at the clock."""
 
 Key = tuple[Any, ...]
+Counts = tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class _Label:
-    """A path: where it leads, what was spent and paid, and the path before with the edge that prolonged it."""
+    """A path: where it leads, what was spent and paid, and the path before with the edge that prolonged it.
+
+    What was spent, in all and until each task was satisfied, is a number for every cost.
+    """
 
     state: int
     automata: tuple[int, ...]
-    cost: int
-    finished: tuple[int | None, ...]
-    paid: tuple[int, ...]
+    spent: Counts
+    finished: tuple[Counts | None, ...]
+    paid: Counts
     actions: int
     parent: _Label | None
     edge: int
@@ -49,22 +54,24 @@ class _Label:
 
 
 class ExactSearch:
-    """Search for all non-dominated (cost, mu), whatever numbers a problem has."""
+    """Search for all non-dominated vectors of costs and preferences, whatever numbers a problem has."""
 
-    def __init__(self, product: Product, *, max_mu: Fraction | None = None, max_cost: float = math.inf) -> None:
+    def __init__(self, product: Product, *, bounds: Mapping[str, Fraction]) -> None:
         """Make the search ready.
 
         Args:
             product: what is searched.
-            max_mu: inclusive bound of mu in the user's units.
-            max_cost: inclusive bound of the total cost, in units.
+            bounds: inclusive, of objectives by name, in the user's units.
         """
-        self.product, self._max_mu, self._max_cost = product, max_mu, max_cost
-        self._measure = product.problem.measure
-        self._costs = [int(cost) >> product.shift for cost in product.costs.tolist()]
-        self._general = self._measure.contract == "general"
+        problem = product.problem
+        self.product, self._objectives = product, problem.objectives
+        self._units = problem.cost_units
+        self._bounds = [bounds.get(name) for name in problem.objective_names]
+        units = zip(problem.edge_costs, self._units, strict=True)
+        columns = [(edges.costs // int(unit / edges.unit)).tolist() for edges, unit in units]
+        self._costs: list[Counts] = list(zip(*columns, strict=True))
         self._expanded = self._generated = 0
-        self._kept: dict[tuple[int, tuple[int, ...]], list[tuple[int, Key]]] = {}
+        self._kept: dict[tuple[Any, ...], list[tuple[Counts, Key]]] = {}
 
     @property
     def work(self) -> Stats:
@@ -72,40 +79,58 @@ class ExactSearch:
         return Stats(len(self._kept), self._expanded, self._generated, self._generated * BYTES_A_LABEL)
 
     def goals(self, limits: Limits) -> Iterator[Found]:
-        """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit."""
+        """Yield non-dominated goals in order of the first cost; stop early, with `limits.ended` set, at a limit."""
         order = count()
-        waiting: list[tuple[float, int, int, _Label]] = []
+        waiting: list[tuple[int, int, int, Key, _Label]] = []
 
         def enter(label: _Label) -> None:
-            rest = self._rest(label)
-            if rest < math.inf and label.cost + rest <= self._max_cost and self._keep(label):
-                heapq.heappush(waiting, (label.cost + rest, label.actions, next(order), label))
+            bound = self._bound(label)
+            if bound is not None and self._is_within(bound) and self._keep(label):
+                heapq.heappush(waiting, (bound[0], label.actions, next(order), bound, label))
 
         for label in self._starts():
             enter(label)
-        pending: Found | None = None
-        least: Any = None
+        pending: dict[Key, _Label] = {}
+        front: list[Key] = []
         while waiting:
-            estimate, _, _, label = heapq.heappop(waiting)
+            estimate, _, _, bound, label = heapq.heappop(waiting)
             limits.complete_below = estimate
-            if pending and estimate > pending.cost:
-                yield pending
-                pending = None
+            if pending and estimate > next(iter(pending))[0]:
+                yield from self._settled(pending)
             if (limits.out_of_time or self.work.bytes > limits.bytes) and self._expanded % CLOCK_PERIOD == 0:
                 limits.ended = "time" if limits.out_of_time else "memory"
                 return
-            mu = self._mu(label)
-            if (least is not None and mu >= least) or self._superseded(label):
+            if any(_no_worse(goal, bound) for goal in reversed(front)) or self._superseded(label):
                 continue
             if all(a in end for a, end in zip(label.automata, self._ends, strict=True)):
-                pending, least = self._found(label), mu
+                front = [goal for goal in front if not _no_worse(bound, goal)] + [bound]
+                pending = {goal: at for goal, at in pending.items() if not _no_worse(bound, goal)} | {bound: label}
                 continue
             self._expanded += 1
             for after in self._successors(label):
                 enter(after)
-        if pending:
-            yield pending
+        yield from self._settled(pending)
         limits.complete_below = math.inf
+
+    def _settled(self, pending: dict[Key, _Label]) -> Iterator[Found]:
+        """Yield goals of one cost that no other one dominates, and forget them."""
+        for goal in sorted(pending):
+            yield self._found(pending[goal], goal)
+        pending.clear()
+
+    def _bound(self, label: _Label) -> Key | None:
+        """Return what costs, in units, and preferences will be at least at the end; None if there is none."""
+        rest = self._rest(label)
+        if math.inf in rest:
+            return None
+        spent = (spent + int(more) for spent, more in zip(label.spent, rest, strict=True))
+        return (*spent, *(self._mu(label, o) for o in self._objectives))
+
+    def _is_within(self, bound: Key) -> bool:
+        """Return whether a label may keep the bounds."""
+        units = (*self._units, *(Fraction(1) for _ in self._objectives))
+        within = zip(bound, units, self._bounds, strict=True)
+        return all(limit is None or value * unit <= limit for value, unit, limit in within)
 
     @cached_property
     def _ends(self) -> list[list[int]]:
@@ -115,25 +140,28 @@ class ExactSearch:
     def _starts(self) -> Iterator[_Label]:
         for start in self.product.starts:
             state, automata = self.product.decode(start.code)
-            yield _Label(state, automata, 0, self._finished(automata, 0, None), start.violations, 0, None, -1, start)
+            spent = (0,) * len(self._units)
+            finished = self._finished(automata, spent, None)
+            yield _Label(state, automata, spent, finished, start.violations, 0, None, -1, start)
 
     def _finished(
-        self, automata: tuple[int, ...], cost: int, before: tuple[int | None, ...] | None
-    ) -> tuple[int | None, ...]:
+        self, automata: tuple[int, ...], spent: Counts, before: tuple[Counts | None, ...] | None
+    ) -> tuple[Counts | None, ...]:
         """Return what had been spent when each task was satisfied, None for those that are not."""
         before = before or (None,) * len(automata)
         return tuple(
-            cost if c is None and q == end[0] else c for c, q, end in zip(before, automata, self._ends, strict=True)
+            spent if c is None and q == end[0] else c for c, q, end in zip(before, automata, self._ends, strict=True)
         )
 
     def _successors(self, label: _Label) -> Iterator[_Label]:
         p = self.product
         for edge in p.problem.system.edges(label.state):
-            target, cost = int(p.targets[edge]), label.cost + self._costs[edge]
+            target = int(p.targets[edge])
+            spent = tuple(map(sum, zip(label.spent, self._costs[edge], strict=True)))
             for automata, prices in self._readings(label.automata, int(p.classes[target])):
                 paid = tuple(a + b for a, b in zip(label.paid, prices, strict=True))
-                finished = self._finished(automata, cost, label.finished)
-                yield _Label(target, automata, cost, finished, paid, label.actions + 1, label, edge, label.start)
+                finished = self._finished(automata, spent, label.finished)
+                yield _Label(target, automata, spent, finished, paid, label.actions + 1, label, edge, label.start)
 
     def _readings(self, automata: tuple[int, ...], label: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...]]]:
         """Yield the automata's states after each way to read a label class, and the price of it for each task."""
@@ -146,26 +174,30 @@ class ExactSearch:
         for reading in product(*readings):
             yield tuple(q for q, _ in reading), tuple(price for _, price in reading)
 
-    def _values(self, label: _Label) -> tuple[list[Fraction], list[Fraction]]:
-        """Return the task costs and violation costs of a label in the user's units."""
-        units = self.product.units
-        costs = [(label.cost if c is None else c) * units.cost for c in label.finished]
+    def _values(self, label: _Label, objective: PreferenceObjective) -> tuple[list[Fraction], list[Fraction]]:
+        """Return the task costs, in a preference's cost, and violation costs of a label in the user's units."""
+        units, d = objective.units, objective.cost
+        costs = [(label.spent if c is None else c)[d] * units.cost for c in label.finished]
         return costs, [v * units.price for v in label.paid]
 
-    def _mu(self, label: _Label) -> Any:
-        return self._measure.value(*self._values(label))
+    def _mu(self, label: _Label, objective: PreferenceObjective) -> Any:
+        return objective.measure.value(*self._values(label, objective))
 
     def _key(self, label: _Label) -> Key:
         """Return what labels of one product state are compared by: less is better in every entry."""
-        measure = self._measure
-        if self._general:
+        return tuple(entry for objective in self._objectives for entry in self._key_of(label, objective))
+
+    def _key_of(self, label: _Label, objective: PreferenceObjective) -> Key:
+        """Return the entries for one preference."""
+        measure = objective.measure
+        if measure.contract == "general":
             return label.paid
-        costs, paid = self._values(label)
+        costs, paid = self._values(label, objective)
         if measure.bi_objective:
             return (measure.value(costs, paid),)
         single: list[Term] = [*measure.maxima, *(f for f in measure.formulas if f.contract != "componentwise")]
         mixed = [f for f in measure.formulas if f.contract == "componentwise"]
-        frozen = [0 if c is None else c for c in label.finished]
+        frozen = [0 if c is None else c[objective.cost] for c in label.finished]
         return (
             sum((term.value(costs, paid) for term in measure.terms if term not in (*single, *mixed)), Fraction(0)),
             *(term.value(costs, paid) for term in single),
@@ -175,41 +207,47 @@ class ExactSearch:
 
     def _keep(self, label: _Label) -> bool:
         """Enter a label among those of its product state, unless it is dominated there or out of bounds."""
-        if self._max_mu is not None and self._mu(label) > self._max_mu:
-            return False
-        key = self._key(label)
+        spent, key = label.spent, self._key(label)
         rivals = self._kept.setdefault(self._place(label), [])
-        if any(cost <= label.cost and _no_worse(other, key) for cost, other in rivals):
+        if any(_no_worse(costs, spent) and _no_worse(other, key) for costs, other in rivals):
             return False
-        rivals[:] = [(c, other) for c, other in rivals if not (label.cost <= c and _no_worse(key, other))]
-        rivals.append((label.cost, key))
+        rivals[:] = [(c, other) for c, other in rivals if not (_no_worse(spent, c) and _no_worse(key, other))]
+        rivals.append((spent, key))
         self._generated += 1
         return True
 
     def _place(self, label: _Label) -> tuple[Any, ...]:
         """Return what two labels must share to be compared."""
-        same = (label.cost, label.finished) if self._general else ()
+        general = sorted({o.cost for o in self._objectives if o.measure.contract == "general"})
+        same = [(label.spent[d], *(c and c[d] for c in label.finished)) for d in general]
         return (label.state, label.automata, *same)
 
     def _superseded(self, label: _Label) -> bool:
         """Return whether a label was dominated after it was made."""
-        return (label.cost, self._key(label)) not in self._kept[self._place(label)]
+        return (label.spent, self._key(label)) not in self._kept[self._place(label)]
 
-    def _rest(self, label: _Label) -> float:
-        """Return the largest cost-to-go of a single task (equation 4)."""
-        size = self.product.problem.system.size
-        cells = zip(self._cost_to_go, label.automata, strict=True)
-        return max(table.get(label.state + size * q, math.inf) for table, q in cells)
+    def _rest(self, label: _Label) -> list[float]:
+        """Return the largest cost-to-go of a single task (equation 4), for every cost."""
+        cells = [label.state + self.product.problem.system.size * q for q in label.automata]
+        return [
+            max(table.get(cell, math.inf) for table, cell in zip(tables, cells, strict=True))
+            for tables in self._cost_to_go
+        ]
 
     @cached_property
-    def _cost_to_go(self) -> list[dict[int, int]]:
-        """For each task the least cost from state + S * q until it is satisfied or dropped; absent where never."""
+    def _cost_to_go(self) -> list[list[dict[int, int]]]:
+        """For each cost and task the least cost from state + S * q until the task is satisfied or dropped, if any."""
         p, system = self.product, self.product.problem.system
-        into: dict[int, list[tuple[int, int]]] = {}
-        for state in range(system.size):
-            for edge in system.edges(state):
-                into.setdefault(int(p.targets[edge]), []).append((self._costs[edge], state))
-        return [self._backward(i, into) for i in range(len(self._ends))]
+        found = []
+        for d in range(len(self._units)):
+            into: dict[int, list[tuple[int, int]]] = {}
+            for state in range(system.size):
+                if state % CLOCK_PERIOD == 0:
+                    check_limits()
+                for edge in system.edges(state):
+                    into.setdefault(int(p.targets[edge]), []).append((self._costs[edge][d], state))
+            found.append([self._backward(i, into) for i in range(len(self._ends))])
+        return found
 
     def _backward(self, i: int, into: dict[int, list[tuple[int, int]]]) -> dict[int, int]:
         """Dijkstra from where a task is satisfied or dropped, backwards on T x A_i."""
@@ -227,20 +265,25 @@ class ExactSearch:
             if cell in least:
                 continue
             least[cell] = cost
+            if len(least) % CLOCK_PERIOD == 0:
+                check_limits()
             q, state = divmod(cell, nodes)
             for before in sources.get((q, int(p.classes[state])), ()):
                 for step, source in into.get(state, ()):
                     heapq.heappush(waiting, (cost + step, source + nodes * before))
         return least
 
-    def _found(self, label: _Label) -> Found:
+    def _found(self, label: _Label, goal: Key) -> Found:
+        costs = len(self._units)
+        exact = (*(c * unit for c, unit in zip(goal, self._units, strict=False)), *goal[costs:])
         edges, states = [], [label.automata]
         at = label
         while at.parent is not None:
             edges.append(at.edge)
             at = at.parent
             states.append(at.automata)
-        return Found(label.cost, None, lambda: account(self.product, edges[::-1], states[::-1], label.start))
+        plan = partial(account, self.product, edges[::-1], states[::-1], label.start)
+        return Found(label.spent[0], None, plan, exact)
 
 
 def _no_worse(one: Key, other: Key) -> bool:

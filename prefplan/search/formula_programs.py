@@ -14,7 +14,7 @@ from numba import types
 from prefplan.exact_costs import Units
 from prefplan.preferences.expression import Constant, Tree, Variable, scaled
 from prefplan.preferences.terms import OpaqueTerm
-from prefplan.product.successors import bare_kernel
+from prefplan.product.kernels import bare_kernel
 
 CONSTANT, COST, VIOLATION, ADD, SUBTRACT, MULTIPLY, DIVIDE, MINIMUM, MAXIMUM, ABSOLUTE, CALL = range(11)
 _BINARY = {"+": ADD, "-": SUBTRACT, "*": MULTIPLY, "/": DIVIDE, "min": MINIMUM, "max": MAXIMUM}

@@ -9,11 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
+from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, added_bound, raise_bound
 from prefplan.heuristics.preference_bound import preference_bound
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.successors import Integer, ProductView, Successors, bare_kernel, decode, masks
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.moves import unpack
+from prefplan.product.successors import ProductView, Successors, decode, masks
 
 NONE, PRUNED = -1, -2
 """In place of a row or a label."""
@@ -129,7 +131,10 @@ def enter_state(
         return row
     node = decode(view, code, buffer.choice)
     satisfied, done = masks(view, buffer.choice)
-    growing = preference_bound(bounds.blocks, node, buffer.choice, satisfied)
+    digits = buffer.digits.seen
+    if view.generated:
+        unpack(view.moves, node, digits)
+    growing = preference_bound(bounds.blocks, bounds.projections, digits, node, buffer.choice, satisfied)
     if growing >= growth_limit:
         return PRUNED
     row = counters[ROWS]
@@ -137,7 +142,8 @@ def enter_state(
         return NONE
     known = states.known[row]
     known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
-    known[COST_BOUND], known[LOOKED], known[LIKELY] = 0, 0, likely
+    known[LOOKED], known[LIKELY] = 0, likely
+    known[COST_BOUND] = added_bound(bounds.added, bounds.projections, digits, node, buffer.choice)
     known[GROWTH_BOUND] = growing
     known[HEAD], known[CODE] = NONE, code
     if raise_bound(bounds.patterns, node, buffer.choice, known, min(cost_limit, lookup_limit)) > cost_limit:

@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.exact_costs import exact, to_number
+from prefplan.exact_costs import exact, to_number, whole_numbers
 from prefplan.front import Plan, Purchase
 from prefplan.ledger import Ledger
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.contraction import Graph
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.kernels import Integer, kernel
 from prefplan.product.product_automaton import Product, Start
-from prefplan.product.successors import Integer, kernel
 
 
 @dataclass(frozen=True)
@@ -32,15 +34,18 @@ class Waypoint:
     cost: int
 
 
-def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
+def extract(product: Product, graph: Graph | None, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
     """Return the plan that visits some product states, and its exact mu, worked out afresh from the model.
 
     Args:
         product: what was searched.
-        graph: over what.
+        graph: over what; None if states were generated.
         path: product states at which the search made labels, the start's first.
         start: how the path begins.
     """
+    if graph is None:
+        assert isinstance(product, GeneratedProduct)
+        return _extract_generated(product, path, start)
     edges: list[int] = []
     states = [path[0].automata]
     for before, after in zip(path, path[1:], strict=False):
@@ -49,6 +54,25 @@ def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Sta
             states.append(before.automata)
         states[-1] = after.automata
     return account(product, edges, states, start)
+
+
+def _extract_generated(product: GeneratedProduct, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
+    """Return the same as `extract`, by way of a system that has the states of the plan only."""
+    actions, states = product.model.lift([waypoint.node for waypoint in path])
+    system, at = product.problem.system, product.problem.system.start
+    labels, costs, steps = [system.label(at)], list[int](), list[tuple[int, str, int, int]]()
+    for action in actions:
+        at, cost = system.step(at, action)
+        steps.append((len(steps), action, len(steps) + 1, 0))
+        costs.append(round(exact(cost) / system.unit))
+        labels.append(system.label(at))
+    chain = TransitionSystem.from_transitions(steps, start=0, labels=dict(enumerate(labels)))
+    chain = replace(
+        chain, states=states, costs=whole_numbers(costs), unit=system.unit, propositions=system.propositions
+    )
+    return account(
+        Product(product.problem.over(chain)), range(len(steps)), [waypoint.automata for waypoint in path], start
+    )
 
 
 def _path(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
@@ -140,10 +164,13 @@ def account(
     visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
     labels = [system.label(state) for state in visited]
     purchases: list[Purchase] = []
-    for i, (name, dfa) in enumerate(zip(problem.names, product.automata, strict=True)):
+    broken = problem.broken(labels)
+    for i, (name, dfa) in enumerate(zip(problem.priced, product.automata, strict=True)):
         bought = start.bought[i]
-        if bought is None:
+        if bought is None and i < len(problem.tasks):
             purchases.append(Purchase(name, 0, None, (dfa.skip or 0) * units.price))
+        elif bought is None and name in broken:
+            purchases.append(Purchase(name, broken[name], None, (dfa.skip or 0) * units.price, rule=True))
         for k, automata in enumerate(states if dfa.relaxations else states[:1]):
             if k > 0:
                 bought = next(r.bought for r in dfa.readings(states[k - 1][i], labels[k]) if r.state == automata[i])
@@ -153,8 +180,10 @@ def account(
     purchases.sort(key=lambda purchase: purchase.step)
     actions = [system.action_names[system.actions[edge]] for edge in edges]
     costs = [int(system.costs[edge]) * system.unit for edge in edges]
-    ledger = Ledger.of(problem, actions, costs, labels, purchases)
+    more = {column.name: tuple(int(column.costs[edge]) * column.unit for edge in edges) for column in system.more_costs}
+    ledger = Ledger.of(problem, actions, costs, labels, purchases, more)
     final = ledger.final
+    worth = [to_number(value) for value in ledger.exact_objectives()]
     plan = Plan(
         cost=final.cost,
         preference=final.preference,
@@ -163,5 +192,9 @@ def account(
         actions=ledger.actions,
         states=tuple(system.states[state] for state in visited),
         relaxations=tuple(replace(purchase, cost=to_number(exact(purchase.cost))) for purchase in purchases),
+        costs=dict(zip(problem.cost_names, worth, strict=False)),
+        preferences=dict(
+            zip((named.name for named in problem.preferences), worth[len(problem.cost_names) :], strict=True)
+        ),
     )
     return plan, ledger.exact_preference()

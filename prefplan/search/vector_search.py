@@ -9,6 +9,7 @@ import numpy as np
 
 from prefplan.errors import PreferenceError
 from prefplan.heuristics.preprocessing import Prepared
+from prefplan.percent import EXACT, Percent
 from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.product.product_automaton import Start
 from prefplan.search import multi_objective
@@ -21,8 +22,15 @@ from prefplan.search.plan_extraction import Waypoint
 class VectorSearch(Search):
     """Search with keys of several entries."""
 
-    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None = None, max_cost: float = math.inf) -> None:
-        """Make the search ready; bounds as in `BiObjectiveSearch`."""
+    def __init__(
+        self,
+        prepared: Prepared,
+        *,
+        max_mu: Fraction | None = None,
+        max_cost: float = math.inf,
+        tolerance: Percent = EXACT,
+    ) -> None:
+        """Make the search ready; bounds and tolerance as in `BiObjectiveSearch`."""
         problem = prepared.product.problem
         measure = problem.measure
         self._max_mu = max_mu
@@ -55,7 +63,7 @@ class VectorSearch(Search):
         self._scratch = multi_objective.Scratch(
             np.zeros(len(compare)), np.zeros(measure.tasks), np.zeros(measure.tasks)
         )
-        super().__init__(prepared, max_cost)
+        super().__init__(prepared, max_cost, tolerance)
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
@@ -93,16 +101,21 @@ class VectorSearch(Search):
             pops,
         )
         if end == FALLS:
-            at = text_of_costs(self._vector(), self.product.problem.names)
+            at = text_of_costs(self._vector(), self.product.problem.priced)
             raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")
         return int(end)
+
+    def left_out(self, cost: np.ndarray, mu: np.ndarray) -> np.ndarray:
+        """Return of bounds of labels' costs (n,) and of mu (n,) whether nothing that they admit is looked for."""
+        out: np.ndarray = (mu >= self._best[0]) | (mu > self._best[1])
+        return out
 
     def _accept(self, goal: Found) -> bool:
         mu = goal.mu
         if (self._least is not None and mu >= self._least) or (self._max_mu is not None and mu > self._max_mu):
             return False
-        self._least = mu
-        self._best[0] = float_above(in_units(self.product, Fraction(mu)))
+        self._least = self.tolerance.least(mu)
+        self._best[0] = float_above(in_units(self.product, Fraction(self._least)))
         return True
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
@@ -119,7 +132,7 @@ class VectorSearch(Search):
         error = getattr(self._formulas.callback, "error", None)
         if isinstance(error, KeyboardInterrupt):
             raise error
-        measure, names = self.product.problem.measure, self.product.problem.names
+        measure, names = self.product.problem.measure, self.product.problem.priced
         for formula in measure.formulas:
             value_at(self._vector(), formula, names, "preference")
 

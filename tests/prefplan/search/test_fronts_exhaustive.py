@@ -91,9 +91,8 @@ def fewest_actions(problem: judge.GraphProblem, points: list[tuple[judge.Number,
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_bound_below_the_cheapest_cost_leaves_no_plan(seed: int) -> None:
-    problem = judge.random_errands(seed, "order")
-    least = judge.cheapest_cost(problem)
-    assert least is not None and least > 0
+    drawn = (judge.random_errands(number, "order") for number in itertools.count(seed, 10))
+    problem, least = next((one, cost) for one in drawn if (cost := judge.cheapest_cost(one)))
     front = pareto_front(from_dict(problem.scenario()).problem(), max_cost=least * Fraction(1, 2))
     assert not front.plans and front.reason is not None
     assert (front.reason.kind, front.reason.smallest) == ("bound", least)

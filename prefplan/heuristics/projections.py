@@ -1,0 +1,314 @@
+"""Tables of a manipulation model too large to list, on projections that leave out what some tasks do not see.
+
+For a set K of tasks, the projection keeps the objects of which K's formulas tell. Objects left out are never in the
+way: pre-conditions on them, and supports, are dropped; all locations for one object that K does not see are alike.
+Every step of the model is a step of the projection, or none: what is done with an object left out moves the hand at
+the most. A step of the projection costs no more than any step that it stands for, so costs-to-go there are lower
+bounds, and consistent: a bound falls along a step by no more than the step's cost (B. Yang et al., "A General Theory of
+Additive State Space Abstractions", JAIR 2008).
+
+The bounds of several projections can be added if every action's cost is counted in one of them at the most. What is
+done with an object, and a transit to a location for one object that holds it, counts in the first projection that
+keeps the object; the other transits count nowhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.heuristics.cost_to_go import Backward
+from prefplan.logic.stutter import is_idempotent
+from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.description import Description, ManipulationState
+from prefplan.models.manipulation.quotient import Symmetry, View
+from prefplan.models.manipulation.state_space import Generator, reachable
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.product.contraction import view, whole_graph
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.moves import GRASP, RELEASE, TRANSIT, TRANSPORT
+from prefplan.product.product_automaton import Product
+
+GROUP_ENTRIES = 200_000
+"""Entries of a table of several tasks, by an upper bound, up to which tasks that see the same objects are joined."""
+
+
+class Projections(NamedTuple):
+    """M projections of a model of L locations, H poses of the hand, O objects and D digits.
+
+    Attributes:
+        weights: (M, D) int64, what each digit weighs in a projection's states, 0 if it is not seen. objects: O.
+        slots: (M, L + 1) int64, location in the projection, -1 for one of those that are alike.
+        hands: (M, H) int64, pose in the projection, -1 over one of those.
+        places: (M, n) int64, the locations that stand for those.
+        first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
+    """
+
+    weights: np.ndarray
+    slots: np.ndarray
+    hands: np.ndarray
+    places: np.ndarray
+    first: np.ndarray
+    numbers: np.ndarray
+
+
+def no_projections() -> Projections:
+    """Return what stands in the place of projections where states are listed."""
+    grid, none = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    return Projections(grid, grid, grid, grid, none, none.astype(np.int32))
+
+
+@bare_kernel
+def projected(projections: Projections, m: Integer, digits: np.ndarray, node: Integer) -> Integer:
+    """Return the node of a projection for the digits of a state; the node itself if there are no projections."""
+    if projections.first.shape[0] == 0:
+        return node
+    hand, held = digits[0], projections.slots.shape[1] - 1
+    state, moved, rank = np.int64(0), projections.hands[m, hand], 0
+    for d in range(1, digits.shape[0]):
+        weight = projections.weights[m, d]
+        if weight == 0:
+            continue
+        value = digits[d]
+        if weight < 0:
+            # A mark: it has no location.
+            state -= weight * value
+            continue
+        slot = projections.slots[m, value]
+        if slot < 0:
+            slot = projections.places[m, rank]
+            rank += 1
+            if value == hand and value < held:
+                moved = slot
+        state += weight * slot
+    if moved < 0:
+        moved = projections.places[m, rank]
+    return np.int64(projections.numbers[projections.first[m] + state + moved])
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """The projection for a set of tasks.
+
+    Attributes:
+        number: of the projection.
+        tasks: the set.
+        space: its states' codes.
+        view: its model, and what is alike in it.
+        system: its states.
+        codes: (S,) int64, of its states.
+    """
+
+    number: int
+    tasks: tuple[int, ...]
+    space: StateCodes
+    view: View
+    system: TransitionSystem
+    codes: np.ndarray
+
+
+class Projected:
+    """A product of a model that is not listed, made ready for looking back on its projections.
+
+    Attributes:
+        sizes: (N,) int64, states of each automaton.
+        shift: 0: costs do not count actions.
+    """
+
+    def __init__(self, product: GeneratedProduct) -> None:
+        """Take the product."""
+        self.product, self.sizes, self.shift = product, product.sizes, 0
+        self._model, self._space = product.model.view.model, product.model.generator.space
+        self._known: dict[tuple[int, ...], _Projection] = {}
+
+    def objects_of(self, tasks: Sequence[int]) -> list[str]:
+        """Return the objects of which some tasks tell."""
+        names = self._names(tasks)
+        return [
+            obj.name
+            for obj in self._model.objects
+            if any(name in names for name, _ in self._model.propositions_of(obj.name))
+        ]
+
+    def _names(self, tasks: Sequence[int]) -> frozenset[str]:
+        return frozenset().union(*(self.product.automata[i].propositions for i in tasks))
+
+    def entries_of(self, tasks: Sequence[int]) -> int:
+        """Return an upper bound of the number of entries of a table of some tasks, marks left out."""
+        relaxed = _view(self._model, self._names(tasks))
+        locations = len(self._model.locations) - len(relaxed.neutral)
+        objects = len(self.objects_of(tasks))
+        states = (locations + 2) ** objects * (locations + objects + 2)
+        return states * math.prod(int(self.sizes[i]) for i in tasks)
+
+    def nodes_of(self, tasks: Sequence[int]) -> int:
+        """Return the number of nodes in the tables of some tasks."""
+        return self._projection(tasks).system.size
+
+    def projection_of(self, tasks: Sequence[int]) -> int:
+        """Return the number of the projection in which tables of some tasks are."""
+        return self._projection(tasks).number
+
+    def cost_to_go(self, tasks: Sequence[int] | np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
+        """Return least weighted costs until some tasks are satisfied or dropped, as `cost_to_go.cost_to_go`."""
+        found = self._projection(tasks)
+        costs = self.product.costs.copy()
+        # A hand that seems empty may carry an object that is left out.
+        costs[TRANSIT] = min(costs[TRANSIT], costs[TRANSPORT])
+        return self._table(found, self._edge_costs(found, costs), factors, idle=int(costs.min()))
+
+    def shared_cost_to_go(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
+        """Return least costs until some tasks are satisfied or dropped, of the actions that count in this projection.
+
+        Args:
+            tasks: one of the groups.
+            groups: all sets of tasks whose bounds are added.
+        """
+        found, before = self._projection(tasks), groups[: groups.index(tuple(tasks))]
+        claimed = {obj for group in before for obj in self.objects_of(group)}
+        own = [obj for obj in self.objects_of(tasks) if obj not in claimed]
+        costs = self._edge_costs(found, self.product.costs, own)
+        return self._table(found, costs, np.ones(2 ** len(tasks), dtype=np.int64), idle=0)
+
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return all tasks in disjoint sets: those that see the same objects together, where tables stay small."""
+        found: list[tuple[int, ...]] = []
+        for i in range(len(self.sizes)):
+            joined: tuple[int, ...] = (i,)
+            for group in list(found):
+                shared = set(self.objects_of(group)) & set(self.objects_of(joined))
+                if shared and self.entries_of((*group, *joined)) <= GROUP_ENTRIES:
+                    found.remove(group)
+                    joined = tuple(sorted((*group, *joined)))
+            found.append(joined)
+        return sorted(found)
+
+    def projections(self) -> Projections:
+        """Return the projections that tables were made of."""
+        found = sorted(self._known.values(), key=lambda projection: projection.number)
+        if not found:
+            return no_projections()
+        rows = [self._rows(projection) for projection in found]
+        places = np.zeros((len(found), max(len(row[3]) for row in rows) + 1), dtype=np.int64)
+        for m, row in enumerate(rows):
+            places[m, : len(row[3])] = row[3]
+        tables = [self._numbers(projection) for projection in found]
+        first = np.cumsum([0, *map(len, tables)])[:-1]
+        weights, slots, hands = (np.array([row[k] for row in rows], dtype=np.int64) for k in range(3))
+        return Projections(weights, slots, hands, places, first.astype(np.int64), np.concatenate(tables))
+
+    def _projection(self, tasks: Sequence[int] | np.ndarray) -> _Projection:
+        tasks = tuple(int(i) for i in tasks)
+        if tasks not in self._known:
+            relaxed = _view(self._model, self._names(tasks))
+            kept = self.objects_of(tasks)
+            small, start = _without(relaxed, kept, self.product.model.start)
+            names = self._names(tasks)
+            seen = View(small, names, frozenset())
+            space = StateCodes(small, start)
+            symmetry = Symmetry(space, seen)
+            first = symmetry.canonical(np.array([space.encode(start, where="start")], dtype=np.int64))
+            generator = Generator.of(space, self.product.model.generator.operators)
+            system = reachable(generator, first.tolist(), names=names, canonical=symmetry.canonical)
+            codes = np.array([space.encode(state, where="state") for state in system.states], dtype=np.int64)  # type: ignore[arg-type]
+            self._known[tasks] = _Projection(len(self._known), tasks, space, seen, system, codes)
+        return self._known[tasks]
+
+    def _edge_costs(self, found: _Projection, costs: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
+        """Return the costs of a projection's edges; only those about some objects count, unless all do."""
+        system, space = found.system, found.space
+        after = found.codes[system.targets]
+        result = np.zeros(len(system.targets), dtype=np.int64)
+        kinds = {"transit": TRANSIT, "grasp": GRASP, "transport": TRANSPORT, "release": RELEASE}
+        for a, text in enumerate(system.action_names):
+            kind, *names = text.split()
+            mine = system.actions == a
+            if own is None or (kind != "transit" and names[0] in own):
+                result[mine] = costs[kinds[kind]]
+            elif kind == "transit":
+                hand, counts = space.digit(after[mine], 0), np.zeros(int(mine.sum()), dtype=bool)
+                single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
+                for o, obj in enumerate(space.objects):
+                    if obj in own:
+                        counts |= (space.digit(after[mine], 1 + o) == hand) & single[np.minimum(hand, len(single) - 1)]
+                result[mine] = np.where(counts, costs[TRANSIT], 0)
+        return result
+
+    def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
+        problem = self.product.problem
+        per_unit = int(problem.units.cost / found.system.unit)
+        system = replace(found.system, costs=costs * per_unit)
+        if not all(map(is_idempotent, (*(problem.automata[i] for i in found.tasks), *problem.monitors))):
+            system = _with_idling(system, idle * per_unit)
+        product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
+        backward = Backward(product, view(product, whole_graph(product)))
+        return backward.cost_to_go(np.arange(len(found.tasks)), factors)
+
+    def _rows(self, found: _Projection) -> tuple[list[int], list[int], list[int], list[int]]:
+        """Return weights of digits, locations, poses of the hand, and places of a projection."""
+        whole, space = self._space, found.space
+        weights = [0] * len(whole.radices)
+        for o, obj in enumerate(space.objects):
+            weights[1 + whole.objects.index(obj)] = space.weights[1 + o]
+        for pair, d in space.mark_digits.items():
+            if found.view.sees_mark(*pair):
+                weights[whole.mark_digits[pair]] = -space.weights[d]
+        alike = _view(self._model, self._names(found.tasks)).neutral
+        slots = [-1 if name in alike else space.locations.index(name) for name in whole.locations]
+        hands = [*slots, *(space.hands.index(hand) for hand in whole.hands[len(slots) :])]
+        return weights, [*slots, space.held], hands, [space.locations.index(name) for name in found.view.neutral]
+
+    def _numbers(self, found: _Projection) -> np.ndarray:
+        numbers = np.zeros(found.space.bound, dtype=np.int32)
+        numbers[found.codes] = np.arange(len(found.codes))
+        return numbers
+
+
+def _view(model: Description, names: frozenset[str]) -> View:
+    """Return a model without supports, and what is alike in it for those who see some propositions."""
+    places = (replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in model.locations)
+    return View(replace(model, locations=tuple(places)), names, frozenset())
+
+
+def _without(view: View, kept: Sequence[str], start: ManipulationState) -> tuple[Description, ManipulationState]:
+    """Return a model with some objects only, and of the locations that are alike only as many as these need."""
+    needed = view.neutral[: len(kept) + 1]
+    locations = tuple(p for p in view.model.locations if p.name not in view.neutral or p.name in needed)
+    free: Iterator[str] = iter(needed)
+    places, hand = {}, start.hand
+    for obj in kept:
+        place = start.place.get(obj)
+        if place is not None:
+            places[obj] = next(free) if place in view.neutral else place
+            hand = places[obj] if place == start.hand and place in view.neutral else hand
+    if hand in view.neutral and hand not in places.values():
+        hand = next(free)
+    objects = tuple(
+        replace(obj, start=places.get(obj.name, locations[0].name)) for obj in view.model.objects if obj.name in kept
+    )
+    begin = ManipulationState(hand, start.held if start.held in kept else None, tuple(places.items()))
+    small = replace(view.model, locations=locations, objects=objects, begin=begin)
+    marks = frozenset((obj, mark) for obj, mark in start.marks if obj in kept and mark in small.marks)
+    begin = replace(begin, marks=marks)
+    return replace(small, begin=begin), begin
+
+
+def _with_idling(system: TransitionSystem, cost: int) -> TransitionSystem:
+    """Return a system in which every state has one more action, that leads nowhere else."""
+    states = np.arange(system.size)
+    source = np.concatenate([np.repeat(states, np.diff(system.offsets)), states])
+    order = np.argsort(source, kind="stable")
+    added = np.full(system.size, len(system.action_names), dtype=np.int32)
+    return replace(
+        system,
+        offsets=system.offsets + np.arange(system.size + 1),
+        targets=np.concatenate([system.targets, states.astype(np.int32)])[order],
+        actions=np.concatenate([system.actions, added])[order],
+        costs=np.concatenate([system.costs, np.full(system.size, cost)])[order],
+        action_names=(*system.action_names, "wait"),
+    )

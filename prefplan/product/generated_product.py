@@ -1,0 +1,149 @@
+"""The product of a manipulation model whose states are generated from packed integers, and of its tasks' automata.
+
+Each task reads letters of its own: a number made of what the digits of a state tell about its propositions.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from prefplan.exact_costs import INT64_LIMIT
+from prefplan.models.manipulation.quotient import ReducedModel
+from prefplan.problem import Problem
+from prefplan.product.moves import Moves
+from prefplan.product.product_automaton import CODE_LIMIT, Product
+from prefplan.product.successors import ProductView
+
+LETTERS_LIMIT = 2**14
+"""Readings of one task, of every letter in every state, that are tabulated."""
+
+
+class GeneratedProduct(Product):
+    """T x A_1 x ... x A_N, of a model T that is never listed.
+
+    Attributes are those of `Product`, without those of the transition system's edges and classes, and:
+
+    Attributes:
+        model: the model.
+        moves: the same for compiled code.
+    """
+
+    def __init__(self, problem: Problem, model: ReducedModel) -> None:
+        """Tabulate every automaton over its letters; call `suits` before."""
+        self.problem, self.model = problem, model
+        self.automata, self.units = problem.weighted_automata, problem.units
+        self.shift = 0
+        self.sizes = np.array([dfa.size for dfa in self.automata], dtype=np.int64)
+        self.nodes = model.generator.space.bound
+        self._set_ends()
+        self.costs = unit_costs(model, problem)
+        letters = self._tabulate_letters()
+        self.moves = _moves(model, self.costs, letters)
+        none = np.zeros(0, dtype=np.int64)
+        self.offsets, self.targets, self.classes = np.zeros(1, dtype=np.int64), none, none
+        self.extra_first = np.zeros((*self.delta.shape[:2], self.delta.shape[2] + 1), dtype=np.int32)
+        self.extra_state, self.extra_price = none.astype(np.int32), none
+
+    @staticmethod
+    def suits(problem: Problem, model: ReducedModel) -> bool:
+        """Return whether a problem's product can be tabulated: nothing relaxed or barred, and numbers not too large.
+
+        Rules that may be broken count as relaxed.
+        """
+        states = model.generator.space.bound * math.prod(dfa.size for dfa in problem.weighted_automata)
+        priced = any(task.relax for task in problem.tasks) or len(problem.priced) > len(problem.tasks)
+        if model.barred or states >= CODE_LIMIT or priced:
+            return False
+        counts = [
+            dfa.size * math.prod(len(set(values)) for _, values in model.generator.space.seen(dfa.propositions))
+            for dfa in problem.weighted_automata
+        ]
+        dear = max(unit_costs(model, problem).tolist(), default=0) >= INT64_LIMIT
+        return max(counts) <= LETTERS_LIMIT and not dear
+
+    def _tabulate_letters(self) -> np.ndarray:
+        """Fill `delta`, and return (N, D, R) what each digit's value adds to each task's letter."""
+        space = self.model.generator.space
+        letters = np.zeros((len(self.automata), len(space.radices), max(space.radices)), dtype=np.int64)
+        labels: list[list[frozenset[str]]] = []
+        for i, dfa in enumerate(self.automata):
+            told = [frozenset[str]()]
+            for d, values in space.seen(dfa.propositions):
+                distinct = list(dict.fromkeys(values))
+                letters[i, d, : len(values)] = [len(told) * distinct.index(value) for value in values]
+                told = [label | ({value} if value else set()) for value in distinct for label in told]
+            labels.append(told)
+        shape = (len(self.automata), int(self.sizes.max()), max(map(len, labels)))
+        self.delta = np.zeros(shape, dtype=np.int32)
+        for i, dfa in enumerate(self.automata):
+            for q in range(dfa.size):
+                self.delta[i, q, : len(labels[i])] = [dfa.readings(q, label)[0].state for label in labels[i]]
+        return letters
+
+    @property
+    def start_node(self) -> int:
+        """See `Product.start_node`."""
+        return self.model.first
+
+
+def unit_costs(model: ReducedModel, problem: Problem) -> np.ndarray:
+    """Return (4,) the costs of the kinds of actions in a problem's units."""
+    generator = model.generator
+    return generator.matrix[:, 0, 0] // int(problem.units.cost / generator.unit)
+
+
+def _moves(model: ReducedModel, costs: np.ndarray, letters: np.ndarray) -> Moves:
+    space, symmetry = model.generator.space, model.symmetry
+    description, names = space.model, space.locations
+    marks = {
+        (place.name, obj): space.mark_digits.get((obj, place.marks or ""), 0)
+        for place in description.locations
+        for obj in space.objects
+    }
+    return Moves(
+        radices=np.array(space.radices, dtype=np.int64),
+        weights=np.array(space.weights, dtype=np.int64),
+        costs=costs.astype(np.int64),
+        capacity=np.array([place.capacity for place in description.locations], dtype=np.int64),
+        closed=np.array([place.closed for place in description.locations]),
+        fixed=np.array([obj.fixed for obj in description.objects], dtype=np.bool_),
+        supports=np.array([[name in place.on for name in names] for place in description.locations]),
+        clear_of=np.array([[name in place.clear_of for name in names] for place in description.locations]),
+        mark=np.array([[marks[name, obj] for obj in space.objects] for name in names], dtype=np.int64),
+        neutral=symmetry.neutral,
+        places=np.append(symmetry.places, 0),
+        told=np.array(symmetry.told, dtype=np.int64),
+        unseen=np.array(symmetry.unseen, dtype=np.int64),
+        unseen_marks=np.array(symmetry.marks, dtype=np.int64),
+        letters=letters,
+    )
+
+
+def generated_view(product: GeneratedProduct) -> ProductView:
+    """Return the product as the kernels see it."""
+    none = np.zeros((0, 0), dtype=np.int64)
+    return ProductView(
+        offsets=product.offsets,
+        targets=product.targets.astype(np.int32),
+        costs=product.costs.astype(np.int64),
+        classes=product.classes.astype(np.int32),
+        sizes=product.sizes,
+        strides=product.strides,
+        jump=product.delta * product.strides[:, None, None],
+        extra_first=product.extra_first,
+        extra_jump=product.extra_price,
+        extra_price=product.extra_price,
+        active=np.zeros(product.delta.shape[:2], dtype=np.uint64),
+        near=none,
+        through=none.astype(np.uint64),
+        accepting=product.accepting,
+        skipped=product.skipped,
+        moves=product.moves,
+        nodes=product.nodes,
+        shift=0,
+        relaxed=False,
+        generated=True,
+        macro=False,
+    )

@@ -1,0 +1,61 @@
+"""Kernels: numba functions, compiled once and kept on disk."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar, cast
+
+import numba
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+Integer: TypeAlias = "int | np.integer[Any]"
+
+
+def kernel(function: F) -> F:
+    """Compile a function that may make arrays."""
+    return _compiled(function)
+
+
+def bare_kernel(function: F) -> F:
+    """Compile a function that makes no arrays, without counting references, and inline it into its callers.
+
+    Small steps take half the time without reference counts, and a third less where no tuples of arrays are passed.
+    """
+    return _compiled(function, _nrt=False, forceinline=True)
+
+
+def _compiled(function: F, **options: Any) -> F:
+    dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
+    forget_outdated(Path(dispatcher.stats.cache_path))
+    return cast(F, dispatcher)
+
+
+KERNEL_FOLDERS = ("product", "heuristics", "search")
+"""Folders of `prefplan` whose files hold kernels, and all constants that these use."""
+
+
+@cache
+def _digest_of_sources() -> str:
+    digest = hashlib.sha256()
+    root = Path(__file__).parents[1]
+    for source in sorted(source for name in KERNEL_FOLDERS for source in (root / name).glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def forget_outdated(folder: Path) -> None:
+    """Remove machine code of other sources: numba knows a function by its own file, not by what it calls."""
+    stamp = folder / "sources.sha256"
+    if not stamp.exists() or stamp.read_text() != _digest_of_sources():
+        folder.mkdir(parents=True, exist_ok=True)
+        for index in folder.glob("*.nbi"):
+            index.unlink(missing_ok=True)
+        temporary = folder / f"{stamp.name}.{os.getpid()}"
+        temporary.write_text(_digest_of_sources())
+        temporary.rename(stamp)

@@ -1,0 +1,188 @@
+"""Successors of a manipulation model's states, generated from packed integers in compiled code.
+
+A state is its digits: the hand's pose, each object's location (the last value: in the hand), each mark. Of the states
+that exchanging neutral locations and unseen objects makes of one another, one stands for all (see
+`prefplan.models.manipulation.quotient`, whose `Symmetry` is the same for many states at once).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.product.kernels import Integer, bare_kernel
+
+TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
+"""Rows of the costs."""
+
+EXCHANGEABLE = 2**40
+"""Stands for a neutral location while unseen objects are put in order; more than any location."""
+
+
+class Moves(NamedTuple):
+    """A manipulation model of L locations, H poses of the hand, O objects and D digits, as N tasks see it.
+
+    Attributes:
+        radices: (D,) int64 and weights: (D,) int64: digit d of a state is state // weights[d] % radices[d].
+        costs: (4,) int64, by kind of action.
+        capacity: (L,) int64. closed: (L,) bool. fixed: (O,) bool.
+        supports: (L, L) bool, [x, y]: y must hold an object before one is put at x. clear_of: (L, L) bool.
+        mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
+        neutral: (max(L + 1, H),) bool, by location. places: (n + 1,) int64, the neutral locations, and one entry more.
+        told: (T,) int64, objects that are seen, or do not move. unseen: (U,) int64, the others.
+        unseen_marks: (M,) int64, digits that nobody sees.
+        letters: (N, D, R) int64, what each digit's value adds to the number of the letter that each task reads.
+    """
+
+    radices: np.ndarray
+    weights: np.ndarray
+    costs: np.ndarray
+    capacity: np.ndarray
+    closed: np.ndarray
+    fixed: np.ndarray
+    supports: np.ndarray
+    clear_of: np.ndarray
+    mark: np.ndarray
+    neutral: np.ndarray
+    places: np.ndarray
+    told: np.ndarray
+    unseen: np.ndarray
+    unseen_marks: np.ndarray
+    letters: np.ndarray
+
+
+def no_moves() -> Moves:
+    """Return what stands in the place of a model whose states are listed."""
+    numbers, flags = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
+    table, grid = np.zeros((0, 0), dtype=np.bool_), np.zeros((0, 0), dtype=np.int64)
+    return Moves(
+        radices=numbers,
+        weights=numbers,
+        costs=numbers,
+        capacity=numbers,
+        closed=flags,
+        fixed=flags,
+        supports=table,
+        clear_of=table,
+        mark=grid,
+        neutral=flags,
+        places=numbers,
+        told=numbers,
+        unseen=numbers,
+        unseen_marks=numbers,
+        letters=np.zeros((0, 0, 0), dtype=np.int64),
+    )
+
+
+class Digits(NamedTuple):
+    """Scratch: the digits of a state, and of one that it leads to, and how many objects each location holds.
+
+    Attributes:
+        before: (D,) int64. after: (D,) int64. seen: (D,) int64. counts: (L,) int64.
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    seen: np.ndarray
+    counts: np.ndarray
+
+
+def scratch_digits(moves: Moves) -> Digits:
+    """Return scratch for the digits of states."""
+    d = len(moves.radices)
+    before, after, seen = np.zeros((3, d), dtype=np.int64)
+    return Digits(before, after, seen, np.zeros(len(moves.capacity), dtype=np.int64))
+
+
+@bare_kernel
+def unpack(moves: Moves, state: Integer, digits: np.ndarray) -> None:
+    """Write the digits of a state."""
+    for d in range(moves.radices.shape[0]):
+        digits[d] = state % moves.radices[d]
+        state //= moves.radices[d]
+
+
+@bare_kernel
+def pack(moves: Moves, digits: np.ndarray) -> Integer:
+    """Return the state of some digits."""
+    state = np.int64(0)
+    for d in range(digits.shape[0]):
+        state += moves.weights[d] * digits[d]
+    return state
+
+
+@bare_kernel
+def standardize(moves: Moves, digits: np.ndarray) -> None:
+    """Replace digits by those of the state that stands for theirs."""
+    hand = digits[0]
+    moved, rank = hand, 0
+    over_empty = moves.neutral[hand]
+    for o in moves.told:
+        location = digits[1 + o]
+        if moves.neutral[location]:
+            digits[1 + o] = moves.places[rank]
+            if location == hand:
+                moved, over_empty = moves.places[rank], False
+            rank += 1
+    under = False
+    for k in range(moves.unseen.shape[0]):
+        location = digits[1 + moves.unseen[k]]
+        if moves.neutral[location]:
+            under |= location == hand
+            location = np.int64(EXCHANGEABLE)
+        at = k
+        while at > 0 and digits[1 + moves.unseen[at - 1]] > location:
+            digits[1 + moves.unseen[at]] = digits[1 + moves.unseen[at - 1]]
+            at -= 1
+        digits[1 + moves.unseen[at]] = location
+    if under:
+        moved, over_empty = moves.places[rank], False
+    for o in moves.unseen:
+        if digits[1 + o] == EXCHANGEABLE:
+            digits[1 + o] = moves.places[rank]
+            rank += 1
+    if over_empty:
+        moved = moves.places[rank]
+    digits[0] = moved
+    for d in moves.unseen_marks:
+        digits[d] = 0
+
+
+@bare_kernel
+def accepts(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
+    """Return whether an object can be put at a location."""
+    if moves.closed[location] or counts[location] >= moves.capacity[location]:
+        return False
+    for other in range(counts.shape[0]):
+        if moves.supports[location, other] and counts[other] == 0:
+            return False
+        if moves.clear_of[location, other] and counts[other] > 0:
+            return False
+    return True
+
+
+@bare_kernel
+def is_clear(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
+    """Return whether an object can be taken from a location."""
+    for other in range(counts.shape[0]):
+        if counts[other] > 0:
+            if moves.supports[other, location]:
+                return False
+            if moves.closed[location] and moves.clear_of[location, other]:
+                return False
+    return True
+
+
+@bare_kernel
+def count_objects(moves: Moves, digits: np.ndarray, counts: np.ndarray) -> Integer:
+    """Write how many objects each location holds, and return the one in the hand, or -1."""
+    held = -1
+    for x in range(counts.shape[0]):
+        counts[x] = 0
+    for o in range(moves.fixed.shape[0]):
+        if digits[1 + o] < counts.shape[0]:
+            counts[digits[1 + o]] += 1
+        else:
+            held = o
+    return held

@@ -1,0 +1,51 @@
+"""Bounds from projections of a manipulation model, against exact costs-to-go in all its states."""
+
+from __future__ import annotations
+
+import random
+from itertools import product
+
+import numpy as np
+import pytest
+from random_manipulation import random_problem
+
+from prefplan import Options, Planner
+from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.pattern_database import added_bound
+from prefplan.heuristics.preprocessing import Prepared
+from prefplan.models.manipulation import system as system_module
+from prefplan.product.contraction import view, whole_graph
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.product_automaton import Product
+from prefplan.product.successors import INFINITE
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_bounds_are_consistent_and_no_more_than_costs_to_go(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
+    problem = random_problem(random.Random(seed))
+    searched = Planner(problem)._product
+    if not isinstance(searched, GeneratedProduct):
+        assert any(task.relax for task in problem.tasks)
+        return
+    bounds = Prepared(searched, Options(), single=False).bounds
+    system = searched.model.quotient().system.knowing(problem.system.propositions)
+    listed = Product(problem.over(system), counts_actions=False)
+    tasks = np.arange(len(problem.tasks))
+    exact = Backward(listed, view(listed, whole_graph(listed))).cost_to_go(tasks, np.ones(2 ** len(tasks), np.int64))
+    space = searched.model.generator.space
+    codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
+    digits = np.stack([space.digit(codes, d) for d in range(len(space.radices))], axis=1)
+    found = np.empty_like(exact)
+    for k, automata in enumerate(product(*(range(size) for size in searched.sizes[::-1]))):
+        states = np.array(automata[::-1], dtype=np.int64)
+        for s in range(system.size):
+            bound = added_bound(bounds.added, bounds.projections, digits[s], codes[s], states)
+            found[s + k * system.size] = bound
+            for edge in system.edges(s):
+                target = int(system.targets[edge])
+                after = listed.delta[tasks, states, listed.classes[target]].astype(np.int64)
+                step = added_bound(bounds.added, bounds.projections, digits[target], codes[target], after)
+                assert bound <= min(listed.costs[edge] + step, INFINITE)
+    assert (found <= exact).all()
+    assert found[exact < INFINITE].any() or not exact[exact < INFINITE].any()

@@ -1,0 +1,125 @@
+"""Fronts of several costs and preferences against an exhaustive search that prunes nothing by contract."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from judge.enumerate import TooManyError
+from judge.several import COST_NAMES, SeveralProblem, bounds_of, random_several, replayed, several_front
+from judge.verdict import printed
+
+from prefplan import NoPlanError, Options, Plan, Planner, Problem, Task, TransitionSystem, UnfinishedError
+from prefplan.limits import Limits
+from prefplan.models.several_costs import with_costs
+from prefplan.product.product_automaton import Product
+from prefplan.scenario.decode import from_dict
+from prefplan.search.objective_search import ObjectiveSearch
+
+BLOCK = 50
+"""Problems that one test judges."""
+
+OPTIONS = (
+    Options(),
+    Options(heuristic=0, preference_bound=False, contraction=False),
+    Options(heuristic=2, contraction=False),
+    Options(compiled=False),
+)
+
+
+def relaxations(plan: Plan) -> list[dict[str, Any]]:
+    return [
+        {"task": bought.task, "step": bought.step, "cost": bought.cost}
+        | ({"skip": True} if bought.assume is None else {"assume": bought.assume})
+        for bought in plan.relaxations
+    ]
+
+
+def wrong(problem: SeveralProblem, options: tuple[Options, ...]) -> str | None:
+    """Return what is wrong with the planner's answers, or None."""
+    bounds = bounds_of(problem)
+    planned = from_dict(problem.scenario(), name="problem").problem()
+    if bounds is None:
+        reason = Planner(planned).front(at_most=dict.fromkeys(planned.cost_names, 50)).reason
+        return None if reason is not None and reason.kind in ("task", "conflict") else f"{reason} where no plan exists"
+    try:
+        expected = several_front(problem, bounds)
+    except TooManyError:
+        return None
+    points = [tuple(map(printed, point)) for point in expected]
+    for chosen in options:
+        planner = Planner(planned, options=chosen)
+        front = planner.front(at_most=bounds)
+        if [tuple(plan.objectives.values()) for plan in front] != points:
+            return f"{chosen}: {[plan.objectives for plan in front]}, expected {points}"
+        for plan in front:
+            told = tuple(map(printed, replayed(problem, plan.actions, relaxations(plan))))
+            if told != tuple(plan.objectives.values()):
+                return f"{chosen}: {plan} is worth {told}"
+        for k, name in enumerate(problem.names):
+            try:
+                best = tuple(planner.best(name, at_most=bounds).objectives.values())
+            except NoPlanError:
+                best = None
+            if best != min(points, key=lambda point: (point[k], *point), default=None):
+                return f"{chosen}: best in {name} is {best}, not of {points}"
+    return None
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_trials")
+@pytest.mark.parametrize("first", range(0, 400, BLOCK))
+def test_fronts_are_those_of_the_judge(first: int) -> None:
+    found = {
+        seed: wrong(random_several(seed), OPTIONS[:1] if seed % 4 else OPTIONS) for seed in range(first, first + BLOCK)
+    }
+    assert {seed: what for seed, what in found.items() if what} == {}
+
+
+@pytest.fixture(scope="module")
+def grid() -> Problem:
+    """Two errands on a grid of random ground with three costs."""
+    rng = random.Random(3)
+    cells = [(x, y) for x in range(12) for y in range(12)]
+    steps = [((x, y), (x + dx, y + dy)) for x, y in cells for dx, dy in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+    edges = [(a, str(b), b, [rng.randint(1, 9) for _ in range(3)]) for a, b in steps if b in cells]
+
+    def build(name: str) -> TransitionSystem:
+        k = COST_NAMES.index(name)
+        costs = ((a, action, b, cost[k]) for a, action, b, cost in edges)
+        return TransitionSystem.from_transitions(costs, start=(0, 0), labels={(11, 5): ["a"], (4, 11): ["b"]})
+
+    return Problem(with_costs(COST_NAMES, build), [Task("x", "F a"), Task("y", "F b")], [])
+
+
+def test_a_search_that_a_limit_stops_has_every_point_below_some_cost(grid: Problem) -> None:
+    whole = [tuple(plan.objectives.values()) for plan in Planner(grid).front()]
+    assert len(whole) > 50 and whole == sorted(whole)
+    search = ObjectiveSearch(Product(grid), Options(), bounds={})
+    limits, points = Limits(), []
+    for found in search.goals(limits):
+        points.append(found.objectives)
+        if len(points) == len(whole) // 2:
+            limits.seconds = 0
+    assert limits.ended == "time" and 0 < len(points) < len(whole)
+    below = limits.complete_below * grid.cost_units[0]
+    assert [point for point in points if point[0] < below] == [point for point in whole if point[0] < below]
+
+
+@pytest.mark.parametrize(("limit", "ended"), [({"max_seconds": 0}, "time"), ({"max_memory": 1}, "memory")])
+def test_limits_hold_from_the_first_line_on(grid: Problem, limit: dict[str, Any], ended: str) -> None:
+    front = Planner(grid).front(**limit)
+    assert (front.ended, front.complete) == (ended, False)
+    with pytest.raises(UnfinishedError, match=f"stopped by the {ended} limit"):
+        Planner(grid).best("energy", **limit)
+
+
+def test_fronts_of_some_objectives_are_those_without_the_others(grid: Problem) -> None:
+    system = replace(grid.system, more_costs=grid.system.more_costs[:1])
+    two = [tuple(plan.objectives.values()) for plan in Planner(Problem(system, grid.tasks, [])).front()]
+    projected = Planner(grid).front().over(["time", "energy"])
+    assert [tuple(plan.objectives.values())[:2] for plan in projected] == two
+    table = projected._repr_html_()
+    assert "<th>time</th><th>energy</th><th>noise</th>" in table

@@ -1,0 +1,103 @@
+"""Fronts within some percent keep what they promise, and so do fronts whose search was stopped."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import judge
+import pytest
+from judge.enumerate import TooManyError
+from judge.fuzz import draw
+from judge.verdict import OPTIONS, beyond, exact_limit, misjudged
+
+from prefplan import Options, Planner, PrefplanError, Problem, pareto_front
+from prefplan.limits import Limits
+from prefplan.scenario.decode import from_dict
+from prefplan.search import driver
+
+PERCENT = (1, 5, 20, 50)
+
+
+def planned(problem: judge.GraphProblem) -> Problem:
+    return from_dict(problem.scenario(), name="problem").problem()
+
+
+@pytest.mark.parametrize("percent", PERCENT)
+@pytest.mark.parametrize("kind", ["order", "deadline", "max", "expression"])
+def test_every_best_trade_off_of_errands_is_within_the_percentage(kind: str, percent: int) -> None:
+    fewer = 0
+    for seed in range(12):
+        problem = judge.random_errands(seed, kind)
+        exact = pareto_front(planned(problem), max_cost=100)
+        expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
+        front = pareto_front(planned(problem), within=percent, max_cost=100)
+        assert front.complete and front.within == percent
+        assert beyond(front, expected, percent) is None
+        assert not [wrong for plan in front if (wrong := misjudged(problem, plan))]
+        fewer += len(front) < len(exact)
+    assert fewer or percent < 50
+
+
+@pytest.mark.usefixtures("few_trials")
+@pytest.mark.parametrize("options", [OPTIONS[0], OPTIONS[1], OPTIONS[-1]])
+def test_every_best_trade_off_of_random_problems_is_within_the_percentage(options: Options) -> None:
+    """Judged by enumeration: every kind of preference, relaxations, and every style of numbers."""
+    judged = 0
+    for number in range(40):
+        _, problem = draw(number)
+        limit = exact_limit(problem)
+        if limit is None or planned(problem).resolution is not None:
+            continue
+        try:
+            expected = judge.exact_front(problem, max_cost=limit)
+        except TooManyError:
+            continue
+        planner = Planner(planned(problem), options=options)
+        for percent in (0, *PERCENT):
+            assert (number, beyond(planner.front(within=percent, max_cost=limit), expected, percent)) == (number, None)
+            judged += 1
+    assert judged > 100
+
+
+def test_half_a_percent_and_thousands_are_percentages_too() -> None:
+    problem = planned(judge.random_errands(3, "order"))
+    exact = pareto_front(problem)
+    assert pareto_front(problem, within=Decimal("0.5")).within == 0.5
+    assert pareto_front(problem, within=10**6).plans
+    assert [plan.cost for plan in pareto_front(problem, within=0)] == [plan.cost for plan in exact]
+    with pytest.raises(PrefplanError, match="within: -1 is negative"):
+        pareto_front(problem, within=-1)
+
+
+def stopped(problem: Problem, slices: int, monkeypatch: pytest.MonkeyPatch, **options: Any) -> Any:
+    """Return the front of a search that is stopped after so many labels."""
+    looks = []
+
+    def out_of_time(limits: Limits) -> bool:
+        looks.append(limits)
+        return len(looks) > slices
+
+    with monkeypatch.context() as patch:
+        patch.setattr(driver, "POPS", 1)
+        patch.setattr(Limits, "out_of_time", property(out_of_time))
+        return pareto_front(problem, **options)
+
+
+@pytest.mark.parametrize("options", [{}, {"within": 5}, {"within": 40}])
+@pytest.mark.parametrize("kind", ["order", "max", "expression"])
+def test_a_stopped_front_proves_no_more_than_is_so(
+    kind: str, options: dict[str, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    proven: set[object] = set()
+    for seed in range(3):
+        problem = planned(judge.random_errands(seed, kind))
+        exact = pareto_front(problem, max_cost=100)
+        expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
+        for slices in range(0, 400, 31):
+            front = stopped(problem, slices, monkeypatch, max_cost=100, **options)
+            if front.within is not None:
+                assert beyond(front, expected, Fraction(str(front.within))) is None
+            proven |= {front.within} if front.ended else set()
+    assert proven, "no front was stopped"
