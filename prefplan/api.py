@@ -5,16 +5,20 @@ from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, Un
 from prefplan.heuristics.preprocessing import Options
 from prefplan.ledger import Entry, Ledger
 from prefplan.logic.dfa import Automaton, automaton
-from prefplan.logic.formula import Formula, parse
-from prefplan.models.grid import GridModel
+from prefplan.logic.formula import Formula
+from prefplan.logic.normal_form import parse
+from prefplan.models.grid import GridModel, Terrain
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
+from prefplan.models.manipulation.surroundings import Fixture, RobotSetup
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.planner import FrontLimits, PlanLimits, Planner, cheapest_plan, pareto_front, preferred_plan
+from prefplan.planner import Planner, best_plan, cheapest_plan, pareto_front, preferred_plan
 from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
-from prefplan.problem import Problem, Relaxation, Task
+from prefplan.preferences.objective import NamedPreference
+from prefplan.problem import Problem, Relaxation, Rule, Task
 from prefplan.scenario.decode import Scenario, load
+from prefplan.search.bounds import FrontLimits, PlanLimits
 
 __all__ = [
     "Action",
@@ -23,6 +27,7 @@ __all__ = [
     "Due",
     "Entry",
     "Expression",
+    "Fixture",
     "Formula",
     "FormulaError",
     "Front",
@@ -35,6 +40,7 @@ __all__ = [
     "ManipulationState",
     "Max",
     "ModelError",
+    "NamedPreference",
     "NoPlanError",
     "Object",
     "Operator",
@@ -50,16 +56,20 @@ __all__ = [
     "Purchase",
     "Reason",
     "Relaxation",
+    "RobotSetup",
+    "Rule",
     "STANDARD_OPERATORS",
     "Scenario",
     "ScenarioError",
     "Stats",
     "Sum",
     "Task",
+    "Terrain",
     "TransitionSystem",
     "UnfinishedError",
     "WeightedSum",
     "automaton",
+    "best_plan",
     "cheapest_plan",
     "load",
     "pareto_front",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass, field
+import operator
+from collections.abc import Collection, Hashable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import TYPE_CHECKING, overload
 
@@ -16,21 +17,27 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+PAIR = ("cost", "preference")
+"""The names of one cost and one preference that have no others."""
+
+
 @dataclass(frozen=True)
 class Purchase:
     """A relaxation that a plan uses.
 
     Attributes:
-        task: name of the task that is relaxed.
+        task: name of the task that is relaxed, or of the rule that is broken.
         step: actions taken before the reading.
-        assume: proposition that was taken to hold; None if the task was dropped.
+        assume: proposition that was taken to hold; None if the task was dropped or the rule broken.
         cost: price.
+        rule: whether it is a rule that is broken.
     """
 
     task: str
     step: int
     assume: str | None
     cost: Number
+    rule: bool = field(default=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -41,10 +48,12 @@ class Plan:
         cost: total cost (equation 1).
         preference: mu (Definition 5).
         task_costs: c_i by task name (equation 2); the whole plan's cost for a task that is never satisfied.
-        violation_costs: v_i by task name: what was paid to relax it.
+        violation_costs: v_i by task name: what was paid to relax it; also by name of each rule that may be broken.
         actions: the plan.
         states: the trajectory, one state more than there are actions.
         relaxations: what was relaxed where, in order of steps.
+        costs: every total cost by name, `cost` the first.
+        preferences: every mu by name, `preference` the first.
     """
 
     cost: Number
@@ -54,6 +63,13 @@ class Plan:
     actions: tuple[str, ...]
     states: tuple[Hashable, ...]
     relaxations: tuple[Purchase, ...] = ()
+    costs: dict[str, Number] = field(default_factory=dict)
+    preferences: dict[str, Number] = field(default_factory=dict)
+
+    @property
+    def objectives(self) -> dict[str, Number]:
+        """What the plan is worth, by the names of costs and preferences; they are distinct."""
+        return self.costs | self.preferences
 
 
 @dataclass(frozen=True)
@@ -61,8 +77,9 @@ class Reason:
     """Why there is no plan.
 
     Attributes:
-        kind: `task` (it can never be satisfied), `conflict` (these cannot be satisfied together) or `bound`.
-        tasks: the tasks to blame; empty for `bound`.
+        kind: `task` (it can never be satisfied), `conflict` (these cannot be satisfied together), `rule` (no plan keeps
+            these) or `bound`.
+        tasks: the tasks or rules to blame; empty for `bound`.
         smallest: for `bound`, the smallest mu (or, under a cost bound, the smallest cost) that is possible; None where
             a limit of the search left it unknown, or no plan keeps the bound on the cost.
     """
@@ -78,6 +95,8 @@ class Reason:
             return f"task {names} can never be satisfied"
         if self.kind == "conflict":
             return f"tasks {names} cannot be satisfied together, though any fewer of them can"
+        if self.kind == "rule":
+            return f"every plan breaks {'the rule' if len(self.tasks) == 1 else 'one of the rules'} {names}"
         known = "" if self.smallest is None else f"; the smallest possible is {self.smallest}"
         return f"no plan lies within the bound{known}"
 
@@ -98,14 +117,23 @@ class UnfinishedError(PrefplanError):
         ended: what ended it: `time` or `memory`.
         complete_below: no plan that keeps the bounds and is cheaper than this is missing; None if that is not known.
         best: the best plan known by then, or None.
+        within: what is minimised is for that plan at most so many percent more than for any; None if that is not known.
     """
 
-    def __init__(self, ended: str, *, complete_below: Number | None = None, best: Plan | None = None) -> None:
+    def __init__(
+        self,
+        ended: str,
+        *,
+        complete_below: Number | None = None,
+        best: Plan | None = None,
+        within: float | None = None,
+    ) -> None:
         """Keep how far the search got, and say it."""
         what = "no plan is known yet" if best is None else "a better plan may exist"
+        what += f"; this one costs at most {within} % more than any" if within is not None else ""
         below = "" if complete_below is None or best else f"; any costs at least {complete_below}"
         super().__init__(f"stopped by the {ended} limit: {what}{below}")
-        self.ended, self.complete_below, self.best = ended, complete_below, best
+        self.ended, self.complete_below, self.best, self.within = ended, complete_below, best, within
 
 
 @dataclass(frozen=True)
@@ -133,11 +161,15 @@ class Stats:
 class Front(Sequence[Plan]):
     """All non-dominated (cost, mu), one plan each, in order of rising cost and falling mu.
 
+    With several costs or preferences the points are not dominated in all of them, in order of the first cost.
+
     Attributes:
         plans: the points.
         reason: why there is no plan; None if there is one, or if that is not known.
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
-        complete_below: every point of lower cost has been found; None if the front is complete.
+        complete_below: every point of lower cost has been found; None if the front is complete, or within some percent.
+        within: every point of the exact front has one here whose cost and mu are at most so many percent larger: 0 for
+            a complete front, None where the search was stopped before it could prove any.
         resolution: of what the model's costs were rounded to a multiple; None if they are as they were given.
         claimed: whether the preference's contract is the user's claim: tried on random costs, but not shown.
         stats: work and time.
@@ -147,9 +179,15 @@ class Front(Sequence[Plan]):
     reason: Reason | None = None
     ended: str | None = None
     complete_below: Number | None = None
+    within: Number | None = None
     resolution: Number | None = None
     claimed: bool = False
     stats: Stats = field(default_factory=Stats)
+
+    @property
+    def objectives(self) -> tuple[str, ...]:
+        """The names of the costs and the preferences; none if there is no plan."""
+        return tuple(self.plans[0].objectives) if self.plans else ()
 
     @property
     def complete(self) -> bool:
@@ -163,10 +201,28 @@ class Front(Sequence[Plan]):
             return None
         why = "interrupted" if self.ended == "interrupt" else f"stopped by the {self.ended} limit"
         below = "" if self.complete_below is None else f"; the front is complete below cost {self.complete_below}"
-        return f"{why}{below}"
+        proven = "" if self.within is None else f"; every best trade-off is within {self.within} % of one of these"
+        return f"{why}{below}{proven}"
+
+    def over(self, objectives: Collection[str]) -> Front:
+        """Return the points that no other dominates in some costs and preferences alone, given by name.
+
+        If the front is complete, so is the result: of each of its points, some plan is on the whole front.
+        """
+        kept: dict[tuple[Number, ...], Plan] = {}
+        for plan in self:
+            kept.setdefault(tuple(plan.objectives[name] for name in objectives), plan)
+        plans = [
+            plan
+            for worth, plan in kept.items()
+            if not any(other != worth and all(map(operator.le, other, worth)) for other in kept)
+        ]
+        return replace(self, plans=tuple(plans))
 
     def to_pandas(self) -> DataFrame:
         """Return a table of one row a plan: `cost`, `preference`, `task_costs.NAME` for every task, and `actions`.
+
+        With several costs or preferences there is a column for each, by its name.
 
         Raises:
             PrefplanError: pandas is not installed.
@@ -175,12 +231,14 @@ class Front(Sequence[Plan]):
             import pandas
         except ImportError:
             raise PrefplanError("a front is made a DataFrame by pandas: pip install pandas") from None
-        rows = [[plan.cost, plan.preference, *plan.task_costs.values(), plan.actions] for plan in self]
+        rows = [[*_worth(plan), *plan.task_costs.values(), plan.actions] for plan in self]
         tasks = [f"task_costs.{name}" for name in self._tasks]
-        return pandas.DataFrame(rows, columns=["cost", "preference", *tasks, "actions"])
+        return pandas.DataFrame(rows, columns=[*(self.objectives or PAIR), *tasks, "actions"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the points, cost against preference penalty, along the border of what they dominate.
+
+        With several costs or preferences, what is drawn is the front of the first two.
 
         Args:
             ax: where to draw; None for a new figure.
@@ -192,12 +250,17 @@ class Front(Sequence[Plan]):
             from matplotlib import pyplot
 
             _, ax = pyplot.subplots()
-        costs, preferences = [float(plan.cost) for plan in self], [float(plan.preference) for plan in self]
+        names = self.objectives[:2] or PAIR
+        shown = self.over(names) if len(self.objectives) > 2 else self
+        points = sorted(tuple(map(float, _worth(plan)[:2])) for plan in shown)
+        costs, preferences = [point[0] for point in points], [point[1] for point in points]
         ax.step(costs, preferences, "o-", where="post")
         if self.complete_below is not None:
             ax.axvline(float(self.complete_below), linestyle="--", color="gray", label="complete up to here")
             ax.legend()
         ax.set(xlabel="total cost", ylabel="preference penalty (lower is better)")
+        if names != PAIR:
+            ax.set(xlabel=names[0], ylabel=f"{names[1]} (lower is better)")
         return ax
 
     @property
@@ -206,8 +269,9 @@ class Front(Sequence[Plan]):
 
     def _repr_html_(self) -> str:
         """Return the front as notebooks show it: a row a plan, and what keeps it from being whole."""
-        rows = [_row("td", [i, p.cost, p.preference, *p.task_costs.values()]) for i, p in enumerate(self)]
-        head = _row("th", ["", "cost", "penalty", *self._tasks])
+        rows = [_row("td", [i, *_worth(p), *p.task_costs.values()]) for i, p in enumerate(self)]
+        named = ("cost", "penalty") if self.objectives in ((), PAIR) else self.objectives
+        head = _row("th", ["", *named, *self._tasks])
         table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
         if self.reason is not None:
             note = f"No plan: {self.reason}."
@@ -230,6 +294,11 @@ class Front(Sequence[Plan]):
     def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
         """Return a point by its place, or several."""
         return self.plans[index]
+
+
+def _worth(plan: Plan) -> tuple[Number, ...]:
+    """Return the values of a plan's objectives."""
+    return tuple(plan.objectives.values()) or (plan.cost, plan.preference)
 
 
 def _row(tag: str, cells: Iterable[object]) -> str:

@@ -27,7 +27,7 @@ class Entry:
     Attributes:
         cost: total cost so far (equation 1).
         task_costs: c_i by task name (equation 2); of a task that is not satisfied, the total cost so far.
-        violation_costs: v_i by task name: what was paid so far to relax it.
+        violation_costs: v_i by task name: what was paid so far to relax it; the same of rules that may be broken.
         satisfied: names of the tasks that are satisfied.
         preference: mu of these costs (Definition 5), which never falls from one entry to the next.
     """
@@ -50,6 +50,7 @@ class Ledger:
         labels: (K + 1,) what holds at the start and after each action.
         states: by task name, (K + 1,) the state of its automaton after each label; None for a task that is skipped.
         relaxations: what is bought.
+        more_costs: (K,) of each action, by name, of the costs beside the first.
     """
 
     problem: Problem = field(repr=False)
@@ -58,6 +59,7 @@ class Ledger:
     labels: tuple[Label, ...] = field(repr=False)
     states: Mapping[str, tuple[int, ...] | None] = field(repr=False)
     relaxations: tuple[Purchase, ...] = ()
+    more_costs: Mapping[str, tuple[Fraction, ...]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -67,6 +69,7 @@ class Ledger:
         costs: Sequence[Number],
         labels: Sequence[Label],
         relaxations: Sequence[Purchase] = (),
+        more_costs: Mapping[str, tuple[Fraction, ...]] | None = None,
     ) -> Ledger:
         """Return the ledger of some actions; each task's automaton reads the labels as the relaxations allow.
 
@@ -76,6 +79,7 @@ class Ledger:
             costs: (K,) of each action.
             labels: (K + 1,) what holds at the start and after each action.
             relaxations: what is bought.
+            more_costs: (K,) of each action, by name, of the costs beside the first; None for none.
         """
         states: dict[str, tuple[int, ...] | None] = {}
         for task, automaton in zip(problem.tasks, problem.automata, strict=True):
@@ -88,7 +92,15 @@ class Ledger:
                 for k, label in enumerate(labels)
             ]
             states[task.name] = tuple(accumulate(read, automaton.step, initial=0))[1:]
-        return cls(problem, tuple(actions), tuple(map(exact, costs)), tuple(labels), states, tuple(relaxations))
+        return cls(
+            problem,
+            tuple(actions),
+            tuple(map(exact, costs)),
+            tuple(labels),
+            states,
+            tuple(relaxations),
+            more_costs or {},
+        )
 
     @classmethod
     def of_plan(cls, problem: Problem, plan: Plan) -> Ledger:
@@ -99,16 +111,25 @@ class Ledger:
         """
         system = problem.system
         state, costs, labels = system.start, [], [system.label(system.start)]
+        more: dict[str, list[Fraction]] = {edges.name: [] for edges in system.more_costs}
         for action in plan.actions:
+            for edges in system.more_costs:
+                more[edges.name].append(int(edges.costs[system.edge(state, action)]) * edges.unit)
             state, cost = system.step(state, action)
             costs.append(cost)
             labels.append(system.label(state))
-        return cls.of(problem, plan.actions, costs, labels, plan.relaxations)
+        beside = {name: tuple(each) for name, each in more.items()}
+        return cls.of(problem, plan.actions, costs, labels, plan.relaxations, beside)
 
     @cached_property
     def spent(self) -> tuple[Fraction, ...]:
         """(K + 1,) total cost before the first and after each action."""
         return tuple(accumulate(self.costs, initial=Fraction(0)))
+
+    @cached_property
+    def _spent(self) -> list[tuple[Fraction, ...]]:
+        """The same for every cost, the first one first."""
+        return [self.spent, *(tuple(accumulate(each, initial=Fraction(0))) for each in self.more_costs.values())]
 
     @cached_property
     def satisfied(self) -> dict[str, int | None]:
@@ -141,26 +162,42 @@ class Ledger:
         names = self.problem.names
         return Entry(
             cost=to_number(self.spent[step]),
-            task_costs=dict(zip(names, map(to_number, costs), strict=True)),
-            violation_costs=dict(zip(names, map(to_number, paid), strict=True)),
+            task_costs=dict(zip(names, map(to_number, costs), strict=False)),
+            violation_costs=dict(zip(self.problem.priced, map(to_number, paid), strict=True)),
             satisfied=frozenset(name for name, at in self.satisfied.items() if at is not None and at <= step),
-            preference=to_number(self.problem.measure.value(costs, paid)),
+            preference=to_number(self._first_preference(step)),
         )
 
     def exact_preference(self) -> Any:
         """Return mu of all the actions: a fraction, or a float where functions or divisions are used."""
-        return self.problem.measure.value(*self._costs(len(self.costs)))
+        return self._first_preference(len(self.costs))
+
+    def _first_preference(self, step: int) -> Any:
+        """Return mu of the first preference after a number of actions."""
+        cost = self.problem.objectives[0].cost if self.problem.objectives else 0
+        return self.problem.measure.value(*self._costs(step, cost))
+
+    def exact_objectives(self) -> tuple[Any, ...]:
+        """Return every total cost and every mu of all the actions, as `exact_preference`."""
+        last = len(self.costs)
+        values = [o.measure.value(*self._costs(last, o.cost)) for o in self.problem.objectives]
+        return (*(spent[-1] for spent in self._spent), *values)
 
     def advances(self, task: str) -> tuple[int, ...]:
         """Return after which actions a task's automaton has changed its state, counted from 1."""
         states = self.states[task] or ()
         return tuple(k for k in range(1, len(states)) if states[k] != states[k - 1])
 
-    def _costs(self, step: int) -> tuple[list[Fraction], list[Fraction]]:
-        """Return the tasks' costs and violation costs after a number of actions."""
+    def task_costs(self, cost: int = 0) -> dict[str, Number]:
+        """Return what each task has cost after all the actions, in one of the costs."""
+        return dict(zip(self.problem.names, map(to_number, self._costs(len(self.costs), cost)[0]), strict=False))
+
+    def _costs(self, step: int, cost: int = 0) -> tuple[list[Fraction], list[Fraction]]:
+        """Return the tasks' costs, in one of the costs, and violation costs after a number of actions."""
         done = [step if at is None else min(at, step) for at in self.satisfied.values()]
-        paid = dict.fromkeys(self.problem.names, Fraction(0))
+        done += [0] * (len(self.problem.priced) - len(done))
+        paid = dict.fromkeys(self.problem.priced, Fraction(0))
         for purchase in self.relaxations:
             if purchase.step <= step:
                 paid[purchase.task] += exact(purchase.cost)
-        return [self.spent[k] for k in done], list(paid.values())
+        return [self._spent[cost][k] for k in done], list(paid.values())

@@ -4,68 +4,65 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import combinations
-from typing import TypedDict, Unpack
+from typing import Any, Unpack, cast
 
 import numpy as np
 
-from prefplan.errors import PreferenceError
+from prefplan.errors import PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, exact, inclusive, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
-from prefplan.limits import Limits, available_memory
+from prefplan.ledger import Ledger
+from prefplan.limits import LimitError, Limits, available_memory
+from prefplan.models.manipulation.quotient import ReducedModel
+from prefplan.models.manipulation.system import ManipulationSystem
+from prefplan.models.transition_system import Quotient
+from prefplan.percent import EXACT, Percent, percent
 from prefplan.preferences.kinds import WeightedSum
-from prefplan.problem import Problem, Task
+from prefplan.problem import Problem, Rule, Task
+from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
+from prefplan.search.bounds import FrontLimits, PlanLimits, bounded, require_bounds
 from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
 from prefplan.search.exact_search import ExactSearch
+from prefplan.search.guided import least_estimate, plans_soon
+from prefplan.search.narrowing import NarrowingSearch, proven_percent
+from prefplan.search.objective_search import points
 from prefplan.search.vector_search import VectorSearch
+
+AnySearch = Search | ExactSearch | NarrowingSearch
 
 MEMORY_SHARE = 0.8
 """Part of the free memory that a search may take unless told otherwise."""
 
-
-class FrontLimits(TypedDict, total=False):
-    """Where the search for a front ends; None or nothing for no bound.
-
-    Attributes:
-        max_cost: inclusive bound of the total cost; needed for a preference whose contract is `general`.
-        max_seconds: time.
-        max_memory: bytes of memory; None for most of what is free.
-    """
-
-    max_cost: Number | None
-    max_seconds: float | None
-    max_memory: float | None
+GUIDED_TASKS = 9
+"""Tasks from which on some plan is looked for before the cheapest, if time is limited."""
 
 
-class PlanLimits(FrontLimits, total=False):
-    """Where the search for one plan ends.
-
-    Attributes:
-        max_preference: inclusive bound of mu.
-    """
-
-    max_preference: Number | None
-
-
-def pareto_front(problem: Problem, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:
-    """Return the Pareto front of total cost and preference; empty, with a reason, if there is no plan.
+def pareto_front(
+    problem: Problem, *, within: Number = 0, options: Options | None = None, **limits: Unpack[FrontLimits]
+) -> Front:
+    """Return the Pareto front of all costs and preferences; empty, with a reason, if there is no plan.
 
     A limit of time or memory leaves the points found so far; `ended` says which it was.
 
     Args:
         problem: what to plan.
+        within: leave out what a plan of the front is good enough for: each point of the exact front has one whose cost
+            and mu are at most so many percent larger.
         options: how to search; the front does not depend on it.
-        **limits: `max_cost`, `max_seconds` and `max_memory`, see `FrontLimits`.
+        **limits: `max_cost`, `at_most`, `max_seconds` and `max_memory`, see `FrontLimits`.
 
     Raises:
         PreferenceError: if a cost bound is needed.
     """
-    return Planner(problem, options=options).front(**limits)
+    return Planner(problem, options=options).front(within=within, **limits)
 
 
 def cheapest_plan(problem: Problem, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
@@ -100,6 +97,26 @@ def preferred_plan(problem: Problem, *, options: Options | None = None, **limits
     return Planner(problem, options=options).preferred(**limits)
 
 
+def best_plan(
+    problem: Problem, objective: str, *, options: Options | None = None, **limits: Unpack[PlanLimits]
+) -> Plan:
+    """Return the plan of the least value of one cost or preference; of several, that of the least other values in turn.
+
+    Args:
+        problem: what to plan.
+        objective: name of the cost or preference.
+        options: how to search; what the plan is worth does not depend on it.
+        **limits: those of `pareto_front`, and `max_preference`, see `PlanLimits`.
+
+    Raises:
+        NoPlanError: if there is none within the bounds.
+        UnfinishedError: if a limit ended the search first; its `best` is the best plan known by then.
+        PrefplanError: if there is no such objective.
+        PreferenceError: if a cost bound is needed.
+    """
+    return Planner(problem, options=options).best(objective, **limits)
+
+
 class Planner:
     """A problem made ready to be searched.
 
@@ -109,59 +126,158 @@ class Planner:
     """
 
     def __init__(self, problem: Problem, *, options: Options | None = None) -> None:
-        """Build the automata and the product's tables."""
-        began = time.perf_counter()
+        """Take the problem; what is searched is built at the first search, within its limits."""
         self.problem = problem
         self._options = options or Options()
-        self._product = Product(problem)
-        self._build_seconds = time.perf_counter() - began
-        self.stats = Stats(build_seconds=self._build_seconds)
+        self.stats = Stats()
+        self._incumbent: Found | None = None
+        self._least_cost = 0.0
+        self._stopped: AnySearch | None = None
 
-    def front(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]) -> Front:
+    @cached_property
+    def _quotient(self) -> Quotient:
+        """What is searched in place of the problem's system."""
+        return self.problem.system.quotient(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
+
+    @cached_property
+    def _product(self) -> Product:
+        """The tables of what is searched."""
+        began = time.perf_counter()
+        product = self._product_of(self.problem)
+        self._build_seconds = time.perf_counter() - began
+        return product
+
+    def _product_of(self, problem: Problem) -> Product:
+        """Return the tables of a problem over this one's model: state by state, or else of its quotient."""
+        if self._model is not None and GeneratedProduct.suits(problem, self._model):
+            return GeneratedProduct(problem, self._model)
+        return Product(problem.over(self._quotient.system))
+
+    @cached_property
+    def _model(self) -> ReducedModel | None:
+        """What is searched, unless its states are listed."""
+        system = self.problem.system
+        if not isinstance(system, ManipulationSystem) or not self._options.generated:
+            return None
+        return system.reduced(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
+
+    def front(self, *, within: Number = 0, keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]) -> Front:
         """Return the Pareto front; see `pareto_front`.
 
         Args:
+            within: as there.
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
-        limits = _limits(**wanted)
-        self._require_bound(**wanted)
+        limits, tolerance = _limits(**wanted), percent(within)
+        limited = bounded(self.problem, **wanted)
+        require_bounds(self.problem, **limited)
         plans: list[Plan] = []
+        self._stopped = None
+        reason: Reason | None = None
         try:
-            for plan in self._search(limits, **wanted):
-                plans.append(plan)
+            with limits:
+                for plan in self._search(limits, tolerance=tolerance, **limited):
+                    plans.append(plan)
+                if not plans and not limits.ended:
+                    reason = self._why_not(limits, **limited)
+        except LimitError as error:
+            limits.ended = error.ended
         except KeyboardInterrupt:
             if not keep_on_interrupt:
                 raise
             limits.ended = "interrupt"
-        front = Front(
+        if tolerance.value and self.problem.is_bi_objective:
+            plans = _undominated(plans)
+        return Front(
             tuple(plans),
+            reason,
             ended=limits.ended,
+            complete_below=None if limits.ended is None or tolerance.value else self._below(limits),
+            within=to_number(tolerance.value) if limits.ended is None else self._proven(plans),
             resolution=self.problem.resolution,
-            claimed=self.problem.measure.claimed,
+            claimed=any(o.measure.claimed for o in self.problem.objectives),
             stats=self.stats,
         )
-        if limits.ended is not None:
-            return replace(front, complete_below=self._below(limits))
-        return front if plans else replace(front, reason=self._why_not(limits, **wanted))
+
+    def best(self, objective: str, **wanted: Unpack[PlanLimits]) -> Plan:
+        """Return the plan of least value of one objective; see `best_plan`."""
+        names = self.problem.objective_names
+        if objective not in names:
+            raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
+        if self.problem.is_bi_objective:
+            return self.cheapest(**wanted) if objective == names[0] else self.preferred(**wanted)
+        limits = _limits(**wanted)
+        limited = bounded(self.problem, **wanted)
+        require_bounds(self.problem, **limited)
+        place, found, reason = names.index(objective), list[tuple[tuple[Any, ...], Found]](), None
+        try:
+            with limits:
+                found += [(one.objectives or (), one) for one in self._points(limits, objective, **limited)]
+                if not found and not limits.ended:
+                    reason = self._why_not(limits, **limited)
+        except LimitError as error:
+            limits.ended = error.ended
+        if reason is not None:
+            raise NoPlanError(reason)
+        best = min(found, key=lambda pair: (pair[0][place], *pair[0]))[1].plan if found else None
+        if limits.ended or best is None:
+            raise UnfinishedError(limits.ended or "", best=best)
+        return best
+
+    def _proven(self, plans: Sequence[Plan]) -> Number | None:
+        """Return within how many percent of these plans each best trade-off is, as far as a stopped search proves."""
+        points = [(exact(plan.cost), exact(plan.preference)) for plan in plans]
+        if isinstance(self._stopped, NarrowingSearch):
+            proven = self._stopped.proven(points)
+        elif isinstance(self._stopped, Search):
+            proven = proven_percent(self._stopped, points)
+        else:
+            proven = None
+        return None if proven is None else to_number(proven)
 
     def cheapest(self, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least total cost within a bound on mu; see `cheapest_plan`."""
+        if not self.problem.is_bi_objective:
+            return self.best(self.problem.cost_names[0], **wanted)
+        wanted = bounded(self.problem, **wanted)
         if wanted.get("max_preference") is not None:
-            self._require_bound(**wanted)
-        elif self.problem.measure.contract == "general" and (reason := self._infeasible()):
-            raise NoPlanError(reason)
+            require_bounds(self.problem, **wanted)
         limits = _limits(**wanted)
-        plans = self._search(limits, single=True, **wanted)
-        if (plan := next(plans, None)) is not None:
+        self._incumbent, self._least_cost = None, 0
+        try:
+            with limits:
+                if self.problem.measure.contract == "general" and wanted.get("max_preference") is None:
+                    self._require_feasible(limits)
+                plan = next(self._search(limits, single=True, **wanted), None)
+                if plan is None and not limits.ended:
+                    raise NoPlanError(self._why_not(limits, **wanted))
+        except LimitError as error:
+            limits.ended = error.ended
+            plan = None
+        if plan is not None:
             return plan
-        if limits.ended:
-            raise UnfinishedError(limits.ended, complete_below=self._below(limits))
-        raise NoPlanError(self._why_not(limits, **wanted))
+        below = max(limits.complete_below, self._least_cost)
+        if self._incumbent is None:
+            raise UnfinishedError(limits.ended or "", complete_below=self._below(limits))
+        gap = 100 * (self._incumbent.cost - below) / below if below else None
+        raise UnfinishedError(
+            limits.ended or "",
+            complete_below=self._below(limits),
+            best=self._checked(self._incumbent, self._product),
+            within=None if gap is None else math.ceil(10 * max(gap, 0)) / 10,
+        )
 
-    def preferred(self, *, max_preference: Number | None = None, **wanted: Unpack[FrontLimits]) -> Plan:
+    def preferred(self, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least mu; see `preferred_plan`."""
-        front = self.front(**wanted)
+        if not self.problem.preferences:
+            raise PrefplanError(f"there is no preference {choices('', self.problem.objective_names)}")
+        if not self.problem.is_bi_objective:
+            return self.best(self.problem.preferences[0].name, **wanted)
+        wanted = bounded(self.problem, **wanted)
+        max_preference = wanted.pop("max_preference", None)
+        kept = ("max_cost", "max_seconds", "max_memory")
+        front = self.front(**cast(FrontLimits, {name: wanted.get(name) for name in kept}))
         if front.reason:
             raise NoPlanError(front.reason)
         best: Plan | None = front[-1] if front else None
@@ -182,31 +298,31 @@ class Planner:
             else None
         )
 
-    def _require_bound(self, **wanted: Unpack[PlanLimits]) -> None:
-        if self.problem.measure.contract == "general" and wanted.get("max_cost") is None:
-            raise PreferenceError(
-                "preference: its contract is 'general', so that its front may be infinite; "
-                "a bound on the total cost is needed (--max-cost)"
-            )
-
-    def _search(self, limits: Limits, *, single: bool = False, **wanted: Unpack[PlanLimits]) -> Iterator[Plan]:
+    def _search(
+        self, limits: Limits, *, single: bool = False, tolerance: Percent = EXACT, **wanted: Unpack[PlanLimits]
+    ) -> Iterator[Plan]:
         """Yield the plans of the front, or its first one only, accounting for the work as it is done."""
-        began = time.perf_counter()
+        if not self.problem.is_bi_objective:
+            yield from (found.plan for found in self._points(limits, None, **wanted))
+            return
+        _, began = self._product, time.perf_counter()
         mu, cost = wanted.get("max_preference"), wanted.get("max_cost")
         max_mu = None if mu is None else inclusive(mu, "max_preference")
         max_cost = math.inf if cost is None else math.floor(inclusive(cost, "max_cost") / self.problem.units.cost)
         yielded = -1
         for exact_numbers in (False, True):
             try:
-                search = self._prepared_search(max_mu, max_cost, limits, single=single, exact_numbers=exact_numbers)
+                search = self._prepared_search(
+                    max_mu, max_cost, limits, single=single, exact_numbers=exact_numbers, tolerance=tolerance
+                )
                 if search is None:
                     return
+                self._stopped = search
                 for found in search.goals(limits) if not limits.ended else ():
                     self._account(search, began)
-                    if found.cost > yielded:
+                    if found.cost > yielded or tolerance.value:
                         yielded = found.cost
-                        self._check(found)
-                        yield found.plan
+                        yield self._checked(found, search.product)
                         if single:
                             return
                 self._account(search, began)
@@ -217,9 +333,29 @@ class Planner:
                 # What 64 bits may not hold is searched again in Python's integers.
                 limits.ended = None
 
+    def _points(self, limits: Limits, first: str | None, **wanted: Unpack[PlanLimits]) -> Iterator[Found]:
+        """Yield points of the front of several costs and preferences; see `objective_search.points`."""
+        began = time.perf_counter()
+        product = Product(self.problem)
+        self._build_seconds = time.perf_counter() - began
+        bounds = {name: inclusive(bound, name) for name, bound in (wanted.get("at_most") or {}).items()}
+        for search, found in points(product, self._options, bounds, limits, first):
+            self._account(search, began)
+            if found is not None:
+                worth = tuple(map(to_number, found.objectives or ()))
+                assert tuple(found.plan.objectives.values()) == worth, "the plan is worth something else in the model"
+                yield found
+
     def _prepared_search(
-        self, max_mu: Fraction | None, max_cost: float, limits: Limits, *, single: bool, exact_numbers: bool
-    ) -> Search | ExactSearch | None:
+        self,
+        max_mu: Fraction | None,
+        max_cost: float,
+        limits: Limits,
+        *,
+        single: bool,
+        exact_numbers: bool,
+        tolerance: Percent,
+    ) -> AnySearch | None:
         """Return the search that fits the measure; None if memory does not suffice for it.
 
         Raises:
@@ -227,16 +363,34 @@ class Planner:
         """
         measure, options = self.problem.measure, self._options
         if exact_numbers or measure.rounds or not options.compiled:
-            return ExactSearch(self._product, max_mu=max_mu, max_cost=max_cost)
+            listed = Product(self.problem.over(self._quotient.system))
+            most = None if max_cost == math.inf else int(max_cost) * self.problem.units.cost
+            bounds = zip(self.problem.objective_names, (most, max_mu), strict=True)
+            return ExactSearch(listed, bounds={name: bound for name, bound in bounds if bound is not None})
         if bytes_to_prepare(self._product) > limits.bytes:
             limits.ended = "memory"
             return None
+        many = len(self.problem.tasks) >= GUIDED_TASKS
+        if single and max_mu is None and measure.bi_objective and many and limits.seconds < math.inf:
+            max_cost = self._find_incumbent(limits, max_cost)
         prepared = Prepared(self._product, options, single=single, max_bytes=limits.bytes)
         if not measure.bi_objective:
-            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost)
+            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, tolerance=tolerance)
+        if tolerance.value and max_mu is None:
+            return NarrowingSearch(prepared, tolerance, max_cost=max_cost)
         if single and max_mu is None:
             return self._tightest(prepared, limits, max_cost)
         return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single)
+
+    def _find_incumbent(self, limits: Limits, max_cost: float) -> float:
+        """Look for some plan, to have one early; return the bound on the total cost that follows."""
+        options = replace(self._options, heuristic=1, preference_bound=False)
+        light = Prepared(self._product, options, single=True, max_bytes=limits.bytes)
+        self._least_cost = least_estimate(light)
+        for found in plans_soon(light, limits, max_cost):
+            self._incumbent = found
+            max_cost = found.cost
+        return max_cost
 
     def _tightest(self, prepared: Prepared, limits: Limits, max_cost: float) -> Search:
         """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
@@ -244,22 +398,35 @@ class Planner:
         cheapest = next(alone.goals(limits), None)
         if cheapest is None:
             return alone
+        self._incumbent, self._least_cost = cheapest, cheapest.cost
         return BiObjectiveSearch(prepared, max_mu=Fraction(cheapest.mu), max_cost=cheapest.cost)
 
-    def _check(self, found: Found) -> None:
-        """Assert that a plan worked out from the model is worth what the search counted."""
-        assert found.plan.cost == to_number(found.cost * self.problem.units.cost)
+    def _checked(self, found: Found, searched: Product) -> Plan:
+        """Return the plan of a goal, which is asserted to be worth in the model what the search counted."""
+        plan = found.plan
+        if not isinstance(searched, GeneratedProduct):
+            actions, states = self._quotient.lift((plan.actions, plan.states))
+            plan = replace(plan, actions=actions, states=states)
+        assert plan.cost == to_number(found.cost * self.problem.units.cost)
+        if plan.states is not found.plan.states or isinstance(searched, GeneratedProduct):
+            final = Ledger.of_plan(self.problem, plan).final
+            worth = (final.cost, *final.task_costs.values(), final.preference)
+            found_worth = (plan.cost, *plan.task_costs.values(), plan.preference)
+            assert all(map(math.isclose, worth, found_worth)), "the plan is worth something else in the whole model"
         assert found.label_mu is None or found.label_mu == in_units(self._product, found.mu)
+        return plan
 
-    def _account(self, search: Search | ExactSearch, began: float) -> None:
+    def _account(self, search: AnySearch, began: float) -> None:
         seconds = time.perf_counter() - began
         self.stats = replace(search.work, build_seconds=self._build_seconds, seconds=seconds)
 
     def _why_not(self, limits: Limits, **wanted: Unpack[PlanLimits]) -> Reason:
         """Return why a search found nothing; what else was possible is looked for within what its limits leave."""
-        reason = self._infeasible()
+        reason = self._infeasible(limits)
         if reason is not None:
             return reason
+        if not self.problem.is_bi_objective:
+            return self._out_of_bounds(limits, wanted.get("at_most") or {})
         if wanted.get("max_preference") is None:
             assert wanted.get("max_cost") is not None
             try:
@@ -270,12 +437,74 @@ class Planner:
         front = self.front(max_cost=wanted.get("max_cost"), max_seconds=limits.seconds_left, max_memory=limits.bytes)
         return Reason("bound", smallest=front[-1].preference if front and front.complete else None)
 
-    def _infeasible(self) -> Reason | None:
+    def _out_of_bounds(self, limits: Limits, bounds: Mapping[str, Number]) -> Reason:
+        """Return that bounds leave no plan, and of a single one what it would have to be at least."""
+        smallest = None
+        if len(bounds) == 1:
+            [name] = bounds
+            with suppress(UnfinishedError, PreferenceError):
+                best = self.best(name, max_seconds=limits.seconds_left, max_memory=limits.bytes)
+                smallest = best.objectives[name]
+        return Reason("bound", smallest=smallest)
+
+    def _infeasible(self, limits: Limits) -> Reason | None:
         """Return which tasks cannot be satisfied together, or None if all of them can."""
-        if satisfiable(self.problem, self.problem.tasks):
+        problem = self.problem
+        if self._is_satisfiable(problem.tasks, limits):
             return None
-        blame = conflict(self.problem)
+        if problem.rules and self._is_satisfiable(problem.tasks, limits, ()):
+            some = (rules for size in range(1, len(problem.rules) + 1) for rules in combinations(problem.rules, size))
+            broken = next(rules for rules in some if not self._is_satisfiable(problem.tasks, limits, rules))
+            return Reason("rule", tuple(rule.name for rule in broken))
+        sizes = range(1, len(problem.tasks) + 1)
+        sets = (tasks for size in sizes for tasks in combinations(problem.tasks, size))
+        blame = tuple(task.name for task in next(t for t in sets if not self._is_satisfiable(t, limits, ())))
         return Reason("task" if len(blame) == 1 else "conflict", blame)
+
+    def _is_satisfiable(self, tasks: tuple[Task, ...], limits: Limits, rules: tuple[Rule, ...] | None = None) -> bool:
+        """Return whether some plan satisfies some of the tasks, as relaxed as they may be, and keeps rules.
+
+        Args:
+            tasks: the tasks.
+            limits: of the search.
+            rules: the rules; None for all of the problem's.
+
+        Raises:
+            LimitError: a limit was reached before that is known.
+        """
+        nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
+        free = tuple(
+            replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
+            for task in tasks
+        )
+        kept = tuple(rule for rule in (self.problem.rules if rules is None else rules) if rule.skip is None)
+        if isinstance(self._product, GeneratedProduct):
+            product = self._product_of(Problem(self.problem.system, free, nothing, rules=kept))
+        else:
+            # What anything costs does not matter.
+            system = self._quotient.system
+            system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
+            product = Product(Problem(system, free, nothing, rules=kept))
+        search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
+        left = replace(limits, complete_below=0)
+        found = next(search.goals(left), None) is not None
+        if left.ended:
+            raise LimitError(left.ended)
+        return found
+
+    def _require_feasible(self, limits: Limits) -> None:
+        reason = self._infeasible(limits)
+        if reason is not None:
+            raise NoPlanError(reason)
+
+
+def _undominated(plans: Sequence[Plan]) -> list[Plan]:
+    """Return the plans that no other is as good as in cost and mu, in order of cost; of equal ones the first."""
+    kept: list[Plan] = []
+    for plan in sorted(plans, key=lambda plan: (plan.cost, plan.preference)):
+        if not kept or plan.preference < kept[-1].preference:
+            kept.append(plan)
+    return kept
 
 
 def _limits(
@@ -284,30 +513,8 @@ def _limits(
     max_memory: float | None = None,
     max_cost: Number | None = None,
     max_preference: Number | None = None,
+    at_most: Mapping[str, Number] | None = None,
 ) -> Limits:
     """Return the limits of time and memory; the search itself keeps the bounds of cost and mu."""
     memory = MEMORY_SHARE * available_memory() if max_memory is None else max_memory
     return Limits(math.inf if max_seconds is None else max_seconds, memory)
-
-
-def satisfiable(problem: Problem, tasks: tuple[Task, ...]) -> bool:
-    """Return whether some plan satisfies some of a problem's tasks, as relaxed as they may be."""
-    nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
-    # What anything costs does not matter.
-    system = replace(problem.system, costs=np.zeros(len(problem.system.costs), dtype=np.int64))
-    free = tuple(
-        replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
-        for task in tasks
-    )
-    product = Product(Problem(system, free, nothing))
-    search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
-    return next(search.goals(Limits()), None) is not None
-
-
-def conflict(problem: Problem) -> tuple[str, ...]:
-    """Return the names of a smallest set of tasks that cannot be satisfied together; empty if all of them can."""
-    for size in range(1, len(problem.tasks) + 1):
-        for tasks in combinations(problem.tasks, size):
-            if not satisfiable(problem, tasks):
-                return tuple(task.name for task in tasks)
-    return ()

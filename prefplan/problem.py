@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
 from prefplan.errors import FormulaError, PrefplanError, choices
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.logic.dfa import Automaton, automaton
-from prefplan.logic.formula import is_temporal, parse, propositions_of
+from prefplan.logic.dfa import Automaton, automaton, first_accepted
+from prefplan.logic.formula import TRUE, Formula, is_temporal, propositions_of
+from prefplan.logic.monitor import watching
+from prefplan.logic.normal_form import parse, parse_rule
+from prefplan.logic.stutter import is_idempotent
 from prefplan.logic.weighted_dfa import WeightedAutomaton
-from prefplan.models.transition_system import TransitionSystem, check_names
+from prefplan.models.transition_system import EdgeCosts, TransitionSystem, check_names
 from prefplan.preferences.contracts import Span, check_claim
-from prefplan.preferences.kinds import Preference
-from prefplan.preferences.objective import TASK_LIMIT, Measure
+from prefplan.preferences.kinds import Preference, WeightedSum
+from prefplan.preferences.objective import (
+    DEFAULT_PREFERENCE,
+    TASK_LIMIT,
+    Measure,
+    NamedPreference,
+    PreferenceObjective,
+)
+
+SKIP_LIMIT = 6
+"""Rules that may be broken: automata have states for every choice of those that are dropped."""
+
+UNWEIGHED = 'nothing in the preference weighs what it costs; give a term of the preference over = "violation"'
 
 LARGEST_TRIED = 10**15
 """Units of cost up to which a declared contract is tried, where plans may cost as much."""
@@ -36,6 +52,11 @@ class Relaxation:
     when: str
     cost: Number
 
+    @property
+    def condition(self) -> Formula:
+        """The syntax tree of `when`."""
+        return parse(self.when, temporal=False)
+
 
 @dataclass(frozen=True)
 class Task:
@@ -46,25 +67,68 @@ class Task:
         formula: the task.
         relax: readings that may be bought.
         skip: price of dropping the task before the first action; None if it may not be dropped.
+        known: the propositions that there are, to tell `Fa` from `F a`; None until the task is part of a problem.
     """
 
     name: str
     formula: str
     relax: tuple[Relaxation, ...] = ()
     skip: Number | None = None
+    known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
+
+    @property
+    def tree(self) -> Formula:
+        """The formula's syntax tree.
+
+        Raises:
+            FormulaError: it is no co-safe formula over the known propositions.
+        """
+        return parse(self.formula, propositions=self.known)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A safety formula, which no plan breaks; or only once, for a price.
+
+    Attributes:
+        name: what messages and preferences over violations call it.
+        formula: the rule.
+        skip: price of breaking it, after which it is gone; None if it may not be broken.
+        known: as of a task.
+    """
+
+    name: str
+    formula: str
+    skip: Number | None = None
+    known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
+
+    @property
+    def broken(self) -> Formula:
+        """What its bad prefixes satisfy, as a syntax tree.
+
+        Raises:
+            FormulaError: it is no safety formula over the known propositions.
+        """
+        return parse_rule(self.formula, propositions=self.known)
 
 
 @dataclass(frozen=True, init=False)
 class Problem:
     """The paper's Problem 1: minimise total cost and mu while satisfying all tasks.
 
+    The search follows one automaton for each of `priced`: of a rule that may be broken, one that is satisfied or
+    dropped before the first action. The tasks' automata watch the rules that are not dropped.
+
     Attributes:
         system: the robot's model (Definition 1).
         tasks: phi_1 .. phi_N.
-        preference: mu (Definition 5).
+        preference: mu (Definition 5), the first of several; one that is always 0 if there is none.
+        rules: safety formulas that every plan keeps.
         present: a proposition; a plan that drops tasks does not end before it holds. None if they may end at once.
+        preferences: all of them, by name.
         measure: the preference's terms for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
+        monitors: minimal DFAs of the rules' bad prefixes.
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a
@@ -74,50 +138,81 @@ class Problem:
     system: TransitionSystem
     tasks: tuple[Task, ...]
     preference: Preference
+    rules: tuple[Rule, ...]
     present: str | None
+    preferences: tuple[NamedPreference, ...] = field(repr=False)
     measure: Measure = field(repr=False, compare=False)
     automata: tuple[Automaton, ...] = field(repr=False, compare=False)
+    monitors: tuple[Automaton, ...] = field(repr=False, compare=False)
 
     def __init__(
-        self, system: TransitionSystem, tasks: Iterable[Task], preference: Preference, *, present: str | None = None
+        self,
+        system: TransitionSystem,
+        tasks: Iterable[Task],
+        preference: Preference | Sequence[NamedPreference],
+        *,
+        rules: Iterable[Rule] = (),
+        present: str | None = None,
     ) -> None:
         """Check that the parts fit together."""
+        named = (
+            tuple(preference)
+            if isinstance(preference, Sequence)
+            else (NamedPreference(DEFAULT_PREFERENCE, preference),)
+        )
         object.__setattr__(self, "system", system)
-        object.__setattr__(self, "tasks", tuple(tasks))
-        object.__setattr__(self, "preference", preference)
+        object.__setattr__(self, "tasks", tuple(replace(task, known=system.propositions) for task in tasks))
+        object.__setattr__(self, "preferences", named)
+        object.__setattr__(self, "preference", named[0].preference if named else WeightedSum({}))
+        object.__setattr__(self, "rules", tuple(replace(rule, known=system.propositions) for rule in rules))
         object.__setattr__(self, "present", present)
         if not self.tasks:
             raise PrefplanError("tasks: a problem needs at least one task")
-        if len(self.tasks) > TASK_LIMIT:
-            raise PrefplanError(f"tasks: {len(self.tasks)} are more than the {TASK_LIMIT} that the search can take")
+        if len(self.priced) > TASK_LIMIT:
+            also = "" if len(self.priced) == len(self.tasks) else ", with the rules that may be broken,"
+            raise PrefplanError(
+                f"tasks: {len(self.priced)}{also} are more than the {TASK_LIMIT} that the search can take"
+            )
         automata: list[Automaton] = []
         for i, task in enumerate(self.tasks):
-            check_names([task.name], where=f"tasks[{i}].name")
-            if task.name in ("min", "max", "abs"):
-                raise PrefplanError(f"tasks[{i}].name: {task.name!r} is a reserved word (min max abs)")
-            if task.name in self.names[:i]:
-                raise PrefplanError(f"tasks[{i}].name: {task.name!r} is used twice")
+            self._check_name(f"tasks[{i}].name", task.name, self.names[:i])
             try:
-                parse(task.formula, propositions=system.propositions)
-                automata.append(automaton(task.formula))
+                automata.append(automaton(task.tree, text=task.formula))
             except FormulaError as error:
                 raise FormulaError(f"tasks[{i}].formula: {error}") from None
             self._check_relaxations(i, task)
         object.__setattr__(self, "automata", tuple(automata))
-        try:
-            measure = Measure.of(preference.terms(self.names), len(self.tasks))
-        except PrefplanError as error:
-            raise type(error)(f"preference.{error}") from None
-        object.__setattr__(self, "measure", measure)
+        object.__setattr__(self, "monitors", tuple(self._monitor(i, rule) for i, rule in enumerate(self.rules)))
+        self._check_objective_names()
+        object.__setattr__(self, "measure", self._measures[0] if named else Measure(len(self.priced), ()))
         self._check_claims()
-        if not self.measure.weighs_violation:
+        if not any(measure.weighs_violation for measure in self._measures):
             for i, task in enumerate(self.tasks):
                 if task.relax or task.skip is not None:
                     key = "relax" if task.relax else "skip"
-                    raise PrefplanError(
-                        f"tasks[{i}].{key}: nothing in the preference weighs what it costs; "
-                        'give a term of the preference over = "violation"'
-                    )
+                    raise PrefplanError(f"tasks[{i}].{key}: {UNWEIGHED}")
+            for i, rule in enumerate(self.rules):
+                if rule.skip is not None:
+                    raise PrefplanError(f"rules[{i}].skip: {UNWEIGHED}")
+
+    def _check_name(self, where: str, name: str, taken: Collection[str]) -> None:
+        check_names([name], where=where)
+        if name in ("min", "max", "abs"):
+            raise PrefplanError(f"{where}: {name!r} is a reserved word (min max abs)")
+        if name in taken:
+            raise PrefplanError(f"{where}: {name!r} is used twice")
+
+    def _monitor(self, i: int, rule: Rule) -> Automaton:
+        """Return the automaton of a rule's bad prefixes, once the rule is checked."""
+        self._check_name(f"rules[{i}].name", rule.name, [*self.names, *(other.name for other in self.rules[:i])])
+        if rule.skip is not None and exact(rule.skip, f"rules[{i}].skip") < 0:
+            raise PrefplanError(f"rules[{i}].skip: negative cost {rule.skip}")
+        if sum(other.skip is not None for other in self.rules[: i + 1]) > SKIP_LIMIT:
+            raise PrefplanError(f"rules[{i}].skip: at most {SKIP_LIMIT} rules may be broken")
+        try:
+            return automaton(rule.broken, text=rule.formula)
+        except FormulaError as error:
+            raise FormulaError(f"rules[{i}].formula: {error}") from None
 
     def _check_relaxations(self, i: int, task: Task) -> None:
         for k, relaxation in enumerate(task.relax):
@@ -127,7 +222,7 @@ class Problem:
                 wrong = relaxation.assume
                 raise PrefplanError(f"{where}.assume: unknown proposition {wrong!r} {choices(wrong, known)}")
             try:
-                condition = parse(relaxation.when, propositions=known)
+                condition = parse(relaxation.when, propositions=known, temporal=False)
             except FormulaError as error:
                 raise FormulaError(f"{where}.when: {error}") from None
             if is_temporal(condition):
@@ -137,14 +232,41 @@ class Problem:
         if task.skip is not None and exact(task.skip, f"tasks[{i}].skip") < 0:
             raise PrefplanError(f"tasks[{i}].skip: negative cost {task.skip}")
 
+    def _check_objective_names(self) -> None:
+        """Check the names of costs and preferences, and the costs that preferences are of."""
+        if not self.preferences and len(self.cost_names) == 1:
+            raise PrefplanError("preference: missing; only where there are several costs none is needed")
+        taken = list(self.cost_names)
+        for named in self.preferences:
+            where = _key_of(named)
+            check_names([named.name], where=f"{where}.name")
+            if named.name in taken:
+                raise PrefplanError(f"{where}.name: {named.name!r} is used twice (names so far: {', '.join(taken)})")
+            if named.of is not None and named.of not in self.cost_names:
+                raise PrefplanError(f"{where}.of: unknown cost {named.of!r} {choices(named.of, self.cost_names)}")
+            taken.append(named.name)
+
+    @cached_property
+    def _measures(self) -> tuple[Measure, ...]:
+        """The terms of every preference."""
+        measures, rules_too = [], self.priced[len(self.tasks) :]
+        for named in self.preferences:
+            try:
+                terms = named.preference.terms(self.names, *((rules_too,) if rules_too else ()))
+                measures.append(Measure.of(terms, len(self.priced)))
+            except PrefplanError as error:
+                raise type(error)(f"{_key_of(named)}.{error}") from None
+        return tuple(measures)
+
     def _check_claims(self) -> None:
         """Try contracts that the user declared on costs of the sizes that occur."""
-        largest = self.system.unit * int(max(self.system.costs.tolist(), default=0)) * self.system.size
-        units = self.units
-        for formula in self.measure.formulas:
-            if formula.claimed:
-                span = Span(units.cost, min(largest * len(self.tasks), units.cost * LARGEST_TRIED))
-                check_claim(formula, self.names, "preference", span)
+        for named, objective in zip(self.preferences, self.objectives, strict=True):
+            for formula in objective.measure.formulas:
+                if formula.claimed:
+                    edges, unit = self.edge_costs[objective.cost], objective.units.cost
+                    largest = edges.unit * int(max(edges.costs.tolist(), default=0)) * self.system.size
+                    span = Span(unit, min(largest * len(self.tasks), unit * LARGEST_TRIED))
+                    check_claim(formula, self.names, _key_of(named), span)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -152,38 +274,154 @@ class Problem:
         return tuple(task.name for task in self.tasks)
 
     @cached_property
+    def priced(self) -> tuple[str, ...]:
+        """The names of all that violation costs may be paid for: the tasks, and the rules that may be broken."""
+        return (*self.names, *(rule.name for rule in self.rules if rule.skip is not None))
+
+    @cached_property
+    def modes(self) -> tuple[frozenset[int], ...]:
+        """Which of the rules that may be broken are dropped, each a place among those: every choice, none first."""
+        places = range(len(self.priced) - len(self.tasks))
+        return tuple(frozenset(some) for size in range(len(places) + 1) for some in combinations(places, size))
+
+    def watched(self, mode: int) -> tuple[Automaton, ...]:
+        """Return the monitors of the rules that are not dropped in one of `modes`."""
+        place, found = 0, []
+        for rule, monitor in zip(self.rules, self.monitors, strict=True):
+            if rule.skip is None or place not in self.modes[mode]:
+                found.append(monitor)
+            place += rule.skip is not None
+        return tuple(found)
+
+    def keeps_rules(self, mode: int, labels: Sequence[frozenset[str]]) -> bool:
+        """Return whether some labels keep the rules that are not dropped in one of `modes`."""
+        return all(first_accepted(monitor, labels) is None for monitor in self.watched(mode))
+
+    def broken(self, labels: Sequence[frozenset[str]]) -> dict[str, int]:
+        """Return after how many actions each rule that some labels break is broken, by name."""
+        found = {rule.name: first_accepted(dfa, labels) for rule, dfa in zip(self.rules, self.monitors, strict=True)}
+        return {name: step for name, step in found.items() if step is not None}
+
+    @cached_property
     def task_propositions(self) -> frozenset[str]:
         """The propositions on which the tasks and their relaxations depend."""
-        found = frozenset(name for dfa in self.automata for name in dfa.propositions)
+        found = frozenset(name for dfa in (*self.automata, *self.monitors) for name in dfa.propositions)
         for relaxation in (relaxation for task in self.tasks for relaxation in task.relax):
-            found |= {relaxation.assume} | propositions_of(parse(relaxation.when))
+            found |= {relaxation.assume} | propositions_of(relaxation.condition)
         return found
+
+    @cached_property
+    def may_hurry(self) -> bool:
+        """Whether leaving out an action that changes no proposition of the tasks never makes a plan worse.
+
+        So it is where no automaton tells one reading of a label from two, and mu never gains from waiting.
+        """
+        if self.measure.contract == "general" or any(task.relax for task in self.tasks):
+            return False
+        return all(map(is_idempotent, (*self.automata, *self.monitors)))
+
+    def over(self, system: TransitionSystem, tasks: Sequence[int] | None = None) -> Problem:
+        """Return the problem over another system that the tasks see as they see this one, in the same units.
+
+        Args:
+            system: the other system.
+            tasks: which of the tasks are kept, all unless given; the preference remains that of all.
+        """
+        kept = range(len(self.tasks)) if tasks is None else tasks
+        followed = range(len(self.priced)) if tasks is None else tasks
+        problem = object.__new__(Problem)
+        problem.__dict__.update(
+            self.__dict__
+            | {
+                "system": system,
+                "units": self.units,
+                "tasks": tuple(self.tasks[i] for i in kept),
+                "automata": tuple(self.automata[i] for i in kept),
+                "weighted_automata": tuple(self.weighted_automata[i] for i in followed),
+            }
+        )
+        return problem
 
     @property
     def resolution(self) -> Number | None:
         """Of what the model's costs were rounded to a multiple, in the user's units; None if they were not."""
         return None if self.system.resolution is None else to_number(self.system.resolution)
 
+    @property
+    def edge_costs(self) -> tuple[EdgeCosts, ...]:
+        """Every cost of the system's edges."""
+        return self.system.edge_costs
+
+    @property
+    def cost_names(self) -> tuple[str, ...]:
+        """The names of the costs."""
+        return self.system.cost_names
+
+    @property
+    def objective_names(self) -> tuple[str, ...]:
+        """What is minimised: every cost, then every preference."""
+        return (*self.cost_names, *(named.name for named in self.preferences))
+
+    @property
+    def is_bi_objective(self) -> bool:
+        """Whether there is one cost and one preference."""
+        return len(self.cost_names) == len(self.preferences) == 1
+
+    @cached_property
+    def objectives(self) -> tuple[PreferenceObjective, ...]:
+        """The preferences, bound to the costs that they count in."""
+        found = []
+        for named, measure in zip(self.preferences, self._measures, strict=True):
+            cost = 0 if named.of is None else self.cost_names.index(named.of)
+            found.append(PreferenceObjective(named.name, cost, measure, self._units(cost, measure)))
+        return tuple(found)
+
+    @cached_property
+    def cost_units(self) -> tuple[Fraction, ...]:
+        """The unit in which each of the costs is whole."""
+        return tuple(self._units(cost, self.measure).cost for cost in range(len(self.cost_names)))
+
     @cached_property
     def units(self) -> Units:
-        """Units in which all that the search adds up is whole."""
-        shared = int(np.gcd.reduce(self.system.costs)) if len(self.system.costs) else 0
-        cost = self.system.unit * (shared or 1)
+        """Units in which all that the search for one cost and one preference adds up is whole."""
+        return self._units(0, self.measure)
+
+    def _units(self, cost: int, measure: Measure) -> Units:
+        """Return the units of one of the costs, and of a measure that counts in it."""
+        system = self.system
+        if cost == 0:
+            unit = system.unit * (system.shared_cost or 1)
+        else:
+            more = system.more_costs[cost - 1]
+            unit = more.unit * (int(np.gcd.reduce(more.costs, initial=0)) or 1)
         prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
         prices += [exact(task.skip) for task in self.tasks if task.skip is not None]
+        prices += [exact(rule.skip) for rule in self.rules if rule.skip is not None]
         price = common_unit(prices)
-        return Units(cost, price, self.measure.unit(cost, price))
+        return Units(unit, price, measure.unit(unit, price))
 
     @cached_property
     def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:
-        """The tasks' automata with their relaxations."""
+        """The automata of the tasks with their relaxations, watching the rules, and of rules that may be broken."""
 
         def count(price: Number) -> int:
             return int(exact(price) / self.units.price)
 
         found = []
-        for task, dfa in zip(self.tasks, self.automata, strict=True):
-            bought = tuple((r.assume, parse(r.when), count(r.cost)) for r in task.relax)
+        modes = [self.watched(mode) for mode in range(len(self.modes))]
+        read = frozenset(name for monitor in self.monitors for name in monitor.propositions)
+        for task, alone in zip(self.tasks, self.automata, strict=True):
+            apart = read & {relaxation.assume for relaxation in task.relax}
+            dfa, initial = watching(alone, modes, apart=apart) if self.rules else (alone, (0,))
+            bought = tuple((r.assume, r.condition, count(r.cost)) for r in task.relax)
             skip = None if task.skip is None else count(task.skip)
-            found.append(WeightedAutomaton(dfa, bought, skip, self.present))
+            found.append(WeightedAutomaton(dfa, bought, skip, self.present, initial, apart))
+        kept = automaton(TRUE)
+        prices = [count(rule.skip) for rule in self.rules if rule.skip is not None]
+        found += [WeightedAutomaton(kept, (), price, self.present, (0,) * len(modes)) for price in prices]
         return tuple(found)
+
+
+def _key_of(named: NamedPreference) -> str:
+    """Return the key of a preference for messages."""
+    return "preference" if named.name == DEFAULT_PREFERENCE else f"preferences.{named.name}"

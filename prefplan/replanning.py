@@ -8,16 +8,20 @@ has been paid for any yet.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+import math
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
+from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number, whole_numbers
 from prefplan.front import NoPlanError, Plan
+from prefplan.models.generated import GeneratedSystem
 from prefplan.models.on_demand import OnDemand
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.transition_system import Quotient, Trajectory, TransitionSystem
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
@@ -55,12 +59,12 @@ def continued(problem: Problem, past: Past, system: TransitionSystem) -> Problem
     """
     known = problem.system.propositions | system.propositions
     if not past.actions:
-        return Problem(replace(system, propositions=known), problem.tasks, problem.preference)
+        return Problem(system.knowing(known), problem.tasks, problem.preference, rules=problem.rules)
     present = "present"
     while present in known:
         present += "_"
-    joined = _joined(past, system, present, known | {present})
-    return Problem(joined, problem.tasks, problem.preference, present=present)
+    joined = _Continuation(past, system, present, known | {present})
+    return Problem(joined, problem.tasks, problem.preference, rules=problem.rules, present=present)
 
 
 def continue_cheaply(
@@ -107,10 +111,15 @@ def damaged(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ..
 
 
 def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
-    """Return the names of the tasks that nothing can satisfy after some labels, relaxed or not, nor may be skipped."""
+    """Return the names of the tasks that nothing can satisfy after some labels, relaxed or not, nor may be skipped.
+
+    Where the labels break a rule, that is to blame, and no task is.
+    """
+    if not any(problem.keeps_rules(mode, labels) for mode in range(len(problem.modes))):
+        return ()
     broken = []
-    for task, dfa in zip(problem.tasks, problem.weighted_automata, strict=True):
-        states = {0}
+    for task, dfa in zip(problem.tasks, problem.weighted_automata, strict=False):
+        states = set(dfa.initial)
         for label in labels:
             states = {reading.state for state in states for reading in dfa.readings(state, label)}
         if states == {dfa.automaton.dead} and task.skip is None:
@@ -125,10 +134,12 @@ def achievable(problem: Problem, past: Past, system: TransitionSystem) -> Plan |
     """
     tasks = problem.tasks
     while tasks:
-        fewer = Problem(problem.system, tasks, WeightedSum({task.name: 0 for task in tasks}, over="violation"))
+        fewer = Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=problem.rules)
         try:
             return continue_cheaply(fewer, past, system)
         except NoPlanError as error:
+            if error.reason.kind == "rule":
+                break
             left_out = error.reason.tasks[-1]
             tasks = tuple(task for task in tasks if task.name != left_out)
     return None
@@ -141,30 +152,85 @@ def _reaching(past: Past, plan: Plan, system: TransitionSystem) -> Plan:
     return replace(plan, cost=past.cost, actions=past.actions, states=(*past.states, system.states[system.start]))
 
 
-def _joined(past: Past, system: TransitionSystem, present: str, known: frozenset[str]) -> TransitionSystem:
-    """Return the past as a chain that leads to a system's start, and the system, where `present` holds."""
-    length = len(past.actions)
-    spent = [exact(cost) for cost in past.costs]
-    unit = common_unit([system.unit, *spent])
-    ahead_costs = system.costs.astype(object) * int(system.unit / unit)
-    costs = whole_numbers([*multiples(spent, unit).tolist(), *ahead_costs.tolist()])
-    names = tuple(dict.fromkeys((*system.action_names, *past.actions)))
-    ahead = np.arange(1, length + 1, dtype=np.int32)
-    ahead[-1] += system.start
-    own = dict.fromkeys(past.labels)
-    label_sets = (*own, *(label | {present} for label in system.label_sets))
-    return TransitionSystem(
-        states=OnDemand(length + system.size, lambda i: past.states[i] if i < length else system.states[i - length]),
-        start=0,
-        offsets=np.concatenate([np.arange(length), system.offsets + length]).astype(np.int64),
-        targets=np.concatenate([ahead, system.targets + np.int32(length)]),
-        actions=np.concatenate([np.array([names.index(a) for a in past.actions], dtype=np.int32), system.actions]),
-        costs=costs,
-        unit=unit,
-        labels=np.concatenate(
-            [np.array([list(own).index(label) for label in past.labels], dtype=np.int32), system.labels + len(own)]
-        ).astype(np.int32),
-        action_names=names,
-        label_sets=label_sets,
-        propositions=known,
-    )
+class _Continuation(GeneratedSystem):
+    """The past as a chain that leads to a system's start, and the system, where `present` holds.
+
+    States 0 .. K-1 are those of the past; after them come the system's.
+    """
+
+    def __init__(self, past: Past, ahead: TransitionSystem, present: str, known: frozenset[str]) -> None:
+        spent = [exact(cost) for cost in past.costs]
+        super().__init__(
+            start=0,
+            unit=common_unit([ahead.unit, *spent]),
+            propositions=known,
+            resolution=ahead.resolution,
+            past=past,
+            ahead=ahead,
+            present=present,
+            spent=spent,
+        )
+
+    @cached_property
+    def listed(self) -> TransitionSystem:
+        """All states."""
+        past, ahead, length = self.past, self.ahead, len(self.past.actions)
+        ahead_costs = ahead.costs.astype(object) * int(ahead.unit / self.unit)
+        names = tuple(dict.fromkeys((*ahead.action_names, *past.actions)))
+        chain = np.arange(1, length + 1, dtype=np.int32)
+        chain[-1] += ahead.start
+        own = dict.fromkeys(past.labels)
+        return TransitionSystem(
+            states=OnDemand(length + ahead.size, self.state),
+            start=0,
+            offsets=np.concatenate([np.arange(length), ahead.offsets + length]).astype(np.int64),
+            targets=np.concatenate([chain, ahead.targets + np.int32(length)]),
+            actions=np.concatenate([np.array([names.index(a) for a in past.actions], dtype=np.int32), ahead.actions]),
+            costs=whole_numbers([*multiples(self.spent, self.unit).tolist(), *ahead_costs.tolist()]),
+            unit=self.unit,
+            labels=np.concatenate(
+                [np.array([list(own).index(label) for label in past.labels], dtype=np.int32), ahead.labels + len(own)]
+            ).astype(np.int32),
+            action_names=names,
+            label_sets=(*own, *(label | {self.present} for label in ahead.label_sets)),
+            propositions=self.propositions,
+            resolution=self.resolution,
+        )
+
+    @property
+    def shared_cost(self) -> int:
+        """See `TransitionSystem.shared_cost`."""
+        ahead = self.ahead.shared_cost * int(self.ahead.unit / self.unit)
+        return math.gcd(ahead, *multiples(self.spent, self.unit).tolist())
+
+    def state(self, number: int) -> Hashable:
+        """Return what a state is called."""
+        length = len(self.past.states)
+        return self.past.states[number] if number < length else self.ahead.states[number - length]
+
+    def label(self, state: int) -> frozenset[str]:
+        """See `TransitionSystem.label`."""
+        length = len(self.past.labels)
+        return self.past.labels[state] if state < length else self.ahead.label(state - length) | {self.present}
+
+    def step(self, state: int, action: str) -> tuple[int, Number]:
+        """See `TransitionSystem.step`."""
+        past, length = self.past, len(self.past.actions)
+        if state >= length:
+            target, cost = self.ahead.step(state - length, action)
+            return target + length, cost
+        if action != past.actions[state]:
+            raise ModelError(f"action {action!r} is not what was done in state {past.states[state]!r}")
+        return state + 1 + (self.ahead.start if state + 1 == length else 0), past.costs[state]
+
+    def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
+        """See `TransitionSystem.quotient`; the past is kept as it was."""
+        smaller, length = self.ahead.quotient(names, may_hurry=may_hurry), len(self.past.actions)
+
+        def lift(trajectory: Trajectory) -> Trajectory:
+            actions, states = trajectory
+            rest = (actions[length:], states[length:])
+            ahead = smaller.lift(rest) if len(actions) >= length else rest
+            return (*actions[:length], *ahead[0]), (*states[:length], *ahead[1])
+
+        return Quotient(_Continuation(self.past, smaller.system, self.present, self.propositions).listed, lift)

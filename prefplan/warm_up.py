@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import Expression, Order, Preference
+from prefplan.preferences.objective import NamedPreference
 from prefplan.problem import Problem, Task
 from prefplan.product.product_automaton import Product
 from prefplan.search import boa_star
@@ -27,7 +29,8 @@ def warm_up() -> None:
         [("s", "go", "t", 1), ("t", "go", "s", 1)], start="s", labels={"s": ["a"], "t": ["b"]}
     )
     tasks = [Task("x", "F b"), Task("y", "F (b & F a)")]
-    preferences: tuple[Preference, ...] = (Order(), Expression("x + min(x, y)"))
+    several = (NamedPreference("order", Order()), NamedPreference("sum", Expression("x + y")))
+    preferences: tuple[Preference | Sequence[NamedPreference], ...] = (Order(), Expression("x + min(x, y)"), several)
     for preference in preferences:
         planner = Planner(Problem(system, tasks, preference))
         planner.front()

@@ -32,8 +32,13 @@ OVER = ("cost", "violation")
 class Preference(Protocol):
     """What the rest of the planner needs to know of a preference."""
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return what mu is the sum of, for these tasks; fractions are constants.
+
+        Args:
+            tasks: their names, in order.
+            rules: names of the rules that may be broken. They follow the tasks, with violation costs, and cost 0. It is
+                left out where there are none.
 
         Raises:
             PreferenceError: with the key in front, if the preference does not fit the tasks.
@@ -48,12 +53,13 @@ class Order:
     interchangeable, i.e. mu is the smallest over all orders of a group's members.
 
     Attributes:
-        order: names of all tasks, each once, or groups of names; None for the tasks' own order.
+        order: names of tasks, each once, or groups of names; None for the tasks' own order. Those not named weigh
+            nothing.
     """
 
     order: tuple[str | tuple[str, ...], ...] | None = None
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one additive term."""
         named: list[str] = []
         groups = []
@@ -65,8 +71,8 @@ class Order:
                     raise PreferenceError(f"order: {name!r} is named twice")
                 named.append(name)
             groups.append(tuple(tasks.index(name) for name in group))
-        if missing := [task for task in tasks if task not in named]:
-            raise PreferenceError(f"order: every task needs a place; missing {', '.join(missing)}")
+        if not named:
+            raise PreferenceError(f"order: must name at least one task (valid: {', '.join(tasks)})")
         return [OrderRate(tuple(groups))]
 
 
@@ -75,16 +81,16 @@ class WeightedSum:
     """mu = sum_i w_i c_i, or over violation costs sum_i w_i v_i.
 
     Attributes:
-        weights: a weight >= 0 for every task.
+        weights: weights >= 0; tasks not named weigh nothing.
         over: `cost` or `violation`.
     """
 
     weights: Mapping[str, Number]
     over: str = "cost"
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one additive term."""
-        weights = _weights(self.weights, tasks, default=None)
+        weights = _weights(self.weights, tasks, rules, over=self.over, default=Fraction(0))
         return [Violation(weights) if _over_violation(self.over) else WeightedRate(weights)]
 
 
@@ -100,13 +106,13 @@ class Max:
     weights: Mapping[str, Number] | None = None
     over: str = "cost"
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one convex term, or over violation costs a componentwise one."""
-        weights = _weights(self.weights or {}, tasks, default=Fraction(1))
+        weights = _weights(self.weights or {}, tasks, rules, over=self.over, default=Fraction(1))
         if not _over_violation(self.over):
             return [Maximum(weights)]
         operands = [Operation("*", (Constant(w), Variable(i, True))) for i, w in enumerate(weights)]
-        return [OpaqueTerm(Operation("max", tuple(operands)), None, "componentwise", len(tasks))]
+        return [OpaqueTerm(Operation("max", tuple(operands)), None, "componentwise", len(weights))]
 
 
 @dataclass(frozen=True)
@@ -129,13 +135,14 @@ class Deadline:
     deadlines: Mapping[str, Due]
     over: str = "cost"
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return a convex term for each deadline, or over violation costs one componentwise term."""
         found = []
+        names = _weighed(tasks, rules, self.over)
         for name, due in self.deadlines.items():
-            _check_task("deadlines", name, tasks)
+            _check_task("deadlines", name, names)
             weight = _weight(f"deadlines.{name}.weight", due.weight)
-            found.append(Tardiness(tasks.index(name), _weight(f"deadlines.{name}.by", due.by), weight))
+            found.append(Tardiness(names.index(name), _weight(f"deadlines.{name}.by", due.by), weight))
         if not _over_violation(self.over):
             return list(found)
         tree: Tree = Constant(Fraction(0))
@@ -143,7 +150,7 @@ class Deadline:
             late = Operation("-", (Variable(term.task, True), Constant(term.by)))
             positive = Operation("max", (Constant(Fraction(0)), late))
             tree = Operation("+", (tree, Operation("*", (Constant(term.weight), positive))))
-        return [OpaqueTerm(tree, None, "componentwise", len(tasks))]
+        return [OpaqueTerm(tree, None, "componentwise", len(names))]
 
 
 @dataclass(frozen=True)
@@ -160,16 +167,17 @@ class Expression:
     contract: str | None = None
     over: str = "cost"
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the additive and convex terms the expression is made of, or itself."""
-        tree = parse(self.expression, tasks, violation=_over_violation(self.over))
+        names, count = _weighed(tasks, rules, self.over), len(tasks) + len(rules)
+        tree = parse(self.expression, names, violation=_over_violation(self.over))
         shown = "componentwise" if shape(tree).rising else "general"
         contract = _contract(self.contract) or shown
-        whole = OpaqueTerm(tree, None, contract, len(tasks), claimed=contract not in (shown, "general"))
-        check_never_falls(whole, tasks, "expression")
+        whole = OpaqueTerm(tree, None, contract, count, claimed=contract not in (shown, "general"))
+        check_never_falls(whole, (*tasks, *rules), "expression")
         if self.contract is not None:
-            check_contract(whole, tasks, "contract")
-        parts = None if self.contract == "general" else decompose(tree, len(tasks))
+            check_contract(whole, (*tasks, *rules), "contract")
+        parts = None if self.contract == "general" else decompose(tree, count)
         return [whole] if parts is None else parts
 
 
@@ -185,11 +193,12 @@ class Function:
     function: Callable[[Any, Any], float]
     contract: str = "general"
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the function as a term."""
-        whole = OpaqueTerm(None, self.function, _contract(self.contract) or "general", len(tasks), claimed=True)
-        check_never_falls(whole, tasks, "function")
-        check_contract(whole, tasks, "contract")
+        names = (*tasks, *rules)
+        whole = OpaqueTerm(None, self.function, _contract(self.contract) or "general", len(names), claimed=True)
+        check_never_falls(whole, names, "function")
+        check_contract(whole, names, "contract")
         return [whole]
 
 
@@ -203,7 +212,7 @@ class Sum:
 
     parts: tuple[tuple[Preference, Number], ...]
 
-    def terms(self, tasks: Sequence[str]) -> list[Term | Fraction]:
+    def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the terms of all parts."""
         if not self.parts:
             raise PreferenceError("terms: a sum needs at least one")
@@ -211,7 +220,7 @@ class Sum:
         for k, (part, number) in enumerate(self.parts):
             try:
                 weight = _weight("weight", number)
-                found += [_weighted(term, weight) for term in part.terms(tasks)]
+                found += [_weighted(term, weight) for term in part.terms(tasks, *([rules] if rules else []))]
             except PreferenceError as error:
                 raise PreferenceError(f"terms[{k}].{error}") from None
         return found
@@ -225,13 +234,20 @@ def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
     return replace(term, weight=weight * term.weight)
 
 
-def _weights(weights: Mapping[str, Number], tasks: Sequence[str], default: Fraction | None) -> tuple[Fraction, ...]:
+def _weighed(tasks: Sequence[str], rules: Sequence[str], over: str) -> tuple[str, ...]:
+    """Return the names of what has such costs: rules have no costs but those of violation."""
+    return (*tasks, *rules) if _over_violation(over) else tuple(tasks)
+
+
+def _weights(
+    weights: Mapping[str, Number], tasks: Sequence[str], rules: Sequence[str], *, over: str, default: Fraction
+) -> tuple[Fraction, ...]:
+    """Return the weight of each task and rule; those not named have the default."""
+    names = _weighed(tasks, rules, over)
     for name in weights:
-        _check_task("weights", name, tasks)
-    missing = [task for task in tasks if task not in weights]
-    if missing and default is None:
-        raise PreferenceError(f"weights: every task needs one; missing {', '.join(missing)}")
-    return tuple(_weight(f"weights.{t}", weights[t]) if t in weights else default or Fraction(0) for t in tasks)
+        _check_task("weights", name, names)
+    found = [_weight(f"weights.{name}", weights[name]) if name in weights else default for name in names]
+    return (*found, *[Fraction(0)] * (len(tasks) + len(rules) - len(found)))
 
 
 def _weight(where: str, weight: Number) -> Fraction:

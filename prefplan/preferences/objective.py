@@ -25,12 +25,32 @@ from typing import Any
 import numpy as np
 
 from prefplan.errors import PreferenceError
-from prefplan.exact_costs import common_unit
+from prefplan.exact_costs import Units, common_unit
 from prefplan.preferences.expression import divides, scaled
+from prefplan.preferences.kinds import Preference
 from prefplan.preferences.terms import Maximum, OpaqueTerm, Rate, Tardiness, Term, Violation
 
 TASK_LIMIT = 20
 """Tables over all sets of satisfied tasks have 2^N entries."""
+
+
+DEFAULT_PREFERENCE = "preference"
+"""Name of the only preference, where it is given without one."""
+
+
+@dataclass(frozen=True)
+class NamedPreference:
+    """One of several preferences.
+
+    Attributes:
+        name: what it is called.
+        preference: what is preferred.
+        of: the cost in which it counts what tasks cost; None for the first one.
+    """
+
+    name: str
+    preference: Preference
+    of: str | None = None
 
 
 @dataclass(frozen=True)
@@ -158,3 +178,20 @@ class Measure:
             for i, weight in enumerate(term.weights):
                 table[k] = np.maximum(table[k], (1 - (sets >> i & 1)) * int(weight * factor))
         return table
+
+
+@dataclass(frozen=True)
+class PreferenceObjective:
+    """A preference as one of a problem's objectives.
+
+    Attributes:
+        name: what it is called.
+        cost: number of the cost that it counts in.
+        measure: its terms.
+        units: in which that cost, violation costs and mu are whole.
+    """
+
+    name: str
+    cost: int
+    measure: Measure
+    units: Units

@@ -27,7 +27,7 @@ class OrderRate:
     place is delayed by every unit spent, and all other differences stay at most 0.
 
     Attributes:
-        groups: the tasks in the desired order; a group's members are interchangeable.
+        groups: the tasks in the desired order; a group's members are interchangeable. Tasks in no group do not count.
         weight: factor.
     """
 
@@ -45,13 +45,14 @@ class OrderRate:
         Args:
             sets: (K,) int64, satisfied sets.
             members: tasks of the groups.
-            outside: how many more tasks are satisfied.
+            outside: how many more tasks of the order are satisfied.
             factor: see above.
 
         Returns:
             (K,) int64.
         """
-        count, place = np.bitwise_count(sets).astype(np.int64) + outside, 0
+        named = sum(1 << i for group in self.groups for i in group)
+        count, place = np.bitwise_count(sets & named).astype(np.int64) + outside, 0
         total = np.zeros(len(sets), dtype=np.int64)
         for group in self.groups:
             if members.issuperset(group):
@@ -65,8 +66,8 @@ class OrderRate:
 
         Sorting attains the smallest sum over a group's orders, as max(0, c - c*) is convex in the difference.
         """
-        desired = (c for group in self.groups for c in sorted(costs[i] for i in group))
-        return self.weight * sum((max(Fraction(0), c - ideal) for c, ideal in zip(desired, sorted(costs), strict=True)))
+        desired = [c for group in self.groups for c in sorted(costs[i] for i in group)]
+        return self.weight * sum(max(Fraction(0), c - ideal) for c, ideal in zip(desired, sorted(desired), strict=True))
 
 
 @dataclass(frozen=True)

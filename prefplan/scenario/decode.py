@@ -13,14 +13,16 @@ from typing import Any
 from prefplan.errors import PrefplanError, ScenarioError
 from prefplan.exact_costs import Number
 from prefplan.models.graph import GraphModel
+from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation.measured_costs import with_measured_costs
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
-from prefplan.problem import Problem, Task
+from prefplan.preferences.objective import DEFAULT_PREFERENCE, NamedPreference
+from prefplan.problem import Problem, Rule, Task
 from prefplan.scenario.tables import chosen, decode, decode_table
 
-Model = GraphModel | GridModel | ManipulationModel
+Model = GraphModel | GraphFileModel | GridModel | ManipulationModel
 
 MODELS: dict[str, type[Model]] = {"graph": GraphModel, "grid": GridModel, "manipulation": ManipulationModel}
 
@@ -43,8 +45,10 @@ class Scenario:
         path: where it was read.
         model: what the robot can do.
         tasks: in the order of the file.
-        preference: how they would best be done.
+        preference: how they would best be done; the first of several.
+        rules: what no plan breaks.
         text: the file itself; empty for a scenario that was not read from text.
+        preferences: all preferences, by name; None if `preference` is the only one.
     """
 
     name: str
@@ -52,7 +56,9 @@ class Scenario:
     model: Model
     tasks: tuple[Task, ...]
     preference: Preference
+    rules: tuple[Rule, ...] = ()
     text: str = field(default="", repr=False, compare=False)
+    preferences: tuple[NamedPreference, ...] | None = None
 
     @cached_property
     def _problem(self) -> Problem:
@@ -61,7 +67,8 @@ class Scenario:
         except PrefplanError as error:
             raise ScenarioError(f"{self.path}: model.{error}") from None
         try:
-            return Problem(system, self.tasks, self.preference)
+            preferences = self.preference if self.preferences is None else self.preferences
+            return Problem(system, self.tasks, preferences, rules=self.rules)
         except PrefplanError as error:
             raise ScenarioError(f"{self.path}: {error}") from None
 
@@ -139,33 +146,71 @@ def from_dict(
     path = path or Path(name)
     try:
         file = decode_table(_File, dict(data), "")
-        model = decode_table(chosen(MODELS, file.model, "model"), file.model, "model", also=("kind",))
+        model = _model(file.model, path.parent)
         if measured and isinstance(model, ManipulationModel):
             model = with_measured_costs(model, path)
-        preference = _preference(PREFERENCES, file.preference, "preference")
+        preferences = _preferences(file)
+        if not preferences and len(model.cost_names) == 1:
+            raise ScenarioError("preference: missing")
+        known = model.known_propositions
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from None
     except PrefplanError as error:
         raise ScenarioError(f"{path}: model.{error}") from None
-    return Scenario(name, path, model, file.tasks, preference)
+    tasks = tuple(replace(task, known=known) for task in file.tasks)
+    rules = tuple(replace(rule, known=known) for rule in file.rules)
+    first = preferences[0].preference if preferences else WeightedSum({})
+    several = None if [NamedPreference(DEFAULT_PREFERENCE, first)] == preferences else tuple(preferences)
+    return Scenario(name, path, model, tasks, first, rules, preferences=several)
 
 
 @dataclass(frozen=True)
 class _File:
     model: Any
     tasks: tuple[Task, ...]
-    preference: Any
+    preference: Any = None
+    preferences: tuple[Any, ...] = ()
+    rules: tuple[Rule, ...] = ()
 
 
-def _preference(
-    kinds: Mapping[str, type[Preference]], table: Any, where: str, weight: tuple[str, ...] = ()
-) -> Preference:
-    """Return a preference, and each term of a sum, which has a weight, too."""
+def _model(table: Any, folder: Path) -> Model:
+    """Return a model; graphs and scenes may stand in files of the scenario's folder."""
+    kind = chosen(MODELS, table, "model")
+    if kind is GraphModel and "file" in table:
+        return decode_table(GraphFileModel, table, "model", also=("kind",), folder=folder)
+    given = {"folder": folder} if kind is ManipulationModel else {}
+    model = decode_table(kind, table, "model", also=("kind",), **given)
+    if isinstance(model, ManipulationModel) and model.robot_setup.mjcf:
+        return replace(model, robot=replace(model.robot_setup, folder=folder.absolute()))
+    return model
+
+
+def _preferences(file: _File) -> list[NamedPreference]:
+    """Return the preferences of `[preference]` and `[[preferences]]` in this order."""
+    tables = [] if file.preference is None else [(file.preference, "preference", DEFAULT_PREFERENCE)]
+    for i, table in enumerate(file.preferences):
+        where = f"preferences[{i}]"
+        chosen(PREFERENCES, table, where)
+        if "name" not in table:
+            raise ScenarioError(f"{where}.name: missing")
+        tables.append((table, where, decode(str, table["name"], f"{where}.name")))
+    found = []
+    for table, where, name in tables:
+        also = ("of",) if where == "preference" else ("name", "of")
+        preference = _preference(PREFERENCES, table, where, also)
+        found.append(
+            NamedPreference(name, preference, decode(str, table["of"], f"{where}.of") if "of" in table else None)
+        )
+    return found
+
+
+def _preference(kinds: Mapping[str, type[Preference]], table: Any, where: str, also: tuple[str, ...]) -> Preference:
+    """Return a preference, or a term of a sum; its table may have some more keys."""
     kind = chosen(kinds, table, where)
     if kind is not Sum:
-        return decode_table(kind, table, where, also=("kind", *weight))
+        return decode_table(kind, table, where, also=("kind", *also))
     single = {name: kind for name, kind in PREFERENCES.items() if kind is not Sum}
-    terms = decode_table(_Terms, table, where, also=("kind",)).terms
+    terms = decode_table(_Terms, table, where, also=("kind", *also)).terms
     parts = []
     for i, term in enumerate(terms):
         at = f"{where}.terms[{i}]"

@@ -92,7 +92,8 @@ def _keys(kind: Any) -> dict[str, Field[Any]]:
 
 def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
     """Return a value as the one of several types that its form suits; a file has no None."""
-    if set(get_args(Number)) <= set(kinds):
+    table = isinstance(value, Mapping) and any(get_origin(kind) is Mapping for kind in kinds)
+    if set(get_args(Number)) <= set(kinds) and not table:
         return _number(value, where)
     generic = [kind for kind in kinds if get_origin(kind)]
     named = [kind for kind in kinds if not get_origin(kind) and kind is not types.NoneType]
@@ -100,7 +101,8 @@ def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
         of_table = is_dataclass(kind) and isinstance(value, Mapping) and not _keys(kind).keys().isdisjoint(value)
         if of_table or isinstance(value, kind):
             return decode(kind, value, where)
-    return decode((generic or named)[0], value, where)
+    structured = isinstance(value, (list, Mapping)) or not named
+    return decode((generic if generic and structured else named)[0], value, where)
 
 
 def _decode_several(kind: Any, value: Any, where: str) -> tuple[Any, ...]:
