@@ -2,21 +2,57 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from prefplan.errors import choices
+from prefplan.models.manipulation.surroundings import RobotSetup
 from sim.errors import RobotError
-from sim.robots.menagerie import MENAGERIE_PANDA
+from sim.robots.fetch import FETCH
+from sim.robots.menagerie.gen3 import GEN3
+from sim.robots.menagerie.panda import MENAGERIE_PANDA
+from sim.robots.menagerie.ur5e import UR5E
+from sim.robots.menagerie.xarm7 import XARM7
+from sim.robots.own import own_robot
 from sim.robots.panda import PANDA
+from sim.robots.panda_suction import PANDA_SUCTION
 from sim.robots.robot import Robot
 
-ROBOTS = {robot.name: robot for robot in (PANDA, MENAGERIE_PANDA)}
+ROBOTS = {robot.name: robot for robot in (PANDA, PANDA_SUCTION, FETCH, MENAGERIE_PANDA, UR5E, XARM7, GEN3)}
+
+DEFAULT = PANDA.name
+"""The robot of a scenario that names none."""
+
+OLD_NAMES = {"default": PANDA.name}
+"""Names that logs written by earlier versions use, and those of today."""
 
 
 def robot_named(name: str) -> Robot:
     """Return one of `ROBOTS`.
 
     Raises:
-        RobotError: it is unknown.
+        RobotError: it is unknown, or cannot be had.
     """
+    name = OLD_NAMES.get(name, name)
     if name not in ROBOTS:
         raise RobotError(f"unknown robot {name!r} {choices(name, ROBOTS)}")
-    return ROBOTS[name]
+    return ROBOTS[name].completed()
+
+
+def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
+    """Return the robot that a scenario sets up, or one of another name in its place.
+
+    Raises:
+        RobotError: it is unknown.
+        SimulationError: one of one's own is not as its table says; the message begins with the key.
+    """
+    if setup.mjcf is not None and name is None:
+        return placed(own_robot(setup), setup)
+    return placed(robot_named(name or setup.name), setup)
+
+
+def placed(robot: Robot, setup: RobotSetup) -> Robot:
+    """Return a robot with its base where a scenario puts it."""
+    position = robot.position if setup.position is None else np.array(setup.position)
+    return replace(robot, position=position, yaw=float(np.radians(setup.yaw)))

@@ -34,12 +34,15 @@ DETAIL_AREA_M2, DETAIL_FACES = 3e-3, 80
 MIN_AREA_M2 = 1e-5
 """Parts of less surface are specks of the original drawing and left out."""
 
-LAPPING = ("link1", "link3", "link5")
-"""Links whose lower rim, as drawn, ends 1 mm short of the link before: a slit of which a picture would show dots."""
+SEAMS_M = {"link1": -0.1925, "link2": 0.0, "link3": -0.1215, "link4": 0.0, "link5": -0.2595}
+"""Height in a link's frame at which it meets the link before, both round about its joint's axis and 0.5 mm short of it:
+a slit in which a picture shows their ends as a dotted line. A sleeve covers it."""
 
-RIM_M, LAP_M, TUCK = 1e-4, 1.8e-3, 0.015
-"""What is no higher than this above a link's lowest point is its rim; how much further down, and by which share nearer
-to the axis it is drawn: within the link before, whose surface would else show through it in dots."""
+SLEEVE_M = [(0.0543, -0.008), (0.0553, -0.001), (0.0553, 0.001), (0.0543, 0.008)]
+"""Outline of a sleeve, radius and height: its edges lie within the links, whose radius is 55 mm and, once they are
+polygons of few corners, 54.4 to 55.3."""
+
+SLEEVE_SIDES = 96
 
 
 @dataclass(frozen=True)
@@ -51,13 +54,18 @@ class Surface:
     solid: trimesh.Trimesh
 
 
-def mesh_folder() -> Path | None:
-    """Return the folder with `visual` and `collision` STL files, or None when they are not installed."""
+def asset_folder(name: str) -> Path | None:
+    """Return a folder of gymnasium-robotics' assets, or None when they are not installed."""
     found = importlib.util.find_spec("gymnasium_robotics")
     if found is None or not found.submodule_search_locations:
         return None
-    folder = Path(found.submodule_search_locations[0], "envs/assets/kitchen_franka/franka_assets/meshes")
+    folder = Path(found.submodule_search_locations[0], "envs/assets", name)
     return folder if folder.is_dir() else None
+
+
+def mesh_folder() -> Path | None:
+    """Return the folder with the Panda's `visual` and `collision` STL files, or None when they are not installed."""
+    return asset_folder("kitchen_franka/franka_assets/meshes")
 
 
 @functools.cache
@@ -68,16 +76,27 @@ def surfaces(folder: Path) -> tuple[Surface, ...]:
 
 def _surfaces(path: Path) -> list[Surface]:
     mesh = trimesh.load_mesh(path)
-    if path.stem in LAPPING:
-        rim = mesh.vertices[:, 2] < mesh.vertices[:, 2].min() + RIM_M
-        mesh.vertices[rim] = mesh.vertices[rim] * [1 - TUCK, 1 - TUCK, 1] - [0, 0, LAP_M]
     parts = mesh.split(only_watertight=False)
     parts = sorted((part for part in parts if part.area > MIN_AREA_M2), key=lambda part: -part.area)
     finishes = (*FINISHES[path.stem], *("trim" for _ in parts))
     by_finish: dict[str, list[trimesh.Trimesh]] = {}
     for part, finish in zip(parts, finishes, strict=False):
         by_finish.setdefault(finish, []).append(_thinned(part, FACES_KEPT.get(path.stem, 0.08)))
-    return [Surface(path.stem, finish, smoothed(_joined(members))) for finish, members in by_finish.items()]
+    solids = {finish: smoothed(_joined(members)) for finish, members in by_finish.items()}
+    if path.stem in SEAMS_M:
+        solids["shell"] = _joined([solids["shell"], _sleeve(SEAMS_M[path.stem])])
+    return [Surface(path.stem, finish, solid) for finish, solid in solids.items()]
+
+
+def _sleeve(height: float) -> trimesh.Trimesh:
+    """Return a sleeve round the z axis, its middle at a height, m, with the normals of a cylinder."""
+    sleeve = trimesh.creation.revolve(SLEEVE_M, sections=SLEEVE_SIDES)
+    return trimesh.Trimesh(
+        sleeve.vertices + [0, 0, height],
+        sleeve.faces,
+        vertex_normals=trimesh.unitize(sleeve.vertices * [1, 1, 0]),
+        process=False,
+    )
 
 
 def _joined(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:

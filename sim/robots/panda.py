@@ -9,8 +9,9 @@ import numpy as np
 import trimesh
 
 from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
+from sim.robots.gripper import Gripper
 from sim.robots.meshes import mesh_folder, surfaces
-from sim.robots.robot import Gripper, Robot
+from sim.robots.robot import Robot
 
 MJCF = Path(__file__).parents[2] / "assets" / "panda.xml"
 
@@ -64,7 +65,10 @@ def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: str, *, group: in
 
 
 PANDA = Robot(
-    name="default",
+    name="panda",
+    title="Franka Panda with its parallel hand",
+    # Franka Emika Panda data sheet.
+    payload_kg=3.0,
     mjcf=panda_spec,
     base="link0",
     joints=tuple(f"joint{i}" for i in range(1, 8)),

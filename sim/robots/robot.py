@@ -3,43 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
 
 from sim.errors import RobotError
-
-
-@dataclass(frozen=True, eq=False)
-class Gripper:
-    """Two fingers that close along the y axis of the tool frame.
-
-    Attributes:
-        actuator: drives the fingers; its command is the width between the pads, m.
-        joints: sliding joints of the fingers; each moves by an equal share of the width.
-        pads: geoms of the left and the right pad, which hold an object.
-        opening_m: greatest width between the pads.
-        squeeze_m: how much narrower than a held object the command is.
-        firm_force_n: least contact force on each pad in a firm grip.
-        finger_depth_m: of a finger, from its pad outwards along y, clearance included.
-        finger_half_width_m: of a finger along x, clearance included.
-        fingertip_m: how far the finger tips reach below the tool frame, clearance included.
-        palm_height_m: of the palm over the tool frame, clearance subtracted.
-        palm_half_width_m: of the palm along x, clearance included.
-    """
-
-    actuator: str
-    joints: tuple[str, ...]
-    pads: tuple[str, str]
-    opening_m: float
-    squeeze_m: float
-    firm_force_n: float
-    finger_depth_m: float
-    finger_half_width_m: float
-    fingertip_m: float
-    palm_height_m: float
-    palm_half_width_m: float
+from sim.robots.gripper import Gripper
 
 
 def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
@@ -50,29 +20,41 @@ def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
                 raise RobotError(f"no {kind} {name!r} in its MJCF")
 
 
+def at_hand() -> None:
+    """Tell that nothing hinders."""
+
+
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot arm with a gripper, its base at the origin and the table top at z = 0.
+    """A robot arm with a gripper; its base is at the origin of its MJCF and looks along x, the table top is at z = 0.
 
     Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. Its MJCF has its
     defaults in a class of its own, since the main class applies to the whole scene.
 
     Attributes:
         name: as in logs.
+        title: what it is, in words.
         mjcf: a function of a module, which returns its MjSpec; the argument says whether it has meshes, None for where
             they are installed.
         base: its first body.
         joints: of the arm, n in number, from base to wrist. Position actuators bear the same names.
         velocity_limits: (n,) rad/s, m/s for a sliding joint.
         torque_limits: (n,) N m, N for a sliding joint.
-        acceleration_limits: (n,) rad/s^2; infinite where none is known, as are the next two.
+        acceleration_limits: (n,) rad/s^2, of movements; infinite where none is known, as are the next three.
+        peak_acceleration_limits: (n,) rad/s^2, which a blow may reach; None for those of movements.
         jerk_limits: (n,) rad/s^3.
         torque_rate_limits: (n,) N m/s.
         home: (n,) rad or m: the tool points down in front of the base.
         tool: site between the pads: z points out of the hand, the fingers close along y.
         gripper: its hand.
         nearest_m: least distance of the tool from the axis of the base.
-        max_bearing_rad: greatest bearing of the tool from the x axis.
+        max_bearing_rad: greatest bearing of the tool from where the base looks.
+        floor_front_m: how far the base of a robot on the floor reaches ahead of its axis; None for one on the table.
+        payload_kg: greatest mass that it may carry, by its data sheet; None where that is not known.
+        find_gripper: derives the gripper from the MJCF, where that must be fetched first; None if it is known.
+        hindrance: says why it cannot be had on this machine, and what would mend that; None if it can.
+        position: (3,) of its base in the scene, m: where it usually stands, unless a scenario says otherwise.
+        yaw: heading of its base in the scene, rad.
     """
 
     name: str
@@ -87,19 +69,36 @@ class Robot:
     nearest_m: float = 0.0
     max_bearing_rad: float = np.pi
     acceleration_limits: np.ndarray | float = np.inf
+    peak_acceleration_limits: np.ndarray | float | None = None
     jerk_limits: np.ndarray | float = np.inf
     torque_rate_limits: np.ndarray | float = np.inf
+    title: str = ""
+    payload_kg: float | None = None
+    floor_front_m: float | None = None
+    find_gripper: Callable[[], Gripper] | None = None
+    hindrance: Callable[[], str | None] = at_hand
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    yaw: float = 0.0
 
     @property
     def load_limits(self) -> dict[str, np.ndarray | float]:
         """The (n,) limits of what `sim.simulation.rollout.Frames` records of every joint, by its names."""
+        peak = self.peak_acceleration_limits
         return {
             "speeds": self.velocity_limits,
-            "accelerations": self.acceleration_limits,
+            "accelerations": self.acceleration_limits if peak is None else peak,
             "jerks": self.jerk_limits,
             "torques": self.torque_limits,
             "torque_rates": self.torque_rate_limits,
         }
+
+    def completed(self) -> Robot:
+        """Return it with the gripper that its MJCF has.
+
+        Raises:
+            RobotError: its MJCF cannot be had.
+        """
+        return self if self.find_gripper is None else replace(self, gripper=self.find_gripper(), find_gripper=None)
 
     def spec(self, *, meshes: bool | None = None) -> mujoco.MjSpec:
         """Return the robot, with motors that carry the arm's weight within their torque limits, as real ones do.
@@ -124,13 +123,24 @@ class Robot:
             joint.actgravcomp = True
             joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
             joint.actfrcrange = [-limit, limit]
+        if self.yaw or self.position.any():
+            turn = [np.cos(self.yaw / 2), 0.0, 0.0, np.sin(self.yaw / 2)]
+            spec.body(self.base).set_frame(spec.worldbody.add_frame(pos=self.position, quat=turn))
         return spec
+
+    def polar(self, position: np.ndarray) -> tuple[float, float]:
+        """Return how far a point is from the axis of the base, m, and its bearing from where the base looks, rad."""
+        x, y = (np.asarray(position) - self.position[: len(position)])[:2]
+        bearing = float(np.arctan2(y, x)) - self.yaw
+        return float(np.hypot(x, y)), float((bearing + np.pi) % (2 * np.pi) - np.pi) if self.yaw else bearing
 
     def kinematics(self) -> mujoco.MjModel:
         """Return the arm alone, without geoms, fingers and actuators."""
         spec = self.spec(meshes=False)
         for name in self.gripper.joints:
-            spec.delete(spec.joint(name).parent)
+            joint = spec.joint(name)
+            if joint is not None:  # it went with the finger that carries it
+                spec.delete(joint.parent)
         for element in (*spec.geoms, *spec.meshes):
             spec.delete(element)
         # MuJoCo takes inertias from the geoms where there are no others, and refuses moving bodies without.
@@ -172,6 +182,6 @@ class Robot:
         """Put the arm at (n,) joint angles and the fingers at a width between the pads, m; command both to stay."""
         for name, value in zip(self.joints, q, strict=True):
             data.joint(name).qpos[0] = data.actuator(name).ctrl[0] = value
-        for name in self.gripper.joints:
-            data.joint(name).qpos[0] = width / len(self.gripper.joints)
-        data.actuator(self.gripper.actuator).ctrl[0] = width
+        for name, value in zip(self.gripper.joints, self.gripper.positions(width), strict=True):
+            data.joint(name).qpos[0] = value
+        data.actuator(self.gripper.actuator).ctrl[0] = self.gripper.command(width)

@@ -17,8 +17,10 @@ from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import RobotError
 from sim.execution.executor import execute
 from sim.motion.kinematics import Arm
+from sim.motion.trajectory import ToolPose
 from sim.robots.catalogue import robot_named
-from sim.robots.menagerie import MENAGERIE_PANDA, REPOSITORY, fetch, menagerie_spec
+from sim.robots.menagerie.download import REPOSITORY, fetch
+from sim.robots.menagerie.panda import MENAGERIE_PANDA, menagerie_spec
 from sim.robots.panda import PANDA, panda_spec
 from sim.world.scene import Scene, build_scene
 
@@ -85,14 +87,14 @@ def test_it_is_fetched_without_output_by_robot_descriptions_and_kept_in_its_cach
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     repository = stand_in(monkeypatch, tmp_path)
-    path = fetch()
+    path = fetch("panda_mj_description", "menagerie")
     out, err = capfd.readouterr()
     assert out == "" and "Cloning" in err
     assert path.is_relative_to(tmp_path / "cache")
     assert path.read_text() == (repository / "franka_emika_panda/panda.xml").read_text()
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
     monkeypatch.delitem(sys.modules, DESCRIPTION)
-    assert fetch() == path, "what is cached needs no network"
+    assert fetch("panda_mj_description", "menagerie") == path, "what is cached needs no network"
 
 
 def test_kinematics_and_limits_are_those_of_our_own_panda(panda: mujoco.MjModel) -> None:
@@ -130,7 +132,7 @@ def test_only_pads_boxes_and_hulls_collide_and_no_part_of_the_robot_touches_anot
 
 def test_the_arm_of_either_robot_reaches_the_same_way(menagerie: Path) -> None:
     place = np.array([0.5, 0.1, 0.1])
-    ours, theirs = (Arm(robot).reach(place, [0.0])[0] for robot in (PANDA, MENAGERIE_PANDA))
+    ours, theirs = (Arm(robot).reach([ToolPose.down(place, 0.0)])[0] for robot in (PANDA, MENAGERIE_PANDA))
     assert theirs == pytest.approx(ours, abs=1e-4)
     assert MENAGERIE_PANDA.kinematics().nmesh == 0
 
@@ -146,14 +148,14 @@ def test_the_same_skills_work(menagerie_scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("settings", "protocol", "message"),
     [
-        ("", "none", "cannot be fetched: transport 'https' not allowed; the robot `default` needs"),
+        ("", "none", "cannot be fetched: transport 'https' not allowed; the robot `panda` needs"),
         (f'[url "ext::sleep 30 "]\n\tinsteadOf = {REPOSITORY}\n', "ext", "does not answer within 0.5 s; the robot"),
     ],
 )
 def test_without_an_answer_and_a_cache_the_error_names_the_default_robot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, settings: str, protocol: str, message: str
 ) -> None:
-    monkeypatch.setattr("sim.robots.menagerie.ANSWER_TIMEOUT_S", 0.5)
+    monkeypatch.setattr("sim.robots.menagerie.download.ANSWER_TIMEOUT_S", 0.5)
     isolate(monkeypatch, tmp_path, settings)
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", protocol)
     with pytest.raises(RobotError, match=message):
@@ -163,7 +165,7 @@ def test_without_an_answer_and_a_cache_the_error_names_the_default_robot(
 def test_a_commit_that_does_not_exist_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(monkeypatch, tmp_path)
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", "1" * 40)
-    with pytest.raises(RobotError, match="cannot be fetched: .*1{40}; the robot `default`"):
+    with pytest.raises(RobotError, match="cannot be fetched: .*1{40}; the robot `panda`"):
         MENAGERIE_PANDA.spec()
 
 
@@ -176,7 +178,7 @@ def test_missing_robot_descriptions_and_git_are_named(
         MENAGERIE_PANDA.spec()
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(RobotError, match="git, which is not installed; the robot `default`"):
+    with pytest.raises(RobotError, match="git, which is not installed; the robot `panda`"):
         MENAGERIE_PANDA.spec()
 
 

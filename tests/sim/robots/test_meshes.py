@@ -4,20 +4,40 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.robots.meshes import mesh_folder, surfaces
-from sim.robots.panda import panda_spec
+from sim.geometry.mjcf import VISIBLE
+from sim.robots.meshes import SEAMS_M, mesh_folder
+from sim.robots.panda import PANDA, panda_spec
+
+RADIUS_M = 0.055
+"""Of the links where they meet."""
 
 
-@pytest.mark.parametrize(("before", "after"), [("link0", "link1"), ("link2", "link3"), ("link4", "link5")])
-def test_links_leave_no_slit_at_the_seams_along_the_arm(before: str, after: str) -> None:
-    folder = mesh_folder()
-    if folder is None:
+@pytest.fixture(scope="module")
+def panda() -> tuple[mujoco.MjModel, mujoco.MjData]:
+    if mesh_folder() is None:
         pytest.skip("the meshes are not installed")
-    shells = {one.link: one.solid for one in surfaces(folder) if one.finish == "shell"}
-    joint = panda_spec(meshes=False).body(after)
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, joint.quat / np.linalg.norm(joint.quat))
-    along = turn.reshape(3, 3)[:, 2]
-    end = (shells[before].vertices @ along).max()
-    start = joint.pos @ along + shells[after].vertices[:, 2].min()
-    assert 0 < end - start < 0.001
+    model = panda_spec(meshes=True).compile()
+    data = mujoco.MjData(model)
+    data.qpos[:7] = PANDA.home
+    mujoco.mj_kinematics(model, data)
+    return model, data
+
+
+@pytest.mark.parametrize("link", SEAMS_M)
+def test_neither_a_slit_nor_an_end_shows_where_two_links_meet(
+    link: str, panda: tuple[mujoco.MjModel, mujoco.MjData]
+) -> None:
+    model, data = panda
+    frame, seen = data.body(link), [group == VISIBLE for group in range(mujoco.mjNGROUP)]
+    turn = frame.xmat.reshape(3, 3)
+    for angle in np.linspace(0, 2 * np.pi, 60, endpoint=False):
+        outwards = np.array([np.cos(angle), np.sin(angle), 0.0])
+        for height in np.linspace(-0.0005, 0.0005, 5):
+            for slope in (-0.6, 0.0, 0.6):
+                aim = RADIUS_M * outwards + [0, 0, SEAMS_M[link] + height]
+                towards = -outwards + [0, 0, slope]
+                start = aim - 0.02 * towards
+                distance = mujoco.mj_ray(
+                    model, data, frame.xpos + turn @ start, turn @ towards, seen, 1, -1, np.zeros(1, np.int32)
+                )
+                assert np.linalg.norm((start + distance * towards)[:2]) > RADIUS_M, (angle, height, slope)

@@ -20,5 +20,5 @@ from sim.robots.robot import Robot
     ],
 )
 def test_what_the_mjcf_lacks_is_named(robot: Robot, lacking: str) -> None:
-    with pytest.raises(RobotError, match=f"the robot `default` has no {lacking} in its MJCF"):
+    with pytest.raises(RobotError, match=f"the robot `panda` has no {lacking} in its MJCF"):
         robot.spec(meshes=False)

@@ -1,0 +1,157 @@
+"""MJCF of other origin, adapted to what a scene needs of a robot: its own names, contacts, motors and weight."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import count
+
+import mujoco
+import numpy as np
+
+from sim.errors import RobotError
+from sim.robots.robot import check_parts
+
+PREFIX = "robot:"
+"""Of all names of an adapted MJCF, which would else clash with those of a scenario."""
+
+STIFFNESS_PER_TORQUE, DAMPING_TIME_S = 60.0, 0.1
+"""Gains of a motor that the MJCF lacks: stiffness for each N m of its limit, 1/rad, and damping over stiffness: about
+those of the Panda."""
+
+WHOLE_TURN_RAD = 2 * np.pi
+"""Joints without ends turn here so far each way: nothing is wound up."""
+
+
+def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> mujoco.MjSpec:
+    """Return a robot without the rest of its MJCF: the body that carries the first joint, and all that hangs on it.
+
+    Names get a prefix. Joints that are neither the arm's nor behind its last one are fixed where they are. Each joint
+    of the arm has a position motor of its name.
+
+    Args:
+        spec: the MJCF.
+        joints: of the arm, n in number, from base to wrist.
+        torques: (n,) greatest ones, N m or N.
+
+    Raises:
+        RobotError: joints are missing, or not in a row from base to wrist.
+    """
+    check_parts(spec, joint=joints)
+    _check_row(spec, joints)
+    for element in (*spec.keys, *spec.lights):
+        spec.delete(element)
+    root = _root(spec.joint(joints[0]).parent, spec)
+    whole = mujoco.MjSpec()
+    for option in (name for name in dir(whole.option) if not name.startswith("_")):
+        setattr(spec.option, option, getattr(whole.option, option))  # the scene has its own
+    whole.worldbody.add_frame().attach_body(root, PREFIX, "")
+    names = [PREFIX + name for name in joints]
+    kept = {joint.name for joint in _joints_below(whole.joint(names[-1]).parent)}
+    for joint in list(whole.joints):
+        if joint.name not in (*names, *kept):
+            whole.delete(joint)
+    for body in whole.bodies[1:]:
+        body.gravcomp = 1
+    _name(whole)
+    _let_turn(whole, whole.joint(names[0]).parent)
+    for name, torque in zip(names, torques, strict=True):
+        _set_motor(whole, name, float(torque))
+    return whole
+
+
+def base_of(spec: mujoco.MjSpec) -> str:
+    """Return the first body of an adapted robot."""
+    return str(spec.worldbody.first_body().name)
+
+
+def _check_row(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
+    """Raise RobotError unless each joint is behind the one before it."""
+    for before, name in zip(joints, joints[1:], strict=False):
+        if spec.joint(name).name not in {joint.name for joint in _joints_below(spec.joint(before).parent)}:
+            raise RobotError(f"the joint {name!r} is not behind {before!r}; name the joints from base to wrist")
+
+
+def _joints_below(body: mujoco.MjsBody) -> list[mujoco.MjsJoint]:
+    """Return the joints of all bodies that a body carries, without its own."""
+    found = []
+    child = body.first_body()
+    while child is not None:
+        found += [*child.joints, *_joints_below(child)]
+        child = body.next_body(child)
+    return found
+
+
+def _root(body: mujoco.MjsBody, spec: mujoco.MjSpec) -> mujoco.MjsBody:
+    while body.parent.name != spec.worldbody.name:
+        body = body.parent
+    return body
+
+
+def _let_turn(spec: mujoco.MjSpec, link: mujoco.MjsBody) -> None:
+    """Let the first link never collide with what carries it: MuJoCo sees to this only where that moves, too."""
+    below = link.parent
+    while below.name != spec.worldbody.name:
+        spec.add_exclude(bodyname1=below.name, bodyname2=link.name)
+        below = below.parent
+
+
+def _name(spec: mujoco.MjSpec) -> None:
+    """Give every body and geom a name, and let those that collide touch the world and not each other."""
+    numbers = count(1)
+    for body in spec.bodies[1:]:
+        body.name = body.name if body.name.removeprefix(PREFIX) else f"{PREFIX}link {next(numbers)}"
+    names = (f"{PREFIX}shape {number}" for number in count(1))
+    for geom in spec.geoms:
+        geom.name = geom.name or next(names)
+        if geom.contype or geom.conaffinity:
+            geom.contype, geom.conaffinity = 2, 1
+
+
+def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
+    """Give a joint a position motor of its name; one that the MJCF has keeps its stiffness.
+
+    What the joint is damped by becomes the motor's, whose damping the controller makes up for.
+    """
+    joint = spec.joint(name)
+    if not np.any(joint.range):
+        if joint.type != mujoco.mjtJoint.mjJNT_HINGE:
+            raise RobotError(f"the joint {name.removeprefix(PREFIX)!r} has no `range`")
+        joint.range = [-WHOLE_TURN_RAD, WHOLE_TURN_RAD]
+    joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    found = [motor for motor in spec.actuators if motor.target == name]
+    stiffness = STIFFNESS_PER_TORQUE * torque
+    for motor in found:
+        if motor.biasprm[1] < 0:
+            stiffness = -float(motor.biasprm[1])
+        spec.delete(motor)
+    damping = max(DAMPING_TIME_S * stiffness, float(joint.damping[0]))
+    joint.damping[0], joint.frictionloss = 0.0, 0.0
+    add_servo(spec, name, joint.range, torque, stiffness, damping)
+
+
+def add_servo(
+    spec: mujoco.MjSpec,
+    name: str,
+    reach: Sequence[float],
+    limit: float,
+    stiffness: float,
+    damping: float,
+    *,
+    tendon: str | None = None,
+) -> None:
+    """Add a position servo.
+
+    Args:
+        spec: the robot.
+        name: of the servo, and of its joint.
+        reach: least and greatest command.
+        limit: greatest force, N m or N.
+        stiffness: N m/rad or N/m.
+        damping: N m s/rad or N s/m.
+        tendon: which it drives instead of a joint.
+    """
+    motor = spec.add_actuator(name=name, target=tendon or name)
+    motor.trntype = mujoco.mjtTrn.mjTRN_TENDON if tendon else mujoco.mjtTrn.mjTRN_JOINT
+    motor.set_to_position(kp=stiffness, kv=damping)
+    motor.ctrllimited = motor.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+    motor.ctrlrange, motor.forcerange = reach, [-limit, limit]

@@ -1,0 +1,258 @@
+"""What is to be known of a gripper of two fingers, derived from its MJCF: pads, linkage, forces and dimensions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from sim.errors import RobotError
+from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, Gripper, Linkage, SuctionGripper
+
+STEPS = 25
+"""Number of commands, from the least to the greatest, at which the fingers are looked at."""
+
+SETTLE_S = 0.6
+"""How long the fingers get to come to rest at each."""
+
+MIN_TRAVEL_M = 0.005
+"""Least difference of the widths at both ends of the commands."""
+
+WIDTH_TOLERANCE_M = 0.002
+"""Greatest difference of the widths at both ends from those that are said."""
+
+CLEARANCE_M = 0.002
+"""Kept from all shapes of the hand."""
+
+SQUEEZES_M = 0.006, 0.020
+"""Limits of how much narrower than a held object the fingers are told to be."""
+
+FIRM_SHARE, FIRM_FORCE_N = 1 / 3, 5.0
+"""Share of its force that a firm grip has at least, but no more than this is asked."""
+
+CLOSING_COSINE = 0.98
+"""Least cosine of the angle between the tool's y axis and the line along which the fingers close."""
+
+MAX_PALM_M = 0.06
+"""Greatest half width of a palm: what is wider is the arm."""
+
+USUAL_PALM_M = 0.05
+"""Height of the palm over the tool of a hand without shapes above."""
+
+CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+
+
+@dataclass(frozen=True)
+class HandState:
+    """The hand at rest at a command: fingers' positions, geoms in the tool's frame."""
+
+    command: float
+    positions: np.ndarray
+    length: float
+    data: mujoco.MjData
+
+
+def derived_gripper(
+    spec: mujoco.MjSpec,
+    arm: dict[str, float],
+    *,
+    tool: str,
+    actuator: str,
+    opening_m: float,
+    closed_m: float = 0.0,
+    force_n: float,
+) -> Gripper:
+    """Return a gripper of two fingers.
+
+    Args:
+        spec: the adapted robot; its pads get the contacts of pads, and its actuator the force.
+        arm: each joint of the arm, and where it is at home, rad or m.
+        tool: site between the pads, z out of the hand, y along the line on which the fingers close.
+        actuator: drives the fingers.
+        opening_m: greatest width to use.
+        closed_m: least width that the fingers reach; for a check.
+        force_n: of each pad.
+
+    Raises:
+        RobotError: the fingers do not close along the tool's y axis, or not from the one width to the other.
+    """
+    model = spec.compile()
+    joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
+    states = _states(model, arm, actuator, joints)
+    pads = _pads(states, model, joints, tool)
+    widths = np.array([_width(model, state.data, pads, tool) for state in states])
+    order = np.argsort(widths)
+    if np.ptp(widths) < MIN_TRAVEL_M:
+        raise RobotError(f"the actuator {actuator!r} does not move the fingers apart")
+    if widths.max() < opening_m - WIDTH_TOLERANCE_M or widths.min() > closed_m + WIDTH_TOLERANCE_M:
+        found = f"{widths.min():.3f} to {widths.max():.3f} m"
+        raise RobotError(f"the fingers open from {closed_m:g} to {opening_m:g} m by the table, but here {found}")
+    _check_axis(model, states[order[-1]].data, pads, tool)
+    kept = order[np.concatenate([[True], np.diff(widths[order]) > 1e-5])]
+    linkage = Linkage(
+        widths[kept], np.array([states[i].command for i in kept]), np.array([states[i].positions for i in kept])
+    )
+    lengths = np.array([states[i].length for i in kept])
+    squeeze = _set_force(spec, actuator, linkage, lengths, force_n)
+    for name in pads:
+        _set_pad(spec, name)
+    gripper = Gripper(
+        actuator, joints, pads, opening_m, squeeze, min(FIRM_FORCE_N, FIRM_SHARE * force_n), 0, 0, 0, 0, 0, linkage
+    )
+    return replace(gripper, **_dimensions(model, [state.data for state in states], gripper, tool))
+
+
+def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str, joints: tuple[str, ...]) -> list[HandState]:
+    """Return the hand at rest at each of several commands, the arm held at home."""
+    option = model.opt
+    option.integrator, option.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 0.002
+    option.gravity[:] = 0
+    motor = model.actuator(actuator).id
+    if not model.actuator_ctrllimited[motor]:
+        raise RobotError(f"the actuator {actuator!r} has no `ctrlrange`")
+    data = mujoco.MjData(model)
+    for name, value in arm.items():
+        data.joint(name).qpos[0] = data.actuator(name).ctrl[0] = value
+    found = []
+    low, high = model.actuator_ctrlrange[motor].tolist()
+    for command in np.linspace(low, high, STEPS):
+        data.ctrl[motor] = command
+        mujoco.mj_step(model, data, round(SETTLE_S / option.timestep))
+        for name, value in arm.items():
+            data.joint(name).qpos[0], data.joint(name).qvel[0] = value, 0.0
+        mujoco.mj_forward(model, data)
+        there = mujoco.MjData(model)
+        there.qpos[:] = data.qpos
+        mujoco.mj_kinematics(model, there)
+        positions = np.array([data.joint(name).qpos[0] for name in joints])
+        found.append(HandState(float(command), positions, float(data.actuator_length[motor]), there))
+    return found
+
+
+def _pads(states: list[HandState], model: mujoco.MjModel, joints: tuple[str, ...], tool: str) -> tuple[str, str]:
+    """Return the shapes of either finger between which an object is held: those nearest to the tool."""
+    moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in joints})
+    shapes = [i for i in range(model.ngeom) if int(model.geom_bodyid[i]) in moving and model.geom_contype[i]]
+    narrow = states[len(states) // 2].data
+    site = narrow.site(tool)
+    across = (narrow.geom_xpos[shapes] - site.xpos) @ site.xmat.reshape(3, 3)[:, 1]
+    left, right = ([i for i, y in zip(shapes, across, strict=True) if y * side > 0] for side in (1, -1))
+    if not left or not right:
+        raise RobotError(f"no finger has a colliding shape on either side of the site {tool!r}, along its y axis")
+    nearest = [
+        min(side, key=lambda geom: float(np.linalg.norm(narrow.geom_xpos[geom] - site.xpos))) for side in (left, right)
+    ]
+    return model.geom(nearest[0]).name, model.geom(nearest[1]).name
+
+
+def suction_gripper(
+    spec: mujoco.MjSpec, arm: dict[str, float], *, tool: str, actuator: str, force_n: float
+) -> SuctionGripper:
+    """Return a gripper with one suction cup, an adhesion actuator on a body with one shape; see `derived_gripper`.
+
+    Raises:
+        RobotError: the actuator is of another kind, or the body has another number of shapes.
+    """
+    motor = spec.actuator(actuator)
+    if motor.trntype != mujoco.mjtTrn.mjTRN_BODY:
+        raise RobotError(f"the actuator {actuator!r} is no adhesion actuator")
+    lips = [geom.name for geom in spec.body(motor.target).geoms if geom.contype]
+    if len(lips) != 1:
+        raise RobotError(f"the body {motor.target!r} of the suction cup has {len(lips)} colliding shapes, not one")
+    motor.set_to_adhesion(force_n)
+    motor.ctrllimited, motor.ctrlrange = mujoco.mjtLimited.mjLIMITED_TRUE, [0.0, 1.0]
+    _set_pad(spec, lips[0])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for name, value in arm.items():
+        data.joint(name).qpos[0] = value
+    mujoco.mj_kinematics(model, data)
+    joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
+    firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
+    gripper = SuctionGripper(actuator, joints, (lips[0],), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, 0, 0, 0, 0, 0)
+    sizes = _dimensions(model, [data], gripper, tool)
+    return replace(gripper, **sizes | {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0})
+
+
+def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
+    """Return bodies and all that they carry."""
+    found = set(bodies)
+    for body in range(1, model.nbody):
+        if int(model.body_parentid[body]) in found:
+            found.add(body)
+    return found
+
+
+def _width(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, ...], tool: str) -> float:
+    """Return the width between the pads, by the boxes round them in the tool's frame, m."""
+    left, right = (_box(model, data, model.geom(name).id, tool)[:, 1] for name in pads)
+    return float(left.min() - right.max())
+
+
+def _check_axis(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, str], tool: str) -> None:
+    """Raise RobotError unless the open fingers are apart along the tool's y axis."""
+    ends = np.zeros(6)
+    left, right = (model.geom(name).id for name in pads)
+    mujoco.mj_geomDistance(model, data, left, right, 1.0, ends)
+    apart = ends[:3] - ends[3:]
+    axes = data.site(tool).xmat.reshape(3, 3)
+    if abs(apart @ axes[:, 1]) < CLOSING_COSINE * np.linalg.norm(apart):
+        raise RobotError(f"the fingers do not close along the y axis of the site {tool!r}")
+
+
+def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np.ndarray, force_n: float) -> float:
+    """Limit the actuator so that a pad presses with a force; return how much narrower to close for that, m.
+
+    By virtual work, a pad's force is the actuator's times how much that one's length changes with the width.
+    """
+    motor = spec.actuator(actuator)
+    slope = float(np.abs(np.polyfit(linkage.widths, lengths, 1)[0]))
+    motor.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+    motor.forcerange = [-force_n / slope, force_n / slope]
+    stiffness = -float(motor.biasprm[1]) * slope**2
+    if stiffness <= 0:
+        raise RobotError(f"the actuator {actuator!r} is no position servo")
+    return float(np.clip(force_n / stiffness, *SQUEEZES_M))
+
+
+def _set_pad(spec: mujoco.MjSpec, name: str) -> None:
+    """Let a pad touch objects stiffly and without turning on them."""
+    pad = spec.geom(name)
+    pad.condim, pad.priority = 4, 1
+    pad.friction = [max(1.0, float(pad.friction[0])), 0.02, 0.0005]
+    pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
+
+
+def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gripper, tool: str) -> dict[str, Any]:
+    """Return the dimensions of the hand over several states, by their names in `Gripper`, from its shapes' boxes."""
+    fingers = {int(model.geom(name).bodyid[0]) for name in gripper.pads}
+    moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in gripper.joints})
+    hand = _carried(model, {int(model.site(tool).bodyid[0])}) - fingers - moving
+    pads = [model.geom(name).id for name in gripper.pads]
+    solid = [int(geom) for geom in np.flatnonzero(model.geom_contype)]
+    depth, finger, palm = 0.0, [], []
+    for data in states:
+        boxes = {geom: _box(model, data, geom, tool) for geom in solid}
+        own = np.concatenate([boxes[geom] for geom in solid if int(model.geom_bodyid[geom]) in fingers])
+        inner = min(float(np.abs(boxes[pad][:, 1]).min()) for pad in pads)
+        depth = max(depth, float(np.abs(own[:, 1]).max()) - inner)
+        finger.append(own)
+        palm += [boxes[geom] for geom in solid if int(model.geom_bodyid[geom]) in hand and boxes[geom][:, 2].max() < 0]
+    across = max((float(np.abs(box[:, 0]).max()) for box in palm), default=0.0)
+    shapes = np.concatenate(finger)
+    return {
+        "finger_depth_m": depth + CLEARANCE_M,
+        "finger_half_width_m": float(np.abs(shapes[:, 0]).max()) + CLEARANCE_M,
+        "fingertip_m": float(shapes[:, 2].max()) + CLEARANCE_M,
+        "palm_height_m": -max((float(box[:, 2].max()) for box in palm), default=-USUAL_PALM_M) - CLEARANCE_M,
+        "palm_half_width_m": min(across, MAX_PALM_M) + CLEARANCE_M,
+    }
+
+
+def _box(model: mujoco.MjModel, data: mujoco.MjData, geom: int, tool: str) -> np.ndarray:
+    """Return the (8, 3) corners of the box round a geom in the tool's frame, m."""
+    centre, half = np.split(model.geom_aabb[geom], 2)
+    points = (centre + CORNERS * half) @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+    return np.asarray((points - data.site(tool).xpos) @ data.site(tool).xmat.reshape(3, 3))

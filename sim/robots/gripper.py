@@ -1,0 +1,131 @@
+"""Grippers: what a hand is told, how it holds what it takes, and the space that it needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SUCTION_OPENING_M, SUCTION_SQUEEZE_M = 0.03, 0.015
+"""Widths by which a suction cup is told not to draw, and to draw: by how much it is narrower than nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage:
+    """How fingers follow their actuator, where not each slides by an equal share of the width: a table of K rows.
+
+    Attributes:
+        widths: (K,) between the pads, m, ascending.
+        commands: (K,) of the actuator.
+        positions: (K, k) of the joints, rad or m.
+    """
+
+    widths: np.ndarray
+    commands: np.ndarray
+    positions: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Gripper:
+    """Two fingers that close along the y axis of the tool frame.
+
+    Attributes:
+        actuator: drives the fingers; without a linkage its command is the width between the pads, m.
+        joints: of the fingers; without a linkage each slides by an equal share of the width.
+        pads: geoms of the left and the right pad, which hold an object.
+        opening_m: greatest width between the pads.
+        squeeze_m: how much narrower than a held object the command is.
+        firm_force_n: least contact force on each pad in a firm grip.
+        finger_depth_m: of a finger, from its pad outwards along y, clearance included.
+        finger_half_width_m: of a finger along x, clearance included.
+        fingertip_m: how far the finger tips reach below the tool frame, clearance included.
+        palm_height_m: of the palm over the tool frame, clearance subtracted.
+        palm_half_width_m: of the palm along x, clearance included.
+        linkage: maps widths to commands and positions; None for fingers that slide.
+    """
+
+    actuator: str
+    joints: tuple[str, ...]
+    pads: tuple[str, ...]
+    opening_m: float
+    squeeze_m: float
+    firm_force_n: float
+    finger_depth_m: float
+    finger_half_width_m: float
+    fingertip_m: float
+    palm_height_m: float
+    palm_half_width_m: float
+    linkage: Linkage | None = None
+
+    def command(self, width: float) -> float:
+        """Return what the actuator is sent for a width between the pads, m."""
+        return width if self.linkage is None else _between(self.linkage.widths, self.linkage.commands, width)
+
+    def width(self, command: float) -> float:
+        """Return the width between the pads that a command of the actuator asks for, m."""
+        if self.linkage is None:
+            return command
+        order = np.argsort(self.linkage.commands)
+        return _between(self.linkage.commands[order], self.linkage.widths[order], command)
+
+    def positions(self, width: float) -> np.ndarray:
+        """Return the (k,) positions of the fingers' joints at a width between the pads, m."""
+        if self.linkage is None:
+            return np.full(len(self.joints), width / max(1, len(self.joints)))
+        columns = self.linkage.positions.T
+        return np.array([np.interp(width, self.linkage.widths, column) for column in columns])
+
+    def opened(self, positions: np.ndarray) -> float:
+        """Return the width between the pads at (k,) positions of the fingers' joints, m."""
+        if self.linkage is None:
+            return float(np.sum(positions))
+        leader = int(np.ptp(self.linkage.positions, axis=0).argmax())
+        known = self.linkage.positions[:, leader]
+        order = np.argsort(known)
+        return float(np.interp(positions[leader], known[order], self.linkage.widths[order]))
+
+    def holds(self, command: float) -> bool:
+        """Return whether pads that press an object hold it, while the actuator is sent a command."""
+        return True
+
+
+@dataclass(frozen=True, eq=False)
+class SuctionGripper(Gripper):
+    """A suction cup, its lip at the tool frame, which holds an object by a face of it.
+
+    Its width is a way to speak of it as of fingers: what it holds is 0 wide, and it draws while it is told to be
+    narrower than that. The actuator is MuJoCo's adhesion; its command is 1 to draw, else 0.
+
+    Attributes:
+        joints: of the spring on which the cup gives way when it is pressed on an object.
+        pads: the geom of the lip.
+        opening_m: width for not drawing.
+        finger_depth_m: half the cup along y, clearance included.
+        finger_half_width_m: half the cup along x, clearance included.
+        press_m: how far the hand goes on after the lip has met an object.
+    """
+
+    press_m: float = 0.003
+
+    def command(self, width: float) -> float:
+        """See `Gripper.command`."""
+        return float(width < 0)
+
+    def width(self, command: float) -> float:
+        """See `Gripper.width`."""
+        return -self.squeeze_m if self.holds(command) else self.opening_m
+
+    def positions(self, width: float) -> np.ndarray:
+        """See `Gripper.positions`."""
+        return np.zeros(len(self.joints))
+
+    def holds(self, command: float) -> bool:
+        """See `Gripper.holds`."""
+        return command > 0
+
+
+def _between(known: np.ndarray, values: np.ndarray, at: float) -> float:
+    """Return a value between those known at ascending points, and beyond them along the nearest straight piece."""
+    i = int(np.clip(np.searchsorted(known, at) - 1, 0, len(known) - 2))
+    share = (at - known[i]) / (known[i + 1] - known[i])
+    return float(values[i] + share * (values[i + 1] - values[i]))

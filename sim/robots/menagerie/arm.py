@@ -1,0 +1,160 @@
+"""An arm of Menagerie: constants of one file, and the hand that is derived from its MJCF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, partial
+
+import mujoco
+import numpy as np
+
+from sim.errors import RobotError
+from sim.robots.adapted import PREFIX, adapted
+from sim.robots.derived import derived_gripper
+from sim.robots.gripper import Gripper
+from sim.robots.menagerie.download import ALTERNATIVE, fetch, hindrance
+from sim.robots.robot import Robot, check_parts
+
+Triple = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+HAND = "hand_"
+"""Prefix of the names of a hand that is mounted."""
+
+
+@dataclass(frozen=True)
+class Mounted:
+    """A hand of another MJCF on an arm.
+
+    Attributes:
+        description: module of robot_descriptions.
+        root: its first body.
+        flange: body of the arm that carries it.
+        pos: of its frame in the flange's, m.
+        quat: orientation of its frame, z out of the arm.
+    """
+
+    description: str
+    root: str
+    flange: str
+    pos: Triple
+    quat: Quaternion
+
+
+@dataclass(frozen=True)
+class MenagerieArm:
+    """Constants of an arm and its hand; names are those of the MJCF, a mounted hand's with `HAND` before them.
+
+    Attributes:
+        name: of the robot here.
+        title: what it is, in words.
+        description: module of robot_descriptions.
+        base: its first body, which is put to the origin.
+        joints: of the arm, n in number.
+        velocity: (n,) limits, rad/s.
+        torque: (n,) limits, N m.
+        home: (n,) rad.
+        tool: body in whose frame the tool is, z out of the hand, y along the line on which the fingers close.
+        tool_m: how far along its z, m.
+        actuator: of the hand.
+        opening_m: greatest width.
+        force_n: of each pad.
+        payload_kg: greatest mass that it may carry.
+        nearest_m: least distance of the tool from the axis of the base.
+        hand: that is mounted; None for one with a hand of its own.
+    """
+
+    name: str
+    title: str
+    description: str
+    base: str
+    joints: tuple[str, ...]
+    velocity: tuple[float, ...]
+    torque: tuple[float, ...]
+    home: tuple[float, ...]
+    tool: str
+    tool_m: float
+    actuator: str
+    opening_m: float
+    force_n: float
+    payload_kg: float
+    nearest_m: float
+    hand: Mounted | None = None
+
+
+UNKNOWN = Gripper("", (), ("", ""), 0, 0, 0, 0, 0, 0, 0, 0)
+"""Stands for a gripper that is not yet derived."""
+
+
+def menagerie_robot(arm: MenagerieArm) -> Robot:
+    """Return the robot, whose gripper is known once its MJCF is fetched (`Robot.completed`)."""
+    return Robot(
+        name=arm.name,
+        title=arm.title,
+        mjcf=partial(_spec, arm),
+        hindrance=hindrance,
+        base=PREFIX + arm.base,
+        joints=tuple(PREFIX + joint for joint in arm.joints),
+        velocity_limits=np.array(arm.velocity),
+        torque_limits=np.array(arm.torque),
+        home=np.array(arm.home),
+        tool=PREFIX + TOOL,
+        gripper=UNKNOWN,
+        find_gripper=partial(_gripper, arm),
+        nearest_m=arm.nearest_m,
+        payload_kg=arm.payload_kg,
+    )
+
+
+TOOL = "tool"
+"""Name of the site that is added."""
+
+
+def _spec(arm: MenagerieArm, meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return the adapted robot; it has its own meshes, whatever is asked for."""
+    return _prepared(arm)[0].copy()
+
+
+def _gripper(arm: MenagerieArm) -> Gripper:
+    return _prepared(arm)[1]
+
+
+@cache
+def _prepared(arm: MenagerieArm) -> tuple[mujoco.MjSpec, Gripper]:
+    """Return the adapted robot, and its gripper as derived from it.
+
+    Raises:
+        RobotError: it cannot be fetched, or is not the robot that is expected.
+    """
+    path = fetch(arm.description, arm.name)
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        check_parts(spec, body=(arm.base,), joint=arm.joints)
+        spec.body(arm.base).pos = [0, 0, 0]
+        if arm.hand is not None:
+            _mount(spec, arm.hand, arm.name)
+        check_parts(spec, body=(arm.tool,), actuator=(arm.actuator,))
+        spec.body(arm.tool).add_site(name=TOOL, pos=[0, 0, arm.tool_m])
+        whole = adapted(spec, arm.joints, np.array(arm.torque))
+        gripper = derived_gripper(
+            whole,
+            {PREFIX + joint: value for joint, value in zip(arm.joints, arm.home, strict=True)},
+            tool=PREFIX + TOOL,
+            actuator=PREFIX + arm.actuator,
+            opening_m=arm.opening_m,
+            force_n=arm.force_n,
+        )
+    except (ValueError, RobotError) as error:
+        raise RobotError(f"{path}: the robot `{arm.name}` is not as expected: {error}; {ALTERNATIVE}") from None
+    return whole, gripper
+
+
+def _mount(spec: mujoco.MjSpec, hand: Mounted, robot: str) -> None:
+    """Put a hand on an arm."""
+    source = mujoco.MjSpec.from_file(str(fetch(hand.description, robot)))
+    check_parts(source, body=(hand.root,))
+    check_parts(spec, body=(hand.flange,))
+    for option in (name for name in dir(spec.option) if not name.startswith("_")):
+        setattr(source.option, option, getattr(spec.option, option))
+    frame = spec.body(hand.flange).add_frame(pos=hand.pos, quat=hand.quat)
+    frame.attach_body(source.body(hand.root), HAND, "")

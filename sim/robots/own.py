@@ -1,0 +1,127 @@
+"""Robots of one's own: a table in a scenario, and an MJCF beside it."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from prefplan.errors import choices
+from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup
+from sim.errors import RobotError, SimulationError
+from sim.robots.adapted import PREFIX, adapted, base_of
+from sim.robots.derived import derived_gripper, suction_gripper
+from sim.robots.gripper import Gripper
+from sim.robots.robot import Robot, check_parts
+
+DOWN_COSINE = 0.98
+"""Least cosine of the angle between the tool's z axis at home and straight down."""
+
+
+def own_robot(setup: RobotSetup) -> Robot:
+    """Return the robot that a scenario describes.
+
+    Raises:
+        SimulationError: the MJCF cannot be read, or does not have what the table says; the message begins with the key.
+    """
+    spec, gripper = _prepared(setup, _changed(setup))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    names = tuple(PREFIX + joint for joint in setup.joints)
+    for name, value in zip(names, setup.home, strict=True):
+        low, high = model.joint(name).range
+        if not low <= value <= high:
+            raise SimulationError(
+                f"robot.home: {value:g} is not from {low:g} to {high:g}, the range of {_plain(name)!r}"
+            )
+        data.joint(name).qpos[0] = value
+    mujoco.mj_kinematics(model, data)
+    tool = data.site(PREFIX + str(setup.tool))
+    if -tool.xmat[8] < DOWN_COSINE:
+        raise SimulationError(f"robot.home: the z axis of the site {setup.tool!r} does not point down there")
+    return Robot(
+        name=setup.name if setup.name != RobotSetup().name else Path(str(setup.mjcf)).stem,
+        title=f"of {setup.mjcf}",
+        mjcf=partial(_spec, setup),
+        base=base_of(spec),
+        joints=names,
+        velocity_limits=np.array(setup.velocity),
+        torque_limits=np.array(setup.torque),
+        acceleration_limits=np.array(setup.acceleration) if setup.acceleration else np.inf,
+        home=np.array(setup.home),
+        tool=PREFIX + str(setup.tool),
+        gripper=gripper,
+    )
+
+
+def _spec(setup: RobotSetup, meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return the adapted robot; it has its own meshes, whatever is asked for."""
+    return _prepared(setup, _changed(setup))[0].copy()
+
+
+def _changed(setup: RobotSetup) -> int:
+    """Return when the MJCF was last written, ns."""
+    path = setup.folder / str(setup.mjcf)
+    if not path.is_file():
+        raise SimulationError(f"robot.mjcf: {path}: no such file")
+    return path.stat().st_mtime_ns
+
+
+@cache
+def _prepared(setup: RobotSetup, changed: int) -> tuple[mujoco.MjSpec, Gripper]:
+    """Return the adapted robot, and its gripper as derived from it; `changed` tells versions of the file apart."""
+    path = setup.folder / str(setup.mjcf)
+    try:
+        source = mujoco.MjSpec.from_file(str(path))
+        source.compile()
+    except (ValueError, OSError) as error:
+        raise SimulationError(f"robot.mjcf: {path}: {' '.join(str(error).split())}") from None
+    assert setup.gripper is not None and setup.tool is not None
+    for key, kind, names in (
+        ("joints", "joint", setup.joints),
+        ("tool", "site", (setup.tool,)),
+        ("gripper.actuator", "actuator", (setup.gripper.actuator,)),
+    ):
+        _check_named(source, key, kind, names)
+    driven = source.actuator(setup.gripper.actuator).target
+    if driven in setup.joints:
+        raise SimulationError(
+            f"robot.gripper.actuator: {setup.gripper.actuator!r} drives {driven!r}, a joint of the arm"
+        )
+    try:
+        spec = adapted(source, setup.joints, np.array(setup.torque))
+        arm = {PREFIX + name: value for name, value in zip(setup.joints, setup.home, strict=True)}
+        check_parts(spec, site=(PREFIX + setup.tool,), actuator=(PREFIX + setup.gripper.actuator,))
+        return spec, _gripper(spec, arm, setup.tool, setup.gripper)
+    except RobotError as error:
+        raise SimulationError(f"robot: {path}: {_plain(str(error))}") from None
+
+
+def _gripper(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, gripper: GripperSetup) -> Gripper:
+    tool, actuator = PREFIX + tool, PREFIX + gripper.actuator
+    if gripper.kind == "suction":
+        return suction_gripper(spec, arm, tool=tool, actuator=actuator, force_n=gripper.force)
+    assert gripper.open is not None
+    return derived_gripper(
+        spec,
+        arm,
+        tool=tool,
+        actuator=actuator,
+        opening_m=gripper.open,
+        closed_m=gripper.closed,
+        force_n=gripper.force,
+    )
+
+
+def _check_named(spec: mujoco.MjSpec, key: str, kind: str, names: tuple[str, ...]) -> None:
+    """Raise SimulationError unless the MJCF has all named parts of a kind."""
+    known = [part.name for part in getattr(spec, f"{kind}s") if part.name]
+    for name in names:
+        if name not in known:
+            raise SimulationError(f"robot.{key}: no {kind} {name!r} in the MJCF {choices(name, known)}")
+
+
+def _plain(text: str) -> str:
+    return text.replace(PREFIX, "")

@@ -1,0 +1,95 @@
+"""The Panda with a suction cup on its hand in the place of the fingers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import trimesh
+
+from sim.geometry.mjcf import HIDDEN, draw_solid
+from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, SuctionGripper
+from sim.robots.panda import PANDA, panda_spec
+
+CUP_DIAMETER_M, VACUUM_PA = 0.024, 60e3
+"""Of the cup's lip, and how far below the air's pressure the air in it is: usual for an ejector."""
+
+FORCE_N = VACUUM_PA * np.pi * CUP_DIAMETER_M**2 / 4
+"""With which the cup is drawn to an object, 27 N."""
+
+LIP_HALF_M = CUP_DIAMETER_M * np.sqrt(np.pi) / 4
+"""Half the side of the square that stands for the lip, of the same area: MuJoCo finds all its corners' contacts."""
+
+TRAVEL_M, STIFFNESS_N_M, PRELOAD_M = 0.008, 500.0, 0.004
+"""How far the cup gives way on its spring, the spring's stiffness, and how far it is compressed at rest."""
+
+CUP_MASS_KG, CUP_INERTIA_KG_M2 = 0.03, 5e-6
+"""Of the cup and the spring's moving part."""
+
+HAND_BOTTOM_M = 0.0661
+"""From the hand's frame to its lower side, where the fingers' rail is."""
+
+
+def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return the robot; arguments and errors as of `panda_spec`."""
+    spec = panda_spec(meshes=meshes)
+    for element in (*spec.equalities, *spec.tendons, spec.actuator(PANDA.gripper.actuator)):
+        spec.delete(element)
+    for name in ("left_finger", "right_finger"):
+        spec.delete(spec.body(name))
+    hand, tool = spec.body("hand"), spec.site(PANDA.tool).pos
+    cup = hand.add_body(name="suction_cup", pos=tool, gravcomp=1)
+    cup.mass, cup.inertia, cup.explicitinertial = CUP_MASS_KG, np.full(3, CUP_INERTIA_KG_M2), True
+    spring = cup.add_joint(name="suction_cup", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], range=[-TRAVEL_M, 0.0])
+    spring.stiffness[0], spring.springref, spring.damping[0], spring.armature = STIFFNESS_N_M, PRELOAD_M, 5.0, 0.0
+    spring.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    lip = cup.add_geom(
+        name="suction_cup", type=mujoco.mjtGeom.mjGEOM_BOX, size=[LIP_HALF_M, LIP_HALF_M, 0.005], pos=[0, 0, -0.005]
+    )
+    lip.contype, lip.conaffinity, lip.group = 2, 1, HIDDEN
+    lip.friction, lip.condim, lip.priority = [1.0, 0.02, 0.0005], 4, 1
+    lip.solref, lip.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
+    _draw(spec, hand, cup, float(tool[2]))
+    motor = spec.add_actuator(name=SUCTION.actuator, target="suction_cup", trntype=mujoco.mjtTrn.mjTRN_BODY)
+    motor.set_to_adhesion(FORCE_N)
+    motor.ctrllimited, motor.ctrlrange = mujoco.mjtLimited.mjLIMITED_TRUE, [0.0, 1.0]
+    return spec
+
+
+def _draw(spec: mujoco.MjSpec, hand: mujoco.MjsBody, cup: mujoco.MjsBody, length: float) -> None:
+    """Draw the tube that comes out of the hand, and the cup with its bellows."""
+    spec.add_material(name="cup_rubber", rgba=[0.10, 0.16, 0.30, 1], specular=0.2, shininess=0.2)
+    spec.add_material(name="cup_metal", rgba=[0.55, 0.56, 0.58, 1], specular=0.7, shininess=0.6)
+    drop = length - HAND_BOTTOM_M
+    tube = trimesh.creation.cylinder(radius=0.006, height=0.6 * drop)
+    draw_solid(spec, hand, "cup_tube", tube, "cup_metal", z=HAND_BOTTOM_M + 0.3 * drop)
+    rim = CUP_DIAMETER_M / 2
+    outline = [(0, -0.62 * drop), (0.006, -0.62 * drop), (0.010, -0.5 * drop), (0.0075, -0.38 * drop)]
+    outline += [(0.010, -0.26 * drop), (0.0075, -0.16 * drop), (rim, 0.0), (0, 0.0)]
+    draw_solid(spec, cup, "cup_bellows", trimesh.creation.revolve(np.array(outline)), "cup_rubber")
+    for name in ("cup_tube", "cup_bellows"):
+        spec.geom(name).rgba = [0.5, 0.5, 0.5, 1]  # MuJoCo's own, for which the material's counts
+
+
+SUCTION = SuctionGripper(
+    actuator="gripper",
+    joints=("suction_cup",),
+    pads=("suction_cup",),
+    opening_m=SUCTION_OPENING_M,
+    squeeze_m=SUCTION_SQUEEZE_M,
+    # A fifth of its force.
+    firm_force_n=5.0,
+    # Of the lip, with 2 mm of clearance.
+    finger_depth_m=0.014,
+    finger_half_width_m=0.014,
+    fingertip_m=0.0,
+    # From the lip to the hand, with 2 mm of clearance.
+    palm_height_m=0.035,
+    palm_half_width_m=0.034,
+)
+
+PANDA_SUCTION = replace(
+    PANDA, name="panda_suction", title="the same arm with a suction cup", mjcf=suction_spec, gripper=SUCTION
+)
+"""Its payload is that of the arm; the cup holds more than a kilogram with a safety factor of two."""

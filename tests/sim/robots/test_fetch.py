@@ -1,0 +1,83 @@
+"""Fetch's arm and gripper, as gymnasium-robotics describes them."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from skill_runs import assert_good
+
+from prefplan.models.manipulation.model import ManipulationModel
+from sim.errors import RobotError
+from sim.execution.executor import execute
+from sim.robots.fetch import FETCH, TABLE_HEIGHT_M, fetch_spec, hindrance
+from sim.world.scene import build_scene
+
+pytestmark = pytest.mark.skipif(hindrance() is not None, reason="its meshes are not installed")
+
+
+@pytest.fixture(scope="module")
+def fetch() -> mujoco.MjModel:
+    spec = FETCH.spec()
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    return spec.compile()
+
+
+@pytest.fixture
+def at_home(fetch: mujoco.MjModel) -> mujoco.MjData:
+    data = mujoco.MjData(fetch)
+    FETCH.put(data, FETCH.home, width=FETCH.gripper.opening_m)
+    mujoco.mj_forward(fetch, data)
+    return data
+
+
+def test_only_the_arm_and_the_fingers_move_and_all_joints_have_ends(fetch: mujoco.MjModel) -> None:
+    moving = {fetch.joint(i).name for i in range(fetch.njnt)}
+    assert moving == {*FETCH.joints, *FETCH.gripper.joints}
+    assert np.all(np.ptp(FETCH.ranges(fetch), axis=1) > 1)
+
+
+def test_stretched_out_it_reaches_as_far_as_its_links_are_long(fetch: mujoco.MjModel, at_home: mujoco.MjData) -> None:
+    """Fetch Robotics' URDF: origins of the joints, from the shoulder's axis to the gripper."""
+    along = 0.117 + 0.219 + 0.133 + 0.197 + 0.1245 + 0.1385 + 0.16645
+    FETCH.put(at_home, np.zeros(7), width=0.0)
+    mujoco.mj_kinematics(fetch, at_home)
+    wrist = at_home.body("robot0:gripper_link").xpos - FETCH.position
+    assert wrist[:2] == pytest.approx([along, 0], abs=1e-3)
+    assert wrist[2] == pytest.approx(0.377425 + 0.3861 + 0.34858 + 0.06 - TABLE_HEIGHT_M, abs=1e-3)
+
+
+def test_the_tool_points_down_between_the_pads_and_the_fingers_close_along_its_y(at_home: mujoco.MjData) -> None:
+    left, right = (at_home.geom(pad).xpos for pad in FETCH.gripper.pads)
+    axes, position = at_home.site(FETCH.tool).xmat.reshape(3, 3), at_home.site(FETCH.tool).xpos
+    assert ((left + right) / 2)[:2] == pytest.approx(position[:2], abs=1e-6)
+    assert axes[:, 2] == pytest.approx([0, 0, -1], abs=1e-6)
+    across = left - right
+    assert abs(across @ axes[:, 1]) == pytest.approx(np.linalg.norm(across))
+
+
+def test_the_arm_holds_its_pose_and_the_fingers_close_to_the_commanded_width(
+    fetch: mujoco.MjModel, at_home: mujoco.MjData
+) -> None:
+    assert at_home.ncon == 0, "no part of the robot should touch another"
+    at_home.actuator(FETCH.gripper.actuator).ctrl[0] = 0.03
+    mujoco.mj_step(fetch, at_home, 1000)
+    assert at_home.qpos[FETCH.qpos(fetch)] == pytest.approx(FETCH.home, abs=1e-3)
+    left, right = (at_home.joint(name).qpos[0] for name in FETCH.gripper.joints)
+    assert left == pytest.approx(right, abs=5e-4)
+    assert left + right == pytest.approx(0.03, abs=1e-3)
+    gap = np.linalg.norm(np.subtract(*(at_home.geom(pad).xpos for pad in FETCH.gripper.pads)))
+    assert gap - 2 * at_home.model.geom(FETCH.gripper.pads[0]).size[1] == pytest.approx(0.03, abs=1e-3)
+
+
+def test_the_same_skills_work(arch_model: ManipulationModel) -> None:
+    actions = ["transit top", "grasp pink", "transport pink bin1", "release pink bin1"]
+    rollout = execute(build_scene(arch_model, robot="fetch"), actions, seed=1)
+    assert_good(rollout)
+    assert rollout.placement_error < 0.002
+
+
+def test_without_its_meshes_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sim.robots.fetch.asset_folder", lambda name: None)
+    with pytest.raises(RobotError, match="pip install gymnasium-robotics; the robot `panda` can"):
+        fetch_spec()

@@ -1,0 +1,115 @@
+"""Robots of one's own: a table in a scenario, and an MJCF beside it."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from scenario_texts import cup_scenario
+from skill_runs import contacts
+
+from prefplan.claims import Claims
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.surroundings import RobotSetup
+from prefplan.scenario.decode import load
+from sim.errors import SimulationError
+from sim.evidence.log import log_of
+from sim.evidence.replay import RecordedWorld
+from sim.execution.executor import execute
+from sim.robots.adapted import PREFIX, adapted
+from sim.robots.catalogue import robot_for
+from sim.robots.derived import derived_gripper
+from sim.robots.panda import MJCF, PANDA
+from sim.world.scene import build_scene
+
+TABLE = """[model.robot]
+mjcf = "crane.xml"
+joints = ["turn", "lift"]
+tool = "tip"
+gripper = { kind = "parallel", actuator = "fingers", open = 0.075, closed = 0.0, force = 20 }
+home = [0.0, 0.4]
+velocity = [2.0, 1.0]
+torque = [200, 400]
+[model.locations]"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("own")
+    shutil.copy(Path(__file__).parent / "crane.xml", folder)
+    text = cup_scenario(places={"desk": "{ at = [0.5, 0.0] }", "tray": "{ at = [0.3, 0.4] }"})
+    path = folder / "crane.toml"
+    path.write_text(text.replace("[model.locations]", TABLE))
+    return path
+
+
+@pytest.fixture(scope="module")
+def setup(file: Path) -> RobotSetup:
+    model = load(file).model
+    assert isinstance(model, ManipulationModel)
+    return model.robot_setup
+
+
+def test_it_carries_out_a_plan(file: Path) -> None:
+    model = load(file).model
+    assert isinstance(model, ManipulationModel)
+    scene = build_scene(model)
+    assert scene.robot.name == "crane"
+    assert scene.mujoco.geom("cup").rgba[0] != 0.8, "its defaults must not apply to the scene"
+    rollout = execute(scene, ["transit desk", "grasp cup", "transport cup tray", "release cup tray"])
+    assert rollout.completed, rollout.reason
+    assert contacts(rollout.events) == []
+    claims = Claims(completed=True, cost=0, task_costs={}, violation_costs={}, preference=0)
+    log = log_of(scene, rollout, claims, scenario="crane", text=file.read_text())
+    assert RecordedWorld(log).robot.name == "crane", "the log tells where the MJCF is"
+    assert rollout.placement_error < 0.003
+
+
+def test_the_width_between_the_fingers_follows_the_gear(setup: RobotSetup) -> None:
+    gripper = robot_for(setup).gripper
+    assert gripper.command(0.038) == pytest.approx(0.038 * 100 / 0.03, rel=0.01)
+    assert gripper.width(gripper.command(0.05)) == pytest.approx(0.05)
+    assert gripper.positions(0.05) == pytest.approx([0.025, 0.025], abs=1e-4)
+
+
+def test_what_is_derived_of_the_pandas_hand_is_what_is_known_of_it() -> None:
+    spec = adapted(mujoco.MjSpec.from_file(str(MJCF)), PANDA.joints, PANDA.torque_limits)
+    arm = {PREFIX + name: float(value) for name, value in zip(PANDA.joints, PANDA.home, strict=True)}
+    names = {"tool": PREFIX + PANDA.tool, "actuator": PREFIX + PANDA.gripper.actuator}
+    found, known = derived_gripper(spec, arm, opening_m=0.08, force_n=15, **names), PANDA.gripper
+    assert found.pads == tuple(PREFIX + pad for pad in known.pads)
+    for size in ("finger_depth_m", "finger_half_width_m", "fingertip_m", "palm_height_m", "palm_half_width_m"):
+        assert getattr(found, size) == pytest.approx(getattr(known, size), abs=0.006), size
+    assert found.squeeze_m == pytest.approx(known.squeeze_m, abs=1e-3)
+    assert found.command(0.03) == pytest.approx(0.03, abs=1e-4)
+
+
+def test_the_motor_has_the_force_that_the_table_says(setup: RobotSetup) -> None:
+    spec = robot_for(setup).spec()
+    # The gear turns a width of 1 m into a length of 100.
+    assert np.abs(spec.actuator(PREFIX + "fingers").forcerange) == pytest.approx([0.2, 0.2], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"mjcf": "none.xml"}, "robot.mjcf: .*none.xml: no such file"),
+        ({"joints": ("turn", "lfit")}, r"robot.joints: no joint 'lfit' in the MJCF \(did you mean 'lift'\?\)"),
+        ({"joints": ("lift", "turn")}, "the joint 'turn' is not behind 'lift'"),
+        ({"tool": "top"}, r"robot.tool: no site 'top' in the MJCF \(did you mean 'tip'\?\)"),
+        ({"home": (0.0, 0.7)}, "robot.home: 0.7 is not from 0 to 0.6, the range of 'lift'"),
+        ({"open": 0.2}, "the fingers open from 0 to 0.2 m by the table, but here -?0.000 to 0.076 m"),
+        ({"kind": "suction"}, "the actuator 'fingers' is no adhesion actuator"),
+        ({"actuator": "motor"}, "robot.gripper.actuator: 'motor' drives 'turn', a joint of the arm"),
+    ],
+)
+def test_what_does_not_fit_the_mjcf_is_told(setup: RobotSetup, change: dict[str, object], words: str) -> None:
+    assert setup.gripper is not None
+    hand = {key: value for key, value in change.items() if hasattr(setup.gripper, key)}
+    rest = {key: value for key, value in change.items() if key not in hand}
+    with pytest.raises(SimulationError, match=words):
+        robot_for(replace(setup, gripper=replace(setup.gripper, **hand), **rest))

@@ -1,0 +1,67 @@
+"""The Panda with a suction cup."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from skill_runs import assert_good
+
+from prefplan.models.manipulation.model import ManipulationModel, Object
+from sim.errors import SimulationError
+from sim.execution.executor import execute
+from sim.robots.panda_suction import FORCE_N, PANDA_SUCTION, SUCTION
+from sim.simulation.rollout import Rollout
+from sim.world.grasps import grasps
+from sim.world.scene import build_scene
+from sim.world.shapes import shape_of
+
+
+@pytest.fixture(scope="module")
+def rollout(arch_model: ManipulationModel) -> Rollout:
+    actions = ["transit top", "grasp pink", "transport pink bin1", "release pink bin1"]
+    return execute(build_scene(arch_model, robot="panda_suction", meshes=False), actions, seed=1)
+
+
+def test_it_takes_an_object_by_its_top_and_puts_it_down(rollout: Rollout) -> None:
+    assert_good(rollout)
+    assert rollout.placement_error < 0.002
+
+
+def test_the_cup_draws_only_while_it_holds(rollout: Rollout) -> None:
+    drawing = rollout.controls[:, -1] > 0
+    grasp, release = rollout.steps[1], rollout.steps[3]
+    steps = np.arange(len(drawing)) * 0.002
+    assert drawing[(steps > grasp.end) & (steps < release.start)].all()
+    assert not drawing[steps < grasp.start].any() and not drawing[steps > release.end].any()
+    held = (rollout.times > grasp.end) & (rollout.times < release.start)
+    assert rollout.pad_forces[held] == pytest.approx(FORCE_N, rel=0.2)
+
+
+def test_its_pull_is_no_torque_of_the_arm(rollout: Rollout) -> None:
+    """Where it is switched on or off the arm's torques go on smoothly."""
+    assert rollout.torque_rates.max() < 0.7 * PANDA_SUCTION.torque_rate_limits.min()
+
+
+def test_the_cup_gives_way_and_springs_back() -> None:
+    spec = PANDA_SUCTION.spec(meshes=False)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    PANDA_SUCTION.put(data, PANDA_SUCTION.home, width=SUCTION.opening_m)
+    data.xfrc_applied[model.body("suction_cup").id, 2] = 3.5
+    mujoco.mj_step(model, data, 500)
+    assert -0.005 < data.joint("suction_cup").qpos[0] < -0.002
+    data.xfrc_applied[:] = 0
+    mujoco.mj_step(model, data, 500)
+    assert data.joint("suction_cup").qpos[0] > -1e-4
+
+
+def test_only_flat_faces_that_the_cup_fits_on_are_taken() -> None:
+    box = shape_of(Object("box", "desk", kind="box", size=(0.05, 0.04, 0.02)), SUCTION)
+    normals = {tuple(-np.round(grasp.rotation[:, 2]).astype(int)) for grasp in grasps(box, SUCTION)}
+    assert normals == {(0, 0, 1), (0, 0, -1)}
+    can = shape_of(Object("can", "desk", kind="cylinder", size=(0.05, 0.12)), SUCTION)
+    assert {abs(round(float(grasp.rotation[2, 2]))) for grasp in grasps(can, SUCTION)} == {1}
+    with pytest.raises(SimulationError, match="0.02 m wide, but the hand takes what is 0.028 to 0.12 m wide"):
+        shape_of(Object("rod", "desk", kind="cylinder", size=(0.02, 0.05)), SUCTION)
