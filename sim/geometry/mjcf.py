@@ -10,6 +10,12 @@ VISIBLE, HIDDEN = 2, 3
 """Geom groups: what is drawn, and what only collides."""
 
 
+def solid_geoms(model: mujoco.MjModel, body: str) -> np.ndarray:
+    """Return the indices of a body's geoms that collide."""
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return np.flatnonzero(solid & (model.geom_bodyid == model.body(body).id))
+
+
 def add_solid(spec: mujoco.MjSpec, name: str, solid: trimesh.Trimesh) -> None:
     """Add a mesh that is drawn with the solid's own normals."""
     mesh = spec.add_mesh(name=name, uservert=solid.vertices.ravel(), userface=solid.faces.ravel())

@@ -44,3 +44,8 @@ def overlap(a: Rectangle, b: Rectangle) -> bool:
         if abs(float((b.centre - a.centre) @ axis)) >= reach:
             return False
     return True
+
+
+def contains(outer: Rectangle, inner: Rectangle) -> bool:
+    """Return whether one rectangle lies within another; a common side counts as within."""
+    return bool((np.abs((inner.corners - outer.centre) @ outer.axes.T) <= outer.half + 1e-9).all())

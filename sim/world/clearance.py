@@ -1,37 +1,23 @@
-"""Feasibility of a layout: locations apart, every slot within reach, and no collision of the robot at any of them."""
+"""Feasibility of a layout: locations apart from one another, and each on a surface with space above it."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
-from sim.errors import SimulationError, collecting
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.motion.kinematics import Arm
-from sim.robots.robot import Gripper
-from sim.world.furniture import add_station, yaw_quat
-from sim.world.materials import add_studio
-from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, OBJECT_GAP_M, Slot, Station
-from sim.world.shapes import CUBE_EDGE_M, Extent
-
-CARRYING_HEIGHT_M = 0.08
-"""Least height of the tool over the tops of other objects as it carries one over them."""
-
-CLEARANCE_M = 0.004
-"""Least clearance of the robot at a slot from fixtures and from objects in other slots."""
+from sim.robots.gripper import Gripper
+from sim.world.fixtures import Block, blocks_of, check_carried, check_free, surfaces_of
+from sim.world.furniture import BIN_HEIGHT_M, BIN_WALL_M
+from sim.world.places import FLOOR, OBJECT_GAP_M, Station
+from sim.world.shapes import CUBE_EDGE_M
 
 MAX_START_TURN_RAD = np.radians(5)
 """Objects may start turned by this much."""
-
-LAMP = "lamp head"
-"""Body that stands for the head of a lamp wherever it might be put."""
-
-Slots = Mapping[str, tuple[Slot, ...]]
 
 
 def collisions(stations: Sequence[Station]) -> dict[frozenset[str], str]:
@@ -42,13 +28,35 @@ def collisions(stations: Sequence[Station]) -> dict[frozenset[str], str]:
             f"{other.name!r}, so close that they would touch: at least {_least_distance(station, other):.3f} m"
         )
         for other, station in itertools.combinations(stations, 2)
-        if overlap(_covered(station), _covered(other))
+        if overlap(covered(station), covered(other)) and _level(station, other)
     }
+
+
+def _level(station: Station, other: Station) -> bool:
+    """Return whether what lies at two stations is partly equally high, rather than one above the other."""
+    low, high = sorted((station, other), key=lambda at: at.height)
+    return high.height < low.height + _top(low)
+
+
+def _top(station: Station) -> float:
+    """Return how high the objects and walls at a station reach over what carries it, m."""
+    return max(FLOOR[station.kind] + station.size.high, BIN_HEIGHT_M if station.kind == "bin" else 0.0)
+
+
+def check_surroundings(station: Station, model: ManipulationModel) -> None:
+    """Raise `SimulationError` unless a station lies on the table or on a fixture, with room for its objects.
+
+    What carries it in a user's own scene has been looked for already.
+    """
+    outline = station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0)
+    if model.scene is None:
+        check_carried(station.name, outline, station.height, surfaces_of(model.fixtures))
+    check_free(station.name, outline, station.height, station.height + _top(station), blocks_of(model.fixtures))
 
 
 def _least_distance(station: Station, other: Station) -> float:
     """Return how far apart two stations must be in the direction in which they lie, m, to the millimetre."""
-    moved, fixed = _covered(station), _covered(other)
+    moved, fixed = covered(station), covered(other)
     apart = station.outline.centre - other.outline.centre
     distance = float(np.hypot(*apart))
     direction = apart / distance if distance else np.array([1.0, 0.0])
@@ -57,191 +65,33 @@ def _least_distance(station: Station, other: Station) -> float:
     return distance
 
 
-def _configuration(arm: Arm, slot: Slot, *, grasping: float, carrying: float) -> np.ndarray:
-    """Return a configuration in which the hand takes the lowest object in a slot.
+def blocked(
+    station: Station, others: Sequence[Station], walls: Sequence[Block], gripper: Gripper, *, alone: bool = False
+) -> bool:
+    """Return whether the fingers at a station would collide with a fixture or another station, or the reverse.
 
-    Args:
-        arm: of the robot.
-        slot: on the table or on objects.
-        grasping: height of the tool then, m.
-        carrying: height of the tool as it passes over the stack there, m.
-
-    Raises:
-        SimulationError: a slot is out of the hand's reach from above.
+    What the fingers at other stations would do is left out for one station alone.
     """
-    robot = arm.robot
-    distance = float(np.hypot(*slot.position[:2]))
-    where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
-    if distance < robot.nearest_m:
-        raise SimulationError(f"{where}, too near: at least {robot.nearest_m:.2f} m")
-    if abs(np.arctan2(slot.position[1], slot.position[0])) > robot.max_bearing_rad:
-        raise SimulationError(f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way")
-    q = reach(arm, slot, grasping)
-    if q is None or reach(arm, slot, carrying) is None:
-        stack = "" if q is None else f" when it passes over a stack {carrying - CARRYING_HEIGHT_M:.2f} m high"
-        farthest = _farthest(arm, slot, (grasping, carrying))
-        enough = f": at most {farthest:.2f} m in this direction" if farthest else ""
-        raise SimulationError(f"{where}, beyond its reach{stack}{enough}")
-    return q
-
-
-def _farthest(arm: Arm, slot: Slot, heights: tuple[float, ...]) -> float:
-    """Return how far from its base the robot reaches in the direction of a slot, m, to the centimetre; 0 if nowhere."""
-    distance = float(np.hypot(*slot.position[:2]))
-    direction = slot.position * [1, 1, 0] / distance
-
-    def within(centimetres: int) -> bool:
-        """Return whether it reaches so far."""
-        nearer = replace(slot, position=direction * centimetres / 100)
-        return all(reach(arm, nearer, height) is not None for height in heights)
-
-    low, high = int(np.ceil(arm.robot.nearest_m * 100)), int(np.ceil(distance * 100))
-    if not within(low):
-        return 0.0
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if within(middle) else (low, middle)
-    return low / 100
-
-
-def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
-    """Return a configuration with the tool at a height over a slot, m, on its closing line; None if there is none."""
-    try:
-        return arm.reach(np.array([*slot.position[:2], height]), [slot.yaw, slot.yaw + np.pi])[0]
-    except SimulationError:
-        return None
-
-
-class RobotAtSlots:
-    """The robot at each slot of a layout, among its fixtures and an object in every other slot."""
-
-    def __init__(
-        self,
-        arm: Arm,
-        model: ManipulationModel,
-        stations: Sequence[Station],
-        slots: Slots,
-        sizes: Mapping[str, Extent],
-    ):
-        """Compile the fixtures, the objects and the robot."""
-        self._manipulation, self._robot, self._sizes = model, arm.robot, sizes
-        self._find_configurations(arm, slots)
-        spec = arm.robot.spec()
-        add_studio(spec, target=np.zeros(3), span=1.0)  # for the materials of the fixtures
-        for station in stations:
-            add_station(spec, station)
-        self._locations = {f"{station.name}_base": (station.name, repr(station.name)) for station in stations}
-        for slot in (slot for row in slots.values() for slot in row):
-            name = f"{slot.location} {slot.index}"
-            self._locations[name] = (slot.location, f"an object at {slot.location!r}")
-            size = sizes[slot.location]
-            half = np.array([*size.half, size.high / 2])
-            body = spec.worldbody.add_body(name=name, pos=slot.position + [0, 0, half[2]], quat=yaw_quat(slot.yaw))
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
-        lamp = spec.worldbody.add_body(name=LAMP, mocap=True, pos=[0, 0, -10])
-        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
-        spec.compiler.discardvisual = True
-        self._model = spec.compile()
-        self._model.geom_margin[:] = self._model.body_margin[:] = CLEARANCE_M
-        self._data = mujoco.MjData(self._model)
-
-    def _find_configurations(self, arm: Arm, slots: Slots) -> None:
-        """Find a configuration for every slot within reach, and the faults of the others.
-
-        Storeys for which there are not objects enough stay empty.
-        """
-        self._configurations: list[tuple[str, np.ndarray]] = []
-        self._out_of_reach: list[str] = []
-        for slot in (slot for row in slots.values() for slot in row):
-            storeys, size = _storeys(self._manipulation, slot.location), self._sizes[slot.location]
-            if storeys and storeys >= len(self._manipulation.objects):
-                continue
-            # What lies on several storeys is lowest when the lowest objects carry it.
-            grasping = float(slot.position[2]) - storeys * (size.high - size.low) + size.low / 2
-            with collecting(self._out_of_reach):
-                top = float(slot.position[2]) + size.high
-                q = _configuration(arm, slot, grasping=grasping, carrying=top + CARRYING_HEIGHT_M)
-                self._configurations.append((slot.location, q))
-
-    def faults(self, *, known: Collection[frozenset[str]]) -> list[str]:
-        """Return the faults of slots out of reach, or at which the robot would collide with something elsewhere.
-
-        Args:
-            known: pairs of locations whose collision is told already.
-        """
-        found: dict[tuple[str, str], str] = {}
-        for location, q in self._configurations:
-            for link, other in self._touches(location, q):
-                there, words = self._locations[other]
-                if there == location or self._stacked(location, there) or frozenset((location, there)) in known:
-                    continue
-                told = f"locations.{location}: the robot's {link} would touch {words}; move them apart"
-                found.setdefault((location, words), told)
-        return [*self._out_of_reach, *found.values()]
-
-    def clear_of_lamp(self, head: Rectangle) -> bool:
-        """Return whether the robot keeps clear of a lamp's head at every slot."""
-        self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
-        self._data.mocap_quat[0] = yaw_quat(head.yaw)
-        return not any(other == LAMP for where, q in self._configurations for _, other in self._touches(where, q))
-
-    def _touches(self, location: str, q: np.ndarray) -> list[tuple[str, str]]:
-        """Return names of a body of the robot, its hand open at a location, and of what it is too near to."""
-        model, data = self._model, self._data
-        self._robot.put(data, q, width=self._sizes[location].opening)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        of_robot = self._robot.bodies(model)
-        bodies = model.geom_bodyid[data.contact.geom.reshape(-1, 2)]
-        pairs = [(a, b) if of_robot[a] else (b, a) for a, b in bodies]
-        return [(model.body(link).name, model.body(other).name) for link, other in pairs]
-
-    def _stacked(self, location: str, other: str) -> bool:
-        """Return whether one location lies above the other."""
-        return _rests_on(self._manipulation, location, other) or _rests_on(self._manipulation, other, location)
-
-
-def blocked(station: Station, others: Sequence[Station], gripper: Gripper) -> bool:
-    """Return whether the fingers at a station would collide with another station, or the reverse."""
-    return any(_fingers_meet(station, other, gripper) or _fingers_meet(other, station, gripper) for other in others)
-
-
-def lamp_foot(station: Station, stations: Sequence[Station], slots: Slots, robot: RobotAtSlots) -> np.ndarray:
-    """Return the (2,) foot of a station's lamp: clear of the robot, the farther from the base the better."""
-    centre = station.outline.centre
-    outwards = float(np.arctan2(centre[1], centre[0]))
-    turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])
-    for distance, turn in itertools.product(LAMP_DISTANCES_M, turns):
-        direction = np.array([np.cos(outwards + turn), np.sin(outwards + turn)])
-        reach = max(float((slot.position[:2] - centre) @ direction) for slot in station.slots)
-        foot = centre + direction * (reach + distance)
-        stand = Rectangle(foot, np.full(2, LAMP_HALF_M), outwards + turn)
-        nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in slots.values() for slot in row)
-        if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF_M / 2:
-            continue
-        if any(overlap(stand, _covered(at)) for at in stations):
-            continue
-        if robot.clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
-            return foot
-    raise SimulationError(
-        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES_M[0]:.2f} m away; move other locations off"
-    )
+    level = [other for other in others if _level(station, other)]
+    if any(_fingers_meet(station, other, gripper) for other in level):
+        return True
+    if not alone and any(_fingers_meet(other, station, gripper) for other in level):
+        return True
+    fingers, low = _fingers(station, gripper), station.height + FLOOR[station.kind]
+    return any(block.meets(outline, low, low + station.size.high) for block in walls for outline in fingers)
 
 
 def _fingers_meet(station: Station, other: Station, gripper: Gripper) -> bool:
+    return any(overlap(outline, other.outline) for outline in _fingers(station, gripper))
+
+
+def _fingers(station: Station, gripper: Gripper) -> list[Rectangle]:
+    """Return what the open fingers cover at each slot of a station."""
     half = np.array([station.size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
-    return any(overlap(Rectangle(slot.position[:2], half, slot.yaw), other.outline) for slot in station.slots)
+    return [Rectangle(slot.position[:2], half, slot.yaw) for slot in station.slots]
 
 
-def _covered(station: Station) -> Rectangle:
+def covered(station: Station) -> Rectangle:
+    """Return what the objects at a station may reach over, with half of the gap to others."""
     swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(station.size.half.max()) - CUBE_EDGE_M / 2)
     return station.outline.grown(OBJECT_GAP_M / 2 + swing)
-
-
-def _storeys(model: ManipulationModel, location: str) -> int:
-    return max((1 + _storeys(model, support) for support in model.location(location).on), default=0)
-
-
-def _rests_on(model: ManipulationModel, upper: str, lower: str) -> bool:
-    supports = model.location(upper).on
-    return lower in supports or any(_rests_on(model, support, lower) for support in supports)

@@ -8,10 +8,12 @@ objects lie on has none, so that in these contacts the friction of the object's 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, product
 
 import mujoco
 import numpy as np
+
+from sim.geometry.mjcf import solid_geoms
 
 TABLE_FRICTION = 1.0
 """Sliding friction of an object on the table, and on what stands there."""
@@ -27,12 +29,12 @@ def declare_contacts(
     for body in supports:
         for geom in body.geoms:
             geom.friction[0] = 0.0
-    geoms, pad_geoms = [spec.geom(name) for name in objects], [spec.geom(name) for name in pads]
-    for geom in geoms:
-        for pad in pad_geoms:
-            _declare(spec, geom, pad)
-    for geom, other in combinations(geoms, 2):
-        _declare(spec, geom, other, slide=OBJECT_FRICTION)
+    solids = [[geom for geom in spec.body(name).geoms if geom.contype or geom.conaffinity] for name in objects]
+    for geom, pad in product((geom for parts in solids for geom in parts), pads):
+        _declare(spec, geom, spec.geom(pad))
+    for parts, others in combinations(solids, 2):
+        for geom, other in product(parts, others):
+            _declare(spec, geom, other, slide=OBJECT_FRICTION)
 
 
 def scale_friction(
@@ -47,12 +49,14 @@ def scale_friction(
         table: factor of the table and of what stands there.
     """
     factors = np.ones(model.ngeom)
-    for name, factor in {**objects, **pads}.items():
+    for name, factor in objects.items():
+        factors[solid_geoms(model, name)] = factor
+    for name, factor in pads.items():
         factors[model.geom(name).id] = factor
     model.geom_friction[:, 0] *= factors
     model.pair_friction[:, :2] *= (factors[model.pair_geom1] * factors[model.pair_geom2])[:, None]
     for name in objects:
-        model.geom(name).friction[0] *= table
+        model.geom_friction[solid_geoms(model, name), 0] *= table
 
 
 def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:

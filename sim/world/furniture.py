@@ -11,10 +11,10 @@ import numpy as np
 from sim.geometry.mjcf import HIDDEN, draw_solid
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import dish, rounded, tray
-from sim.world.contacts import TABLE_FRICTION
-from sim.world.materials import Rgba, glow_of
+from sim.robots.robot import Robot
+from sim.world.fixtures import Block
+from sim.world.materials import glow_of
 from sim.world.places import FLOOR, LAMP_HALF_M, Station
-from sim.world.shapes import ObjectShape
 from sim.world.tabletop import TABLE_TOP, Marking, picture, text_size
 
 TABLE_THICKNESS_M = 0.045
@@ -32,6 +32,9 @@ MIN_TABLE_SIDE_M = 0.35
 FOOT_M = 0.22
 """Half the square that the robot's foot needs on the table."""
 
+PEDESTAL, PEDESTAL_HALF_M = "robot pedestal", 0.14
+"""What carries a base above the table, a name that no object can have, and half its width, m."""
+
 BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
 """Thickness of a bin's walls."""
 
@@ -43,6 +46,9 @@ LAMP = Path(__file__).parents[2] / "assets" / "lamp.xml"
 
 NAME_GAP_M = 0.012
 """Distance from a location to its name on the table: a bin's wall stands within it."""
+
+SPOT_MARGIN_M, SPOT_LINE_M = 0.004, 0.0016
+"""From a spot to the line round it, and the width of that line, m."""
 
 EDGE_M = 0.003
 """Radius of edges."""
@@ -56,22 +62,60 @@ def yaw_quat(yaw: float) -> np.ndarray:
     return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
 
 
-def table_for(stations: Sequence[Station]) -> Rectangle:
-    """Return a table that holds the robot's foot and every station, the same to the left as to the right."""
+def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Robot) -> Rectangle:
+    """Return a table that holds stations and fixtures, and the robot's foot unless that is on the floor.
+
+    It reaches as far to the left of the robot as to the right.
+    """
     lamps = [s.lamp + d * LAMP_HALF_M for s in stations if s.lamp is not None for d in (-1, 1)]
-    points = [*(corner for s in stations for corner in s.outline.corners), *lamps]
-    side = max([MIN_TABLE_SIDE_M, *(abs(float(y)) + TABLE_MARGIN_M for _, y in points)])
-    back = min([-FOOT_M, *(float(x) - TABLE_MARGIN_M for x, _ in points)])
-    front = max([FOOT_M, *(float(x) + TABLE_MARGIN_M for x, _ in points)])
-    return Rectangle(np.array([(back + front) / 2, 0.0]), np.array([front - back, 2 * side]) / 2, 0.0)
+    outlines = [*(station.outline for station in stations), *(block.outline for block in fixtures)]
+    points = np.array([*(corner for outline in outlines for corner in outline.corners), *lamps]).reshape(-1, 2)
+    foot = robot.position[:2]
+    low, high = (
+        points.min(axis=0, initial=np.inf) - TABLE_MARGIN_M,
+        points.max(axis=0, initial=-np.inf) + TABLE_MARGIN_M,
+    )
+    if robot.floor_front_m is None:
+        low, high = np.minimum(foot - FOOT_M, low), np.maximum(foot + FOOT_M, high)
+    if not robot.yaw:
+        side = max(MIN_TABLE_SIDE_M, float(foot[1] - low[1]), float(high[1] - foot[1]))
+        low[1], high[1] = foot[1] - side, foot[1] + side
+    return Rectangle((low + high) / 2, (high - low) / 2, 0.0)
 
 
-def markings_of(stations: Sequence[Station]) -> tuple[Marking, ...]:
-    """Return what is printed on the table for each station."""
-    return tuple(_marking(station, [other for other in stations if other is not station]) for station in stations)
+def _plinth_for(table: Rectangle, robot: Robot) -> Rectangle:
+    """Return what carries a table, clear of a robot's base on the floor, over which the table reaches."""
+    low, high = table.centre - table.half + PLINTH_INSET_M, table.centre + table.half - PLINTH_INSET_M
+    if robot.floor_front_m is not None:
+        heading = np.array([np.cos(robot.yaw), np.sin(robot.yaw)])
+        along = int(np.abs(heading).argmax())
+        edge = robot.position[along] + np.sign(heading[along]) * robot.floor_front_m
+        nearer = low if heading[along] > 0 else high
+        nearer[along] = np.clip(edge, low[along], high[along])
+    return Rectangle((low + high) / 2, (high - low) / 2, 0.0)
 
 
-def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking]) -> None:
+def add_pedestal(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Add what carries a robot's base above the table."""
+    height = float(robot.position[2])
+    if height and robot.floor_front_m is None:
+        half = np.array([PEDESTAL_HALF_M, PEDESTAL_HALF_M, height / 2])
+        body = spec.worldbody.add_body(name=PEDESTAL, pos=[*robot.position[:2], height / 2], quat=yaw_quat(robot.yaw))
+        body.add_geom(name=PEDESTAL, type=BOX, size=half, group=HIDDEN)
+        draw_solid(spec, body, f"{PEDESTAL}_block", rounded(half, corner=0.02, edge=EDGE_M), "studio_plinth")
+
+
+def markings_of(stations: Sequence[Station], fixtures: Sequence[Block]) -> tuple[Marking, ...]:
+    """Return what is printed on the table for each station on it."""
+    standing = [block.outline for block in fixtures if not block.low]
+    on_table = [station for station in stations if not station.height]
+    return tuple(
+        _marking(station, [other.outline for other in on_table if other is not station] + standing)
+        for station in on_table
+    )
+
+
+def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking], robot: Robot) -> None:
     """Add the table with its printed top."""
     image = picture(table, markings)
     texture = spec.add_texture(name=TABLE_TOP, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
@@ -88,40 +132,26 @@ def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking]
     mesh = spec.mesh("table_board")
     mesh.usertexcoord = (0.5 + 0.5 * board.vertices[:, :2] / table.half).ravel()
     mesh.userfacetexcoord = board.faces.ravel()
-    base = np.array([*table.half - PLINTH_INSET_M, PLINTH_HEIGHT_M / 2])
-    body.add_geom(type=BOX, size=base, pos=[0, 0, -TABLE_THICKNESS_M - base[2]], material="studio_plinth")
+    plinth = _plinth_for(table, robot)
+    base = np.array([*plinth.half, PLINTH_HEIGHT_M / 2])
+    at = [*plinth.centre - table.centre, -TABLE_THICKNESS_M - base[2]]
+    body.add_geom(type=BOX, size=base, pos=at, material="studio_plinth")
 
 
 def add_station(spec: mujoco.MjSpec, station: Station) -> None:
     """Add what stands at a location, and its lamp: bodies `<location>_base` and `<location>_lamp`."""
     outline = station.outline
-    body = spec.worldbody.add_body(name=f"{station.name}_base", pos=[*outline.centre, 0.0], quat=yaw_quat(outline.yaw))
+    place = [*outline.centre, station.height]
+    body = spec.worldbody.add_body(name=f"{station.name}_base", pos=place, quat=yaw_quat(outline.yaw))
     if station.lamp is not None:
         _add_lamp(spec, station)
-    add = {"bin": _add_bin, "pad": _add_pad, "stove": _add_stove, "plate": _add_plate}.get(station.kind)
-    if add is not None:
-        add(spec, body, station)
+    elif station.marks or station.kind == "stove":
+        _add_glow(spec, body, station)
+    add = {"spot": _add_spot, "bin": _add_bin, "pad": _add_pad, "stove": _add_stove, "plate": _add_plate}[station.kind]
+    add(spec, body, station)
 
 
-def add_object(
-    spec: mujoco.MjSpec, name: str, shape: ObjectShape, position: np.ndarray, yaw: float, rgba: Rgba
-) -> None:
-    """Add an object: a free body, its joint and its colliding geom all bear its name."""
-    body = spec.worldbody.add_body(name=name, pos=position, quat=yaw_quat(yaw))
-    body.add_freejoint(name=name)
-    geom = body.add_geom(name=name, mass=shape.mass, group=HIDDEN)
-    geom.friction, geom.condim = [TABLE_FRICTION, 0.01, 0.0005], 4
-    spec.add_material(name=name, rgba=rgba, specular=0.35, shininess=0.45)
-    corner = EDGE_M
-    geom.type, geom.size = BOX, shape.half
-    if shape.kind == "cylinder":
-        # Rolling friction stops a cylinder that has fallen over.
-        geom.type, geom.size, geom.condim = CYLINDER, [shape.half[0], shape.half[2], 0.0], 6
-        corner = float(shape.half[0])
-    draw_solid(spec, body, f"{name}_body", rounded(shape.half, corner=corner, edge=EDGE_M), name)
-
-
-def _marking(station: Station, others: Sequence[Station]) -> Marking:
+def _marking(station: Station, others: Sequence[Rectangle]) -> Marking:
     """Return a station's outline and name: in front of it if that is free, else to its right, left or behind."""
     corners = station.outline.corners
     low, high, middle = corners.min(axis=0), corners.max(axis=0), station.outline.centre
@@ -135,9 +165,17 @@ def _marking(station: Station, others: Sequence[Station]) -> Marking:
     ]
     # Deeper than the text: what stands right behind it would be hidden, what stands beside it is not.
     half = np.array([height / 2 + NAME_GAP_M, width / 2])
-    free = (side for side in sides if not any(overlap(Rectangle(side, half, 0.0), o.outline) for o in others))
-    outline = station.outline.grown(0.004).corners if station.kind == "spot" else None
+    free = (side for side in sides if not any(overlap(Rectangle(side, half, 0.0), other) for other in others))
+    outline = station.outline.grown(SPOT_MARGIN_M).corners if station.kind == "spot" else None
     return Marking(station.name, next(free, sides[0]), outline)
+
+
+def _add_spot(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
+    """Add an outline where none is printed."""
+    if station.height:
+        half = np.array([*station.outline.half + SPOT_MARGIN_M, SPOT_LINE_M / 4])
+        line = tray(half, wall=SPOT_LINE_M, corner=0.001)
+        draw_solid(spec, body, f"{station.name}_outline", line, "studio_outline")
 
 
 def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
@@ -162,7 +200,7 @@ def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
     body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
     top = rounded(size, corner=0.014, edge=0.001)
     draw_solid(spec, body, f"{station.name}_plate", top, "studio_pad", z=size[2])
-    if station.lamp is not None:
+    if station.marks:
         band = tray(np.array([*size[:2] - 0.014, 0.0014]), wall=0.006, corner=0.006)
         draw_solid(spec, body, f"{station.name}_band", band, f"{station.name}_glow", z=FLOOR["pad"] - 0.0009)
 
@@ -175,17 +213,12 @@ def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
     draw_solid(spec, body, f"{station.name}_frame", frame, "studio_steel", z=size[2] - 0.0005)
     glass = rounded(np.array([*size[:2] - 0.004, 0.001]), corner=0.009, edge=0.0005)
     draw_solid(spec, body, f"{station.name}_glass", glass, "studio_glass", z=2 * size[2] - 0.001)
-    glow = f"{station.name}_glow"
-    spec.add_material(name=glow, rgba=glow_of(station.kind).off, specular=0.4, shininess=0.6)
     for slot in station.slots:
         middle = station.outline.axes @ (slot.position[:2] - station.outline.centre)
         for k, radius in enumerate(np.arange(float(size[0]) - 0.010, 0.012, -0.010)):
             ring = tray(np.array([radius, radius, 0.0012]), wall=0.0055, corner=radius)
             name = f"{station.name}_ring{slot.index}_{k}"
-            draw_solid(spec, body, name, ring, glow, xy=middle, z=FLOOR["stove"] - 0.0008)
-    light = body.add_light(name=glow, pos=[0, 0, 0.22], dir=[0, 0, -1], castshadow=False, active=False)
-    light.type = mujoco.mjtLightType.mjLIGHT_SPOT
-    light.specular, light.cutoff, light.exponent = [0.1] * 3, 40, 12
+            draw_solid(spec, body, name, ring, f"{station.name}_glow", xy=middle, z=FLOOR["stove"] - 0.0008)
 
 
 def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
@@ -199,6 +232,15 @@ def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
         body.add_geom(type=BOX, size=[radius, length - radius, height], pos=[0, 0, height], group=HIDDEN)
     solid = dish(station.outline.half, floor=FLOOR["plate"], rim=FLOOR["plate"] + 0.0025)
     draw_solid(spec, body, f"{station.name}_dish", solid, "studio_porcelain")
+
+
+def _add_glow(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
+    """Add what glows at work where no lamp stands: its material, and a light above."""
+    glow = f"{station.name}_glow"
+    spec.add_material(name=glow, rgba=glow_of(station.kind).off, specular=0.4, shininess=0.6)
+    light = body.add_light(name=glow, pos=[0, 0, 0.22], dir=[0, 0, -1], castshadow=False, active=False)
+    light.type = mujoco.mjtLightType.mjLIGHT_SPOT
+    light.specular, light.cutoff, light.exponent = [0.1] * 3, 40, 12
 
 
 def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:

@@ -9,11 +9,14 @@ import numpy as np
 
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import Location, ManipulationModel
+from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
 from sim.geometry.rectangle import Rectangle
 from sim.motion.kinematics import Arm
-from sim.robots.robot import Gripper, Robot
-from sim.world.clearance import RobotAtSlots, blocked, collisions, lamp_foot, reach
+from sim.robots.gripper import Gripper
+from sim.robots.robot import Robot
+from sim.world.clearance import blocked, check_surroundings, collisions
+from sim.world.fixtures import blocks_of
 from sim.world.places import (
     AT_RADIUS_M,
     BIN_MARGIN_M,
@@ -27,6 +30,7 @@ from sim.world.places import (
     Station,
     TableLayout,
 )
+from sim.world.robot_clearance import RobotAtSlots, lamp_foot, reach
 from sim.world.shapes import CUBE_EDGE_M, Extent, ObjectShape, extent, shape_of
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
@@ -47,19 +51,26 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     shapes: dict[str, ObjectShape] = {}
     for obj in model.objects:
         with collecting(faults):
-            shapes[obj.name] = shape_of(obj, robot.gripper)
+            shapes[obj.name] = shape_of(obj, robot.gripper, model.folder)
     sizes = {place.name: _bounds(model, place, shapes) for place in model.locations}
     grounded = [place for place in model.locations if place.at is not None]
-    arm = Arm(robot)
+    arm, walls = Arm(robot), blocks_of(model.fixtures)
     stations: dict[str, Station] = {}
+    tried: set[str] = set()
     for place in grounded:
         with collecting(faults):
-            stations[place.name] = _station(place, _yaws(place, grounded)[0], robot.gripper, sizes[place.name])
-    for place in (place for place in grounded if place.name in stations):
+            stations[place.name] = _station(place, _yaws(place, grounded, robot)[0], robot.gripper, sizes[place.name])
+    # Again for what is blocked by others whose line was changed after its own was chosen.
+    for place in (place for place in (*grounded, *grounded) if place.name in stations):
         others = [station for name, station in stations.items() if name != place.name]
-        options = [_station(place, yaw, robot.gripper, sizes[place.name]) for yaw in _yaws(place, grounded)]
-        free = (option for option in options if not blocked(option, others, robot.gripper))
+        options = [_station(place, yaw, robot.gripper, sizes[place.name]) for yaw in _yaws(place, grounded, robot)]
+        if place.name in tried and not blocked(stations[place.name], others, walls, robot.gripper):
+            continue
+        free = [option for option in options if not blocked(option, others, walls, robot.gripper)]
+        # In the middle of a crowd the others turn later.
+        free += [option for option in options if not blocked(option, others, walls, robot.gripper, alone=True)]
         stations[place.name] = next((option for option in free if _within_reach(arm, option)), options[0])
+        tried.add(place.name)
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
         with collecting(faults):
@@ -67,12 +78,15 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     fixed = list(stations.values())
     touching = collisions(fixed)
     faults += touching.values()
+    for station in fixed:
+        with collecting(faults):
+            check_surroundings(station, model)
     at_slots = RobotAtSlots(arm, model, fixed, slots, sizes)
     faults += at_slots.faults(known=touching)
     for name, station in stations.items():
-        if model.location(name).marks and station.kind != "stove":
+        if model.location(name).marks and station.kind != "stove" and not station.height:
             with collecting(faults):
-                stations[name] = replace(station, lamp=lamp_foot(station, fixed, slots, at_slots))
+                stations[name] = replace(station, lamp=lamp_foot(station, fixed, walls, slots, at_slots))
     if faults:
         raise SimulationError(*faults)
     return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
@@ -98,13 +112,13 @@ def _kind(place: Location) -> str:
     return place.kind or ("pad" if place.marks else "spot")
 
 
-def _yaws(place: Location, grounded: list[Location]) -> list[float]:
-    """Return closing lines to try: past a near neighbour, along y, along x, across the arm and along it."""
-    here = np.array(place.at)
-    bearing = float(np.arctan2(here[1], here[0]))
-    yaws = [np.pi / 2, 0.0, bearing + np.pi / 2, bearing]
-    apart = [np.array(other.at) - here for other in grounded if other.name != place.name]
-    nearest = min(apart, key=np.linalg.norm, default=np.full(2, np.inf))
+def _yaws(place: Location, grounded: list[Location], robot: Robot) -> list[float]:
+    """Return closing lines to try: past a near neighbour, along y, along x, across the arm, along it, and diagonal."""
+    here = np.array(with_height(place.at or ()))
+    bearing = float(np.arctan2(*(here - robot.position)[1::-1]))
+    yaws = [np.pi / 2, 0.0, bearing + np.pi / 2, bearing, np.pi / 4, 3 * np.pi / 4]
+    apart = [np.array(with_height(other.at or ())) - here for other in grounded if other.name != place.name]
+    nearest = min(apart, key=np.linalg.norm, default=np.full(3, np.inf))
     if np.linalg.norm(nearest) < NEIGHBOUR_DISTANCE_M:
         yaws.insert(0, float(np.arctan2(-nearest[0], nearest[1]) % np.pi))
     return yaws
@@ -119,7 +133,7 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
     kind = _kind(place)
     if kind not in KINDS:
         raise SimulationError(f"locations.{place.name}.kind: unknown kind {kind!r} {choices(kind, KINDS)}")
-    centre = np.array(place.at, dtype=float)
+    centre = np.array(place.at, dtype=float)[:2]
     across = np.array([-np.sin(yaw), np.cos(yaw)])
     offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)
     row = np.array([0.0, offsets[-1]])
@@ -133,10 +147,10 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
         half = float(np.hypot(*size.half)) + PLATE_MARGIN_M + row
     radius = AT_RADIUS_M if kind == "spot" else min(AT_RADIUS_M, float(half.min()))
     slots = tuple(
-        Slot(place.name, i, np.array([*(centre + offset * across), FLOOR[kind]]), yaw, radius)
+        Slot(place.name, i, np.array([*(centre + offset * across), place.height + FLOOR[kind]]), yaw, radius)
         for i, offset in enumerate(offsets)
     )
-    return Station(place.name, kind, Rectangle(centre, half, yaw), slots, size)
+    return Station(place.name, kind, Rectangle(centre, half, yaw), slots, size, place.height, bool(place.marks))
 
 
 def _pitch(gripper: Gripper, size: Extent) -> float:

@@ -55,7 +55,7 @@ class Slot:
     Attributes:
         location: the location it belongs to.
         index: 0 .. capacity - 1 within the location.
-        position: (3,) where the middle of the object's underside rests, m, robot base frame (z = 0 is the table top).
+        position: (3,) where the middle of the object's underside rests, m (z = 0 is the table top).
             On other objects, z is where it rests at the highest: see `sim.perception.grounding.slot_of`.
         yaw: heading about z of the line along which the fingers close, rad; both ends of it are free
             of walls and neighbours. The object rests with this yaw, up to its symmetry.
@@ -72,14 +72,16 @@ class Slot:
 
 @dataclass(frozen=True)
 class Station:
-    """A location on the table, with what stands there.
+    """A location on the table or on a fixture, with what stands there.
 
     Attributes:
         kind: one of `KINDS`.
         outline: what it covers of the table, walls left out.
         slots: side by side across the closing line.
         size: bounds on the objects that may come there.
-        lamp: (2,) foot of its lamp if it marks what is released there, m.
+        height: of the surface that carries it over the table top, m.
+        marks: whether it marks what is released there.
+        lamp: (2,) foot of its lamp if it is on the table and marks what is released there, m.
     """
 
     name: str
@@ -87,6 +89,8 @@ class Station:
     outline: Rectangle
     slots: tuple[Slot, ...]
     size: Extent
+    height: float = 0.0
+    marks: bool = False
     lamp: np.ndarray | None = None
 
 
@@ -95,7 +99,7 @@ class TableLayout:
     """The stations and slots of a model.
 
     Attributes:
-        stations: the locations on the table, in the order of the file.
+        stations: the locations on the table and on fixtures, in the order of the file.
         slots: for every location, in the order of the file, as many slots as its capacity.
     """
 

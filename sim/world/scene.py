@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, replace
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
-from prefplan.models.manipulation.model import ManipulationModel, Object
-from prefplan.models.manipulation.slots import slots_at_start
+from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
-from sim.geometry.mjcf import HIDDEN
+from sim.external.user_scene import UserScene, read_scene, resolved
 from sim.geometry.rectangle import Rectangle
-from sim.robots.catalogue import robot_named
+from sim.robots.catalogue import placed, robot_for
 from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
-from sim.world.furniture import add_object, add_station, add_table, markings_of, table_for, yaw_quat
+from sim.world.fixtures import add_fixture, blocks_of, body_name
+from sim.world.furniture import add_pedestal, add_station, add_table, markings_of, table_for, yaw_quat
 from sim.world.layout import arrange
-from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, add_studio
-from sim.world.places import Slot, unused_names
-from sim.world.shapes import ObjectShape, shape_of, shapes_of
+from sim.world.materials import add_studio
+from sim.world.objects import add_objects, add_spares, start_slots, stored_at
+from sim.world.places import Slot, Station
+from sim.world.shapes import ObjectShape, shapes_of
 from sim.world.tabletop import Marking
 
 TIMESTEP = 0.002
@@ -37,12 +40,6 @@ WRIST_EYE, WRIST_AIM = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
 
 WRIST_FIELD = 70.0
 """How much it sees from top to bottom, degrees."""
-
-STORE = np.array([0.0, 0.0, -1.4])
-"""Where spare objects wait, m: on a shelf below what carries the table."""
-
-SPARE_PITCH = 0.06
-"""From one spare object to the next, m."""
 
 MAX_OVERLAP_M = 0.001
 """Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
@@ -77,6 +74,7 @@ class Scene:
         focus: (3,) what the lights point at: over the table's middle, m.
         robot: works in it.
         latency: from a command until the actuators get it, s.
+        warnings: what should be said of it.
         nominal: the model before it was perturbed, in which start poses are drawn; None for `mujoco`.
     """
 
@@ -92,6 +90,7 @@ class Scene:
     spares: tuple[str, ...] = ()
     temporary: frozenset[str] = frozenset()
     latency: float = 0.0
+    warnings: tuple[str, ...] = ()
     nominal: mujoco.MjModel | None = None
 
     def __getstate__(self) -> dict[str, object]:
@@ -106,13 +105,13 @@ class Scene:
 
 
 def build_scene(
-    model: ManipulationModel, *, robot: Robot | str = "default", spares: int = 0, meshes: bool | None = None
+    model: ManipulationModel, *, robot: Robot | str | None = None, spares: int = 0, meshes: bool | None = None
 ) -> Scene:
     """Build the scene of a manipulation model.
 
     Args:
         model: any locations and objects.
-        robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`.
+        robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`, in place of the one that the model names.
         spares: number of grey cubes in store below the table.
         meshes: draw the robot with meshes; None for where they are installed.
 
@@ -121,64 +120,63 @@ def build_scene(
         SimulationError: locations out of reach or in the way of others, or objects that the hand cannot take; each
             fault starts with its key.
     """
-    if isinstance(robot, str):
-        robot = robot_named(robot)
+    setup = model.robot_setup
+    robot = placed(robot, setup) if isinstance(robot, Robot) else robot_for(setup, robot)
+    own = read_scene(model)
+    if own is not None:
+        model = resolved(model, own)
     layout = arrange(model, robot)
     shapes = shapes_of(model, robot.gripper)
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)
     _add_wrist_camera(spec, robot)
-    table = table_for(layout.stations)
-    focus = np.array([*table.centre, FOCUS_HEIGHT])
+    blocks = blocks_of(model.fixtures)
+    table = table_for(layout.stations, blocks, robot)
+    focus = np.array([*table.centre, FOCUS_HEIGHT + min((s.height for s in layout.stations), default=0.0)])
     add_studio(spec, target=focus, span=float(table.half.max()))
-    markings = markings_of(layout.stations)
-    add_table(spec, table, markings)
+    markings: tuple[Marking, ...] = ()
+    if own is None:
+        markings = markings_of(layout.stations, blocks)
+        add_table(spec, table, markings, robot)
+        add_pedestal(spec, robot)
+    for fixture in model.fixtures:
+        add_fixture(spec, fixture)
     for station in layout.stations:
         add_station(spec, station)
-    for i, (obj, slot) in enumerate(start_slots(model, layout.slots, shapes).items()):
-        rgba = model.objects[i].rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
-        add_object(spec, obj, shapes[obj], slot.position + [0.0, 0.0, shapes[obj].half[2]], slot.yaw, rgba)
-    names = unused_names(model, "foreign", spares)
-    if names:
-        shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
-        shelf.pos = STORE - [0.0, 0.0, 0.01]
-    for i, name in enumerate(names):
-        shapes[name] = shape_of(Object(name, ""), robot.gripper)
-        add_object(spec, name, shapes[name], _stored(shapes[name], i), 0.0, SPARE_COLOUR)
-    supports = [spec.body(name) for name in ("table", *(f"{station.name}_base" for station in layout.stations))]
-    declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=supports)
+    warnings = add_objects(spec, model, layout.slots, shapes, own)
+    names = add_spares(spec, model, spares, shapes, robot)
+    declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=_supports(spec, model, layout.stations))
     compiled = spec.compile()
-    return Scene(model, spec, compiled, layout.slots, shapes, table, markings, focus, robot, names)
+    scene = Scene(model, spec, compiled, layout.slots, shapes, table, markings, focus, robot, names, warnings=warnings)
+    if own is not None:
+        _check_start(scene, own)
+    return scene
 
 
-def _stored(shape: ObjectShape, index: int) -> np.ndarray:
-    return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
+def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[Station]) -> list[mujoco.MjsBody]:
+    """Return the bodies of our own that objects may lie on."""
+    names = [body_name(fixture.name) for fixture in model.fixtures] + [f"{station.name}_base" for station in stations]
+    return [spec.body(name) for name in (*(() if model.scene else ("table",)), *names)]
 
 
-def start_slots(
-    model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
-) -> dict[str, Slot]:
-    """Return the slot in which each object starts, as high as what starts below it says.
-
-    Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
-    """
-    places = [(obj.name, obj.start) for obj in model.objects]
-    capacities = {name: len(row) for name, row in slots.items()}
-    indices = slots_at_start(places, dict(model.initial_state.slots), capacities)
-    found = {obj: slots[place][indices[obj]] for obj, place in places}
-    first = {obj.start: obj.name for obj in reversed(model.objects)}
-
-    def floor(location: str) -> float:
-        below = model.location(location).on
-        if not below:
-            return float(slots[location][0].position[2])
-        return max(floor(support) + shapes[first[support]].height for support in below)
-
-    return {
-        name: replace(slot, position=np.array([*slot.position[:2], floor(slot.location)]))
-        for name, slot in found.items()
-    }
+def _check_start(scene: Scene, own: UserScene) -> None:
+    """Raise `SimulationError` if the robot or an object stands inside the user's own scene."""
+    data = initial_state(scene)
+    moving = {obj.name: f"objects.{obj.name}: where it starts, it" for obj in scene.model.objects}
+    robot = scene.robot.bodies(scene.mujoco)
+    faults = []
+    for pair, depth in zip(data.contact.geom, data.contact.dist, strict=True):
+        for body, other in itertools.permutations(scene.mujoco.geom_bodyid[pair].tolist()):
+            name = scene.mujoco.body(other).name or scene.mujoco.geom(int(pair[0])).name
+            if depth > -MAX_OVERLAP_M or not (name.startswith(own.prefix) or other == 0):
+                continue
+            who = "robot: at home, it" if robot[body] else moving.get(scene.mujoco.body(body).name)
+            if who is not None:
+                what = repr(name.removeprefix(own.prefix)) if name != "world" else "what stands"
+                faults.append(f"{who} would be inside {what} in {own.path}")
+    if faults:
+        raise SimulationError(*dict.fromkeys(faults))
 
 
 def initial_state(
@@ -206,7 +204,7 @@ def initial_state(
             pose[2] = slot.position[2] + scene.shapes[obj].half[2]
             pose[3:] = yaw_quat(slot.yaw + off[2])
         for i, name in enumerate(scene.spares):
-            data.joint(name).qpos[:3] = _stored(scene.shapes[name], i)
+            data.joint(name).qpos[:3] = stored_at(scene.shapes[name], i)
         mujoco.mj_forward(scene.mujoco, data)
         overlap = data.ncon > 0 and data.contact.dist.min() <= -MAX_OVERLAP_M
         if rng is None or not overlap and _settles(scene, data):

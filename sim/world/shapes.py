@@ -1,20 +1,30 @@
-"""The shapes of objects: cubes, boxes and cylinders, and how the hand takes them."""
+"""The shapes of objects: cubes, boxes and cylinders, and the orientations in which they look the same."""
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
-from sim.robots.robot import Gripper
+from sim.external.meshes import mesh_of
+from sim.robots.gripper import Gripper, SuctionGripper
 
-SIZES = {"cube": ("edge",), "box": ("length along x", "length along y", "height"), "cylinder": ("diameter", "height")}
-"""Kinds of objects, and what their `size` says."""
+SIZES = {
+    "cube": ("edge",),
+    "box": ("length along x", "length along y", "height"),
+    "cylinder": ("diameter", "height"),
+    "mesh": ("length along x", "length along y", "height"),
+}
+"""Kinds of objects, and what their `size` says; that of a mesh comes from its file."""
 
 CUBE_EDGE_M = 0.045
 """Edge of an object of no given size, m: the open hand takes it with clearance on both sides."""
@@ -29,7 +39,9 @@ DENSITY_KG_M3 = 0.055 / CUBE_EDGE_M**3
 """Density of beech: a cube of usual size weighs 55 g."""
 
 MASSES_KG = (0.020, 0.250)
-"""Limits of an object's mass."""
+"""Limits of the mass of an object of which none is given."""
+
+HERE = Path()
 
 USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
@@ -37,51 +49,37 @@ USUAL_OPENING_M = 0.07
 PAD_CLEARANCE_M = 0.0075
 """Least distance from an object to either pad of the open hand where there is space, m."""
 
-TIGHT_CLEARANCE_M = 0.0025
-"""... and where there is hardly any: a sensed position is off by less, m."""
+ROUND_TURNS = 16
+"""Number of turns of a round object about the vertical that are told apart."""
 
-MAX_GRIP_LIFT_M = 0.022
-"""Greatest height of the pads' middle over an object's in a high grip, m: half of the pads hold a usual cube, 2 mm over
-a bin's rim, and it is not so far from the tool that it would not count as held."""
-
-
-@dataclass(frozen=True)
-class Grip:
-    """How the fingers close on an object.
-
-    Attributes:
-        turn: heading of their closing line from the object's own yaw, rad.
-        width: of the object along it, m.
-        clearance: distance from the object to either pad of the open hand, m; None for the usual opening.
-        lift: height of the pads' middle over the object's, m.
-    """
-
-    turn: float
-    width: float
-    clearance: float | None = None
-    lift: float = 0.0
-
-    @property
-    def opening(self) -> float:
-        """Width of the hand that opens for it, m."""
-        return opening(self.width) if self.clearance is None else self.width + 2 * self.clearance
+QUARTER_TURNS = np.array(
+    [
+        np.eye(3)[list(order)] * signs[:, None]
+        for order in itertools.permutations(range(3))
+        for signs in np.array([*itertools.product((1.0, -1.0), repeat=3)])
+        if np.linalg.det(np.eye(3)[list(order)] * signs[:, None]) > 0
+    ]
+)
+"""(24, 3, 3) rotations that turn a cube into itself, the identity first."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ObjectShape:
-    """An upright cube, box or cylinder. Its yaw is the heading of the line along which the fingers rather close.
+    """A cube, box or cylinder in a frame of its own, in which it stands upright.
+
+    Its yaw is the heading of its x axis: the line along which the fingers rather close from above.
 
     Attributes:
         kind: one of `SIZES`.
         half: (3,) half its sides along that line, across it and upwards, m.
-        grips: usual grips, the better one first.
+        widths: of it along the lines on which the hand closes from above, the better one first, m.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
     """
 
     kind: str
     half: np.ndarray
-    grips: tuple[Grip, ...]
+    widths: tuple[float, ...]
     symmetry: float
     mass: float
 
@@ -91,25 +89,60 @@ class ObjectShape:
         return 2 * float(self.half[2])
 
     @property
-    def grip_variants(self) -> tuple[Grip, ...]:
-        """Grips to try, the better one first: the usual ones, with the hand opened less and less, also near the top."""
-        high = min(float(self.half[2]), MAX_GRIP_LIFT_M)
-        narrow, tight = (
-            [replace(grip, clearance=clearance, lift=lift) for lift in (0.0, high) for grip in self.grips]
-            for clearance in (PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
-        )
-        return (*self.grips, *narrow, *tight)
+    def is_round(self) -> bool:
+        """Whether it looks the same after any turn about its own z axis."""
+        return self.symmetry == 0
 
-    def depth(self, rotation: np.ndarray) -> float:
-        """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
-        slopes = np.abs(rotation[2])
-        if self.kind == "cylinder":
+    @functools.cached_property
+    def symmetries(self) -> np.ndarray:
+        """(K, 3, 3) rotations after which it looks the same, the identity first; turns about a round one's z aside."""
+        if self.is_round:
+            return np.array([np.eye(3), np.diag([1.0, -1.0, -1.0])])
+        if self.symmetry > math.pi:
+            return np.eye(3)[None]
+        kept = np.isclose(np.abs(QUARTER_TURNS) @ self.half, self.half).all(axis=1)
+        return QUARTER_TURNS[kept]
+
+    def support(self, direction: np.ndarray) -> float:
+        """Return how far it extends from its middle in a (3,) direction of its own frame, m."""
+        slopes = np.abs(direction)
+        if self.is_round:
             slopes = np.array([np.hypot(*slopes[:2]), 0.0, slopes[2]])
         return float(slopes @ self.half)
 
+    def depth(self, rotation: np.ndarray) -> float:
+        """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
+        return self.support(rotation[2])
+
+    def most_upright(self, rotation: np.ndarray) -> np.ndarray:
+        """Return, of the (3, 3) rotations in which it looks the same, the most upright one."""
+        turned = rotation @ self.symmetries
+        return np.asarray(turned[int(turned[:, 2, 2].argmax())])
+
+    def heading_to(self, rotation: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Return a (3, 3) rotation in which it looks the same; a round one's x axis is nearest to a direction."""
+        if not self.is_round:
+            return rotation
+        x = direction - (direction @ rotation[:, 2]) * rotation[:, 2]
+        x /= np.linalg.norm(x)
+        return np.column_stack([x, np.cross(rotation[:, 2], x), rotation[:, 2]])
+
+    def standing(self, yaw: float) -> np.ndarray:
+        """Return the (K, 3, 3) rotations in which it stands square to a line of a heading, rad."""
+        turns = yaw + (np.arange(ROUND_TURNS) * 2 * np.pi / ROUND_TURNS if self.is_round else np.zeros(1))
+        return np.concatenate([about_z(turn) @ self.symmetries for turn in turns])
+
+    def standing_near(self, rotation: np.ndarray, yaw: float) -> np.ndarray:
+        """Return the rotation nearest to a (3, 3) one in which it stands square to a line, rad; a round one just so."""
+        options = self.standing(yaw)
+        if self.is_round:
+            up = np.copysign([0.0, 0.0, 1.0], rotation[2, 2])
+            options = np.array([Rotation.align_vectors([up], [rotation[:, 2]])[0].as_matrix() @ rotation])
+        return np.asarray(options[int(np.einsum("kij,ij->k", options, rotation).argmax())])
+
     def yaw_near(self, yaw: float, line: float) -> float:
         """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a line, rad."""
-        if not self.symmetry:
+        if self.is_round:
             return line
         return yaw + self.symmetry * round((line - yaw) / self.symmetry)
 
@@ -133,6 +166,27 @@ class Extent:
     opening: float
 
 
+def about_z(turn: float) -> np.ndarray:
+    """Return the (3, 3) rotation about the vertical, rad."""
+    c, s = np.cos(turn), np.sin(turn)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def held_widths(gripper: Gripper) -> tuple[float, float]:
+    """Return the least and the greatest width of what a hand takes, m."""
+    if isinstance(gripper, SuctionGripper):
+        return 2 * gripper.finger_half_width_m, MAX_LENGTH_M
+    return gripper.squeeze_m + MIN_HELD_WIDTH_M, gripper.opening_m - 2 * PAD_CLEARANCE_M
+
+
+def held_heights(gripper: Gripper) -> tuple[float, float]:
+    """Return the least and the greatest height of what a hand takes from above, m."""
+    if isinstance(gripper, SuctionGripper):
+        return 0.0, math.inf
+    # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
+    return 2 * gripper.fingertip_m, 2 * gripper.palm_height_m
+
+
 def opening(width: float) -> float:
     """Return how wide the hand opens round what has a width, m."""
     return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
@@ -144,11 +198,11 @@ def shapes_of(model: ManipulationModel, gripper: Gripper) -> dict[str, ObjectSha
     Raises:
         SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
     """
-    return {obj.name: shape_of(obj, gripper) for obj in model.objects}
+    return {obj.name: shape_of(obj, gripper, model.folder) for obj in model.objects}
 
 
-def shape_of(obj: Object, gripper: Gripper) -> ObjectShape:
-    """Return the shape of an object, and how a gripper takes it.
+def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
+    """Return the shape of an object that a gripper can take; that of a mesh is its bounding box.
 
     Raises:
         SimulationError: as in `shapes_of`.
@@ -156,10 +210,12 @@ def shape_of(obj: Object, gripper: Gripper) -> ObjectShape:
     where = f"objects.{obj.name}"
     if obj.kind not in SIZES:
         raise SimulationError(f"{where}.kind: unknown kind {obj.kind!r} {choices(obj.kind, SIZES)}")
-    widths = gripper.squeeze_m + MIN_HELD_WIDTH_M, gripper.opening_m - 2 * PAD_CLEARANCE_M
-    # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
-    heights = 2 * gripper.fingertip_m, 2 * gripper.palm_height_m
-    size = _checked_size(obj, where)
+    widths = held_widths(gripper)
+    heights = held_heights(gripper)
+    if obj.kind == "mesh":
+        size = obj.size or mesh_of(obj, folder).size
+    else:
+        size = _checked_size(obj, where)
     if obj.kind == "cylinder":
         diameter, height = size
         along = across = diameter
@@ -175,12 +231,14 @@ def shape_of(obj: Object, gripper: Gripper) -> ObjectShape:
     ):
         if not low <= length <= high:
             limits = f"{low:g} to {high:g} m {adjective}"
-            raise SimulationError(f"{where}.size: {length:g} m {adjective}, but the hand takes what is {limits}")
-    turns = {0.0: along, math.pi / 2: across}
-    grips = tuple(Grip(turn, width) for turn, width in turns.items() if widths[0] <= width <= widths[1])
+            key = "body" if obj.body else "scale" if obj.kind == "mesh" else "size"
+            raise SimulationError(f"{where}.{key}: {length:g} m {adjective}, but the hand takes what is {limits}")
+    closing = tuple(width for width in (along, across) if widths[0] <= width <= widths[1])
     symmetry = 0.0 if obj.kind == "cylinder" else math.pi / 2 if along == across else math.pi
-    mass = float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
-    return ObjectShape(obj.kind, np.array([along, across, height]) / 2, grips, symmetry, mass)
+    if obj.kind == "mesh":
+        symmetry = 2 * math.pi
+    mass = obj.mass or float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
+    return ObjectShape(obj.kind, np.array([along, across, height]) / 2, closing, symmetry, mass)
 
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:
@@ -194,7 +252,7 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
         slim=float(half[:, :2].min()),
         low=2 * float(half[:, 2].min()),
         high=2 * float(half[:, 2].max()),
-        opening=max(grip.opening for shape in known for grip in shape.grips),
+        opening=max(opening(width) for shape in known for width in shape.widths),
     )
 
 

@@ -1,0 +1,139 @@
+"""Objects from mesh files: what is drawn of them, and the convex parts that collide."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from prefplan.models.manipulation.model import Object
+from sim.errors import SimulationError
+from sim.geometry.solids import smoothed
+
+FORMATS = (".stl", ".obj")
+"""Endings of mesh files."""
+
+CONVEX_SHARE = 0.97
+"""A mesh that fills so much of its convex hull counts as convex."""
+
+MAX_DRAWN_FACES = 20_000
+"""Faces of a mesh that is drawn; one of more is thinned out."""
+
+CONCAVITY, MAX_PARTS, MAX_PART_VERTICES = 0.1, 24, 64
+"""Of the decomposition: greatest concavity that is left (CoACD's threshold), and sizes of what comes out."""
+
+SEARCH = {"mcts_nodes": 8, "mcts_iterations": 30, "mcts_max_depth": 2, "resolution": 1000, "preprocess_resolution": 30}
+"""Effort of CoACD's search: a mug takes half a minute on one core, and minutes with its defaults."""
+
+PARTS_VERSION = 1
+"""Raised whenever parts are made in another way, so that kept ones no longer count."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshParts:
+    """A mesh whose bounding box has its middle at the origin, m.
+
+    Attributes:
+        drawn: its surface.
+        parts: convex meshes that together fill it.
+        warning: what is to be said of it, or None.
+    """
+
+    drawn: trimesh.Trimesh
+    parts: tuple[trimesh.Trimesh, ...]
+    warning: str | None = None
+
+    @property
+    def size(self) -> tuple[float, ...]:
+        """Lengths of its bounding box along x, y and z, m."""
+        return tuple(round(float(length), 6) for length in self.drawn.extents)
+
+
+def mesh_of(obj: Object, folder: Path) -> MeshParts:
+    """Return the mesh of an object whose file is beside the scenario, in a folder.
+
+    Raises:
+        SimulationError: the file is missing or no mesh. The message starts with the object's key.
+    """
+    where = f"objects.{obj.name}.file"
+    if obj.file is None:
+        raise SimulationError(f"{where}: missing; an STL or OBJ file beside the scenario")
+    path = folder / obj.file
+    if path.suffix.lower() not in FORMATS:
+        raise SimulationError(f"{where}: {obj.file!r} is neither an STL nor an OBJ file")
+    try:
+        return _loaded(path.read_bytes(), path.suffix.lower()[1:], obj.scale)
+    except OSError as error:
+        raise SimulationError(f"{where}: {path}: {str(error.strerror).lower()}") from None
+    except (ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
+        raise SimulationError(f"{where}: {path}: no mesh can be read from it ({error})") from None
+
+
+@functools.lru_cache(maxsize=32)
+def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
+    mesh = trimesh.load_mesh(trimesh.util.wrap_as_stream(contents), file_type=kind)
+    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces) or not np.isfinite(mesh.vertices).all():
+        raise ValueError("it has no faces")
+    mesh.apply_scale(scale)
+    mesh.apply_translation(-mesh.bounds.mean(axis=0))
+    drawn = mesh
+    if len(mesh.faces) > MAX_DRAWN_FACES:
+        drawn = mesh.simplify_quadric_decimation(face_count=MAX_DRAWN_FACES)
+    hull = mesh.convex_hull
+    if not mesh.is_watertight:
+        warning = "its surface is not closed, so that it collides as its convex hull"
+        return MeshParts(smoothed(drawn), (hull,), warning)
+    if mesh.volume > CONVEX_SHARE * hull.volume:
+        return MeshParts(smoothed(drawn), (hull,))
+    return MeshParts(smoothed(drawn), _decomposed(mesh))
+
+
+def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:
+    """Return the convex parts of a mesh, which are kept on disk: they take from seconds to minutes."""
+    digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
+    path = _kept_parts() / f"{digest}-{PARTS_VERSION}.npz"
+    try:
+        with np.load(path, allow_pickle=False) as kept:
+            arrays = [kept[name] for name in kept.files]
+    except (OSError, ValueError, EOFError):
+        arrays = _decompose(mesh)
+        _keep(path, arrays)
+    return tuple(trimesh.Trimesh(points).convex_hull for points in arrays)
+
+
+def _decompose(mesh: trimesh.Trimesh) -> list[np.ndarray]:
+    """Return the (N, 3) corners of each convex part."""
+    import coacd  # only where a mesh needs it: it starts a pool of threads
+
+    coacd.set_log_level("error")
+    parts = coacd.run_coacd(
+        coacd.Mesh(mesh.vertices, mesh.faces),
+        threshold=CONCAVITY,
+        max_convex_hull=MAX_PARTS,
+        max_ch_vertex=MAX_PART_VERTICES,
+        decimate=True,
+        seed=0,
+        **SEARCH,
+    )
+    return [np.asarray(vertices, dtype=np.float64) for vertices, _ in parts]
+
+
+def _kept_parts() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "prefplan" / "convex_parts"
+
+
+def _keep(path: Path, arrays: list[np.ndarray]) -> None:
+    """Write the parts of a mesh; where that is impossible, they are made again the next time."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            np.savez_compressed(file, *arrays)
+        os.replace(file.name, path)
+    except OSError:
+        pass

@@ -1,0 +1,160 @@
+"""Fixtures: the blocks that they are made of, the surfaces that they offer, and what they leave room for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from prefplan.models.manipulation.surroundings import Fixture
+from sim.errors import SimulationError
+from sim.geometry.mjcf import HIDDEN, draw_solid
+from sim.geometry.rectangle import Rectangle, contains, overlap
+from sim.geometry.solids import rounded
+
+PANEL_M = 0.012
+"""Thickness of a shelf's boards, sides and back."""
+
+EDGE_M = 0.0015
+"""Radius of the edges of fixtures."""
+
+SAME_HEIGHT_M = 0.001
+"""A location lies on a surface if its height differs by less, m."""
+
+TOUCH_M = 1e-6
+"""Bodies that overlap by less only touch, m."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A part of a fixture.
+
+    Attributes:
+        fixture: its name.
+        outline: what it covers, seen from above.
+        low: height of its underside over the table top, m.
+        high: height of its upper side, m.
+    """
+
+    fixture: str
+    outline: Rectangle
+    low: float
+    high: float
+
+    def meets(self, outline: Rectangle, low: float, high: float) -> bool:
+        """Return whether it reaches into the space over an outline between two heights, m."""
+        return self.low < high - TOUCH_M and low + TOUCH_M < self.high and overlap(self.outline, outline)
+
+
+@dataclass(frozen=True)
+class SupportSurface:
+    """What a location may lie on: the free upper side of a box or of a shelf's board.
+
+    Attributes:
+        fixture: its name.
+        outline: what there is of it between the walls.
+        height: over the table top, m.
+    """
+
+    fixture: str
+    outline: Rectangle
+    height: float
+
+
+def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
+    """Return the blocks that fixtures are made of."""
+    found = []
+    for fixture in fixtures:
+        x, y, z = fixture.at
+        dx, dy, dz = fixture.size
+        if fixture.kind == "box":
+            found.append(Block(fixture.name, _outline(fixture, 0.0, 0.0, dx, dy), z - dz / 2, z + dz / 2))
+            continue
+        back = _outline(fixture, (PANEL_M - dx) / 2, 0.0, PANEL_M, dy)
+        sides = [
+            _outline(fixture, PANEL_M / 2, side * (dy - PANEL_M) / 2, dx - PANEL_M, PANEL_M) for side in (-1.0, 1.0)
+        ]
+        found += [Block(fixture.name, outline, z, z + dz) for outline in (back, *sides)]
+        # A board in the table top is the table top.
+        tops = [z + board for board in fixture.boards if z + board > 0]
+        found += [Block(fixture.name, _between(fixture), max(0.0, top - PANEL_M), top) for top in tops]
+    return found
+
+
+def surfaces_of(fixtures: Iterable[Fixture]) -> list[SupportSurface]:
+    """Return the surfaces above the table top that fixtures offer."""
+    found = []
+    for fixture in fixtures:
+        if fixture.kind == "box":
+            outline = _outline(fixture, 0.0, 0.0, *fixture.size[:2])
+            found.append(SupportSurface(fixture.name, outline, fixture.at[2] + fixture.size[2] / 2))
+        else:
+            heights = [fixture.at[2] + board for board in fixture.boards]
+            found += [SupportSurface(fixture.name, _between(fixture), height) for height in heights if height > 0]
+    return found
+
+
+def check_carried(name: str, outline: Rectangle, height: float, surfaces: Sequence[SupportSurface]) -> None:
+    """Raise `SimulationError` unless a location above the table top lies on a surface as a whole."""
+    if height <= SAME_HEIGHT_M:
+        return
+    level = [surface for surface in surfaces if abs(surface.height - height) <= SAME_HEIGHT_M]
+    if any(contains(surface.outline, outline) for surface in level):
+        return
+    where = f"locations.{name}.at"
+    here = [surface for surface in surfaces if overlap(surface.outline, outline)]
+    if over := next((surface for surface in level if surface in here), None):
+        raise SimulationError(f"{where}: it reaches over the edge of the fixture {over.fixture!r}")
+    heights = " or ".join(f"{other:g}" for other in sorted({0.0, *(round(surface.height, 6) for surface in here)}))
+    raise SimulationError(
+        f"{where}: no fixture carries it {height:g} m above the table top; there, it can lie at {heights} m"
+    )
+
+
+def check_free(name: str, outline: Rectangle, low: float, high: float, blocks: Sequence[Block]) -> None:
+    """Raise `SimulationError` if a fixture reaches into the space over a location between two heights, m."""
+    inside = next((block for block in blocks if block.meets(outline, low, high)), None)
+    if inside is None:
+        return
+    above = inside.low > low + TOUCH_M
+    lacking = f"leaves {inside.low - low:.3f} m above it, and its objects need {high - low:.3f} m"
+    stands = f"stands in it (its upper side is at {inside.high:g} m)"
+    raise SimulationError(f"locations.{name}: the fixture {inside.fixture!r} {lacking if above else stands}")
+
+
+def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:
+    """Add a fixture: a body named by `body_name`."""
+    name = body_name(fixture.name)
+    body = spec.worldbody.add_body(name=name)
+    material = f"{name}_finish"
+    rgba = fixture.rgba or ((0.62, 0.64, 0.66, 1.0) if fixture.kind == "box" else (0.80, 0.69, 0.52, 1.0))
+    spec.add_material(name=material, rgba=rgba, specular=0.25, shininess=0.35)
+    for i, block in enumerate(blocks_of([fixture])):
+        half = np.array([*block.outline.half, (block.high - block.low) / 2])
+        middle = np.array([*block.outline.centre, (block.high + block.low) / 2])
+        turn = [np.cos(block.outline.yaw / 2), 0.0, 0.0, np.sin(block.outline.yaw / 2)]
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=middle, quat=turn, group=HIDDEN)
+        edge = min(EDGE_M, float(half.min()) / 2)
+        solid = rounded(half, corner=edge, edge=edge)
+        draw_solid(spec, body, f"{name}_{i}", solid, material, xy=middle[:2], z=float(middle[2]))
+        spec.geom(f"{name}_{i}").quat = turn
+
+
+def body_name(fixture: str) -> str:
+    """Return the name of a fixture's body, which no object can have."""
+    return f"fixture {fixture}"
+
+
+def _outline(fixture: Fixture, x: float, y: float, dx: float, dy: float) -> Rectangle:
+    """Return the outline of a part whose middle is at (x, y) in a fixture's frame, m."""
+    yaw = float(np.radians(fixture.yaw))
+    turned = Rectangle(np.zeros(2), np.zeros(2), yaw)
+    return Rectangle(np.array(fixture.at[:2]) + np.array([x, y]) @ turned.axes, np.array([dx, dy]) / 2, yaw)
+
+
+def _between(fixture: Fixture) -> Rectangle:
+    """Return what the sides and the back of a shelf leave free."""
+    dx, dy, _ = fixture.size
+    return _outline(fixture, PANEL_M / 2, 0.0, dx - PANEL_M, dy - 2 * PANEL_M)

@@ -1,0 +1,134 @@
+"""Grasps: poses of the hand relative to an object, derived from its shape alone."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.motion.trajectory import ToolPose
+from sim.robots.gripper import Gripper, SuctionGripper
+from sim.world.shapes import PAD_CLEARANCE_M, ObjectShape, held_widths, opening
+
+TIGHT_CLEARANCE_M = 0.0025
+"""Least distance from an object to either pad where there is hardly any space, m: a sensed position is off by less."""
+
+CLEARANCES_M = (None, PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
+"""Clearances of the open hand to try in turn; None for the usual opening."""
+
+MAX_LIFT_M = 0.022
+"""Greatest distance of the pads' middle from an object's, m: half of the pads hold a usual cube, 2 mm over a bin's rim,
+and it is not so far from the tool that it would not count as held."""
+
+TILTED_LIFTS_M = (0.0, 0.004, 0.010)
+"""Distances of the pads' middle from an object's in a grasp that may be tilted, m: tips keep clear of what is below."""
+
+MAX_OFF_LINE_M = 0.0075
+"""Greatest distance of the pads' middle from the line on which they touch a round object, m; they are 18 mm high."""
+
+PALM_TOLERANCE_M = 0.004
+"""By how much an object may come nearer to the palm than where the hand points straight at one of its faces, m."""
+
+TILTS_RAD = np.radians([0, 30, -30, 45, -45, 60, -60, 90, -90, 120, -120, 135, -135, 150, -150, 180])
+"""Turns of the hand about the closing line from where it points down at the upright object."""
+
+ROUND_LINES_RAD = np.radians([0, 90, 45, 135, 22.5, 67.5, 112.5, 157.5])
+"""Headings of the closing lines across a round object."""
+
+
+@dataclass(frozen=True, eq=False)
+class GraspPose:
+    """How the hand takes an object; its pose is in the object's frame.
+
+    Attributes:
+        position: (3,) of the point between the pads, m.
+        rotation: (3, 3) of the tool frame: z points out of the hand, the fingers close along y.
+        width: of the object between the pads, m.
+        clearance: distance from the object to either pad of the open hand, m; None for the usual opening.
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    width: float
+    clearance: float | None = None
+
+    @property
+    def opening(self) -> float:
+        """Width of the hand that opens for it, m."""
+        return opening(self.width) if self.clearance is None else self.width + 2 * self.clearance
+
+    def at(self, position: np.ndarray, rotation: np.ndarray) -> ToolPose:
+        """Return where the hand is if the object's frame is at a (3,) position, m, with a (3, 3) rotation."""
+        return ToolPose(position + rotation @ self.position, rotation @ self.rotation)
+
+
+def openings(grasp: GraspPose) -> tuple[GraspPose, ...]:
+    """Return a grasp with the hand opened less and less."""
+    return tuple(replace(grasp, clearance=clearance) for clearance in CLEARANCES_M)
+
+
+@functools.lru_cache(maxsize=256)
+def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
+    """Return the grasps of an object, those from above first, then the more and more tilted ones.
+
+    The hand closes along a side of a box or across a cylinder, in any direction in which the palm and the pads suit.
+    Of one direction, the usual opening comes first, then smaller ones, also with the pads nearer to the palm's side.
+    """
+    if isinstance(gripper, SuctionGripper):
+        return _suctions(shape, gripper)
+    found = []
+    for (rank, closing, width), tilt in itertools.product(_closings(shape, gripper), TILTS_RAD):
+        start = [0.0, 0.0, -1.0] if not closing[2] else [-1.0, 0.0, 0.0]
+        side = np.cross(closing, start)
+        approach = np.cos(tilt) * np.array(start) + np.sin(tilt) * side
+        rotation = np.column_stack([np.cross(closing, approach), closing, approach])
+        off_top = round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
+        for order, lift, clearance in _variants(shape, approach, straight=off_top == 0):
+            off_line = lift * float(np.hypot(*approach[:2])) if shape.is_round and not closing[2] else 0.0
+            if off_line <= MAX_OFF_LINE_M and (
+                shape.support(-approach) - lift <= gripper.palm_height_m + PALM_TOLERANCE_M
+            ):
+                key = off_top, rank > 1, order, lift, rank
+                found.append((key, GraspPose(-lift * approach, rotation, width, clearance)))
+    found.sort(key=lambda entry: entry[0])
+    return tuple(grasp for _, grasp in found)
+
+
+def _suctions(shape: ObjectShape, gripper: SuctionGripper) -> tuple[GraspPose, ...]:
+    """Return the grasps by a suction cup on each flat face that it fits on, the top one first."""
+    found = []
+    for normal in (*np.eye(3)[::-1], *-np.eye(3)[::-1]):
+        beside = [axis for axis in np.eye(3) if not axis @ normal]
+        fits = all(shape.support(axis) >= gripper.finger_half_width_m for axis in beside)
+        if fits and (normal[2] or not shape.is_round):
+            for line in beside:
+                rotation = np.column_stack([np.cross(line, -normal), line, -normal])
+                position = (shape.support(normal) - gripper.press_m) * normal
+                found.append(GraspPose(position, rotation, 0.0, gripper.opening_m / 2))
+    return tuple(found)
+
+
+def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.ndarray, float]]:
+    """Yield the rank of a closing line, its (3,) direction in the object's frame, and the width along it, m."""
+    if shape.is_round:
+        lines = [np.array([np.cos(turn), np.sin(turn), 0.0]) for turn in ROUND_LINES_RAD]
+    else:
+        lines = [*np.eye(3)[:2]]
+    low, high = held_widths(gripper)
+    for rank, line in enumerate([*lines, np.array([0.0, 0.0, 1.0])]):
+        # A round object is as wide along a line across it as along its x axis.
+        width = 2 * float(shape.half[0]) if shape.is_round and not line[2] else 2 * float(np.abs(line) @ shape.half)
+        if low <= width <= high:
+            yield rank, line, width
+
+
+def _variants(shape: ObjectShape, approach: np.ndarray, *, straight: bool) -> Iterator[tuple[int, float, float | None]]:
+    """Yield a rank, how far the pads' middle is drawn back from the object's, m, and the clearance of the open hand."""
+    high = min(shape.support(approach), MAX_LIFT_M)
+    for order, clearance in enumerate(CLEARANCES_M):
+        lifts = ((0.0,) if clearance is None else (0.0, high)) if straight else TILTED_LIFTS_M
+        for lift in lifts:
+            yield order, lift, clearance

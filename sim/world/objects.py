@@ -1,0 +1,145 @@
+"""Objects of a scene: where they start, their bodies and shapes, and spare ones in store."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from prefplan.models.manipulation.model import ManipulationModel, Object
+from prefplan.models.manipulation.slots import slots_at_start
+from sim.errors import SimulationError
+from sim.external.meshes import MeshParts, mesh_of
+from sim.external.user_scene import UserScene, add_user_scene
+from sim.geometry.mjcf import HIDDEN, draw_solid
+from sim.geometry.solids import rounded
+from sim.robots.robot import Robot
+from sim.world.contacts import TABLE_FRICTION
+from sim.world.furniture import BOX, CYLINDER, EDGE_M, yaw_quat
+from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, Rgba
+from sim.world.places import Slot, unused_names
+from sim.world.shapes import ObjectShape, shape_of
+
+OBJECT_SURFACE = (TABLE_FRICTION, 0.01, 0.0005)
+"""Sliding, torsional and rolling friction of objects."""
+
+STORE = np.array([0.0, 0.0, -1.4])
+"""Where spare objects wait, m: on a shelf below what carries the table."""
+
+SPARE_PITCH = 0.06
+"""From one spare object to the next, m."""
+
+
+def add_objects(
+    spec: mujoco.MjSpec,
+    model: ManipulationModel,
+    slots: dict[str, tuple[Slot, ...]],
+    shapes: dict[str, ObjectShape],
+    own: UserScene | None,
+) -> tuple[str, ...]:
+    """Add the objects where they start, and the user's own scene if there is one; return what should be said of it."""
+    warnings: list[str] = []
+    bodies = {obj.name: (obj, shapes[obj.name].half) for obj in model.objects if obj.body is not None}
+    if own is not None:
+        warnings += add_user_scene(spec, own, bodies)
+    for i, (name, slot) in enumerate(start_slots(model, slots, shapes).items()):
+        obj, at = model.objects[i], slot.position + [0.0, 0.0, shapes[name].half[2]]
+        if name in bodies:
+            spec.body(name).pos, spec.body(name).quat = at, yaw_quat(slot.yaw)
+            continue
+        mesh = mesh_of(obj, model.folder) if obj.kind == "mesh" else None
+        if mesh is not None and mesh.warning is not None:
+            warnings.append(f"objects.{name}: {mesh.warning}")
+        rgba = obj.rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
+        _add_object(spec, name, shapes[name], at, slot.yaw, rgba, mesh)
+    return tuple(warnings)
+
+
+def add_spares(
+    spec: mujoco.MjSpec, model: ManipulationModel, number: int, shapes: dict[str, ObjectShape], robot: Robot
+) -> tuple[str, ...]:
+    """Add grey cubes in store, and their shapes to the others; return their names."""
+    names = unused_names(model, "foreign", number)
+    if names and model.scene is not None:
+        raise SimulationError("scene: objects that appear out of nowhere need the usual table")
+    if names:
+        shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
+        shelf.pos = STORE - [0.0, 0.0, 0.01]
+    for i, name in enumerate(names):
+        shapes[name] = shape_of(Object(name, ""), robot.gripper)
+        _add_object(spec, name, shapes[name], stored_at(shapes[name], i), 0.0, SPARE_COLOUR)
+    return names
+
+
+def start_slots(
+    model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
+) -> dict[str, Slot]:
+    """Return the slot in which each object starts, as high as what starts below it says.
+
+    Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
+    """
+    places = [(obj.name, obj.start) for obj in model.objects]
+    capacities = {name: len(row) for name, row in slots.items()}
+    indices = slots_at_start(places, dict(model.initial_state.slots), capacities)
+    found = {obj: slots[place][indices[obj]] for obj, place in places}
+    first = {obj.start: obj.name for obj in reversed(model.objects)}
+
+    def floor(location: str) -> float:
+        below = model.location(location).on
+        if not below:
+            return float(slots[location][0].position[2])
+        return max(floor(support) + shapes[first[support]].height for support in below)
+
+    return {
+        name: replace(slot, position=np.array([*slot.position[:2], floor(slot.location)]))
+        for name, slot in found.items()
+    }
+
+
+def stored_at(shape: ObjectShape, index: int) -> np.ndarray:
+    """Return where a spare object waits, m."""
+    return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
+
+
+def _add_object(
+    spec: mujoco.MjSpec,
+    name: str,
+    shape: ObjectShape,
+    position: np.ndarray,
+    yaw: float,
+    rgba: Rgba,
+    mesh: MeshParts | None = None,
+) -> None:
+    """Add an object: a free body, its joint and its (first) colliding geom all bear its name."""
+    body = spec.worldbody.add_body(name=name, pos=position, quat=yaw_quat(yaw))
+    body.add_freejoint(name=name)
+    spec.add_material(name=name, rgba=rgba, specular=0.35, shininess=0.45)
+    if mesh is not None:
+        _add_mesh(spec, body, shape, mesh)
+        return
+    geom = body.add_geom(name=name, mass=shape.mass, group=HIDDEN)
+    geom.friction, geom.condim = OBJECT_SURFACE, 4
+    corner = EDGE_M
+    geom.type, geom.size = BOX, shape.half
+    if shape.kind == "cylinder":
+        # Rolling friction stops a cylinder that has fallen over.
+        geom.type, geom.size, geom.condim = CYLINDER, [shape.half[0], shape.half[2], 0.0], 6
+        corner = float(shape.half[0])
+    draw_solid(spec, body, f"{name}_body", rounded(shape.half, corner=corner, edge=EDGE_M), name)
+
+
+def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mesh: MeshParts) -> None:
+    """Give an object its convex parts, each with its share of the mass, and what is drawn."""
+    # The shape's x axis is the line along which the fingers close, which may be the mesh's y axis.
+    turn = yaw_quat(0.0 if np.isclose(2 * shape.half[0], mesh.size[0]) else -np.pi / 2)
+    volume = sum(part.volume for part in mesh.parts)
+    for i, part in enumerate(mesh.parts):
+        name = f"{body.name} {i}" if i else body.name
+        spec.add_mesh(name=name, uservert=part.vertices.ravel(), userface=part.faces.ravel())
+        geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, group=HIDDEN, quat=turn)
+        geom.mass = shape.mass * part.volume / volume
+        # Rolling friction, since it may be round.
+        geom.friction, geom.condim = OBJECT_SURFACE, 6
+    draw_solid(spec, body, f"{body.name}_body", mesh.drawn, body.name)
+    spec.geom(f"{body.name}_body").quat = turn
