@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator, Sequence
+
 import mink
 import mujoco
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
 from sim.motion.timing import begun_late, timed
-from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPath, ToolPose, arch, wrap
+from sim.motion.trajectory import (
+    ACCELERATION_M_S2,
+    CONTROL_PERIOD_S,
+    MIN_DURATION_S,
+    SPEED_M_S,
+    TURN_ACCELERATION_RAD_S2,
+    TURN_SPEED_RAD_S,
+    ToolPath,
+    ToolPose,
+    arch,
+    duration,
+    smooth_step,
+    wrap,
+)
 from sim.robots.robot import Robot
 
-PATH_PERIOD_S = 0.02
+PATH_PERIOD_S = 0.03
 """Time between two points of a path for which the joints are solved, s; a smooth curve joins them."""
 
 POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
@@ -20,14 +37,26 @@ POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 """Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
 
+FRAME_WEIGHTS = np.repeat([[FRAME_COST], [TURN_COST]], 3, axis=0)
+"""(6, 1) of the errors of the tool along and about the axes."""
+
 SATURATED_SHARE, SATURATED_PACE = 0.99, 0.7
 """A joint at this share of its greatest speed lags behind the tool's path, which is then followed at such a pace."""
 
 JOINT_MARGIN_RAD = 0.01
 """Distance that references keep from the ends of the joints, rad."""
 
+MIN_AXES_PRODUCT = np.cos(np.radians(10))
+"""Least scalar product of the tool's axes at the ends of a path on which it does not count as tilting."""
+
 MAX_GOAL_STEPS = 60
 """Most IK steps to a goal; about 15 are used."""
+
+TILTED_MARGIN_RAD = 0.06
+"""Distance that the goals of a tilted hand keep from the ends of the joints, rad: commands run ahead of the joints."""
+
+MAX_SEEDS, SEED_SPREAD_RAD = 6, 0.7
+"""Number of configurations about home from which goals of a tilted hand are searched, and their deviation, rad."""
 
 MIN_VERTICAL_COMPONENT = 0.999
 """Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
@@ -44,6 +73,8 @@ class Arm:
         self.model, self.robot = robot.kinematics(), robot
         self._configuration = mink.Configuration(self.model)
         self._frame = mink.FrameTask(robot.tool, "site", position_cost=FRAME_COST, orientation_cost=TURN_COST)
+        self._site = self.model.site(robot.tool).id
+        self._posture_normal = POSTURE_COST**2 * np.eye(self.model.nv)
         self._posture = mink.PostureTask(self.model, cost=POSTURE_COST)
         self._limits = [
             mink.ConfigurationLimit(self.model, min_distance_from_limits=JOINT_MARGIN_RAD),
@@ -58,56 +89,87 @@ class Arm:
         """Return the tool's pose at a configuration."""
         self._configuration.update(q)
         site = self._configuration.data.site(self.robot.tool)
-        line = site.xmat.reshape(3, 3)[:, 1]
-        return ToolPose(site.xpos.copy(), float(np.arctan2(line[1], line[0])))
+        return ToolPose(site.xpos.copy(), site.xmat.reshape(3, 3).copy())
 
-    def reach(self, position: np.ndarray, yaws: list[float]) -> tuple[np.ndarray, float]:
-        """Return a configuration that brings the tool to a position, and the yaw it takes there.
-
-        It depends on the goal alone: the search starts from home turned towards the goal and stays in that vertical
-        plane, so the elbow cannot wander from goal to goal. Of several yaws the one whose seed has the last joint
-        nearest to the middle of its range is tried first.
-
-        Args:
-            position: (3,) m.
-            yaws: those that would do, rad.
+    def reach(
+        self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD
+    ) -> tuple[np.ndarray, ToolPose]:
+        """Return the first of the `configurations` that bring the tool to one of several poses, and that pose.
 
         Raises:
             SimulationError: no configuration does.
         """
-        seeds = [self._seed(position, yaw) for yaw in yaws]
-        middle = self.model.jnt_range[-1].mean()
-        for i in sorted(range(len(yaws)), key=lambda i: abs(seeds[i][-1] - middle)):
-            self._configuration.update(seeds[i])
-            self._posture.set_target(seeds[i])
-            self._frame.set_target(_transform(position, yaws[i]))
-            for _ in range(MAX_GOAL_STEPS):
-                velocity = self._solve(1.0)
-                self._configuration.integrate_inplace(velocity, 1.0)
-                if np.abs(velocity).max() < 1e-4:
-                    break
-            if self._arrived():
-                return self._configuration.q, yaws[i]
-        at = ", ".join(f"{x:.3f}" for x in position)
-        raise SimulationError(f"the arm cannot point down at ({at}) m within the limits of its joints")
+        for found in self.configurations(goals, near=near, margin=margin, seeds=0):
+            return found
+        how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
+        raise SimulationError(f"the arm cannot {how} at {_spelled(goals[0].position)} within the limits of its joints")
 
-    def _seed(self, position: np.ndarray, yaw: float) -> np.ndarray:
-        """Return home with the first joint turned towards a position and the last to a yaw, if they are vertical."""
+    def configurations(
+        self,
+        goals: Sequence[ToolPose],
+        *,
+        near: np.ndarray | None = None,
+        margin: float = TILTED_MARGIN_RAD,
+        seeds: int = MAX_SEEDS,
+    ) -> Iterator[tuple[np.ndarray, ToolPose]]:
+        """Yield configurations that bring the tool to one of several poses, and that pose, the better ones first.
+
+        Where the hand points down they depend on the goals alone: the search starts from home turned towards the goal
+        and stays in that vertical plane, so the elbow cannot wander from goal to goal. Of several poses the one whose
+        seed has the last joint nearest to the middle of its range is tried first. A tilted hand can be brought to a
+        pose with the elbow elsewhere, which the search finds from other seeds.
+
+        Args:
+            goals: poses that would do.
+            near: (n,) configuration near which one is searched first if the hand does not point down, rad.
+            margin: least distance from the ends of the joints if the hand does not point down, rad.
+            seeds: number of other configurations to search from if the hand does not point down.
+        """
+        down = all(goal.points_down for goal in goals)
+        if near is not None and not down:
+            found = [(q, goal) for goal in goals if (q := self._solved(goal, near, margin)) is not None]
+            yield from sorted(found, key=lambda entry: float(np.abs(entry[0] - near).max()))
+        turned = [(self._seed(goal), goal) for goal in goals]
+        middle = self.model.jnt_range[-1].mean()
+        turned.sort(key=lambda entry: float(abs(entry[0][-1] - middle)))
+        spread = (0 if down else seeds, len(self.robot.home))
+        draws = np.random.default_rng(0).normal(scale=SEED_SPREAD_RAD, size=spread)
+        for offset, (seed, goal) in itertools.product([np.zeros(spread[1]), *draws], turned):
+            q = self._solved(goal, np.clip(seed + offset, *self.model.jnt_range.T), margin)
+            if q is not None:
+                yield q, goal
+
+    def _solved(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
+        """Return a configuration that brings the tool to a pose, searched from a seed; None if that does not arrive."""
+        self._configuration.update(seed)
+        self._posture.set_target(seed)
+        self._frame.set_target(_transform(goal.position, goal.rotation))
+        for _ in range(MAX_GOAL_STEPS):
+            velocity = self._solve(1.0)
+            self._configuration.integrate_inplace(velocity, 1.0)
+            if np.abs(velocity).max() < 1e-4:
+                break
+        q = self._configuration.q
+        low, high = self.model.jnt_range.T
+        margin = 0.0 if goal.points_down else margin
+        return q if self._arrived() and (q > low + margin).all() and (q < high - margin).all() else None
+
+    def _seed(self, goal: ToolPose) -> np.ndarray:
+        """Return home with the first joint turned towards a pose and the last to its yaw, if they are vertical."""
         q = self.robot.home.copy()
         first, last = self._turns[[0, -1]]
-        turn = _bearing(position) - _bearing(self._home.position)
+        turn = self.robot.polar(goal.position)[1] - self.robot.polar(self._home.position)[1]
         q[0] += first * turn
         if last and len(q) > 1:
             middle = self.model.jnt_range[-1].mean()
-            q[-1] = middle + wrap(q[-1] + last * (yaw - self._home.yaw - abs(first) * turn) - middle)
+            q[-1] = middle + wrap(q[-1] + last * (goal.yaw - self._home.yaw - abs(first) * turn) - middle)
         return q
 
     def move(
         self,
         q: np.ndarray,
         goal: np.ndarray,
-        position: np.ndarray,
-        yaw: float,
+        pose: ToolPose,
         *,
         height: float | None = None,
         drawn_in: float = 0.0,
@@ -116,12 +178,14 @@ class Arm:
     ) -> np.ndarray:
         """Return the joint references of an arching movement, slowed until the joints' limits allow it.
 
+        Where the hand tilts on the way, the joints go straight to the goal instead, or bulge so that the tool passes at
+        the height midway: on an arch they might have to turn round.
+
         Args:
             q: (n,) where it starts.
             goal: (n,) near where it ends, from `reach`: it decides how the elbow and the tool turn.
-            position: (3,) where the tool ends, m.
-            yaw: of the tool there, rad.
-            height: at which the tool passes, m; None for that of the higher end (see `arch`).
+            pose: where the tool ends.
+            height: at which the tool passes, m; None for the higher end's (see `arch`), and straight if the hand tilts.
             drawn_in: how much nearer to the base it goes midway, m.
             seconds: least duration, s.
             ending: (M, n) what is left of the movement before, relative to q, rad; both together keep to the limits.
@@ -133,18 +197,24 @@ class Arm:
             SimulationError: the tool would not arrive within `POSITION_TOLERANCE_M` and `ANGLE_TOLERANCE_RAD`.
         """
         start = self.tool(q)
+        if start.rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
+            references = timed(self.robot, *self._straight(q, goal, height), seconds=seconds)
+            return references if ending is None else begun_late(self.robot, references, q, ending)
         turn = self._turn(q, goal)
-        turn += wrap(yaw - start.yaw - turn)
+        turn += wrap(pose.yaw - start.yaw - turn)
         pace = 1.0
         for _ in range(5):
             path = arch(
                 start,
-                ToolPose(position, yaw),
+                pose,
                 turn,
                 height=height,
                 drawn_in=drawn_in,
                 nearest=self.robot.nearest_m,
+                axis=self.robot.position,
+                front=self.robot.yaw,
                 pace=pace,
+                straight=height is None and not pose.points_down,
             )
             knots, points = self._follow(q, goal, path)
             speeds = np.abs(np.diff(points, axis=0)) / np.diff(knots)[:, None]
@@ -152,10 +222,34 @@ class Arm:
                 break
             pace *= SATURATED_PACE
         if not self._arrived():
-            at = ", ".join(f"{x:.3f}" for x in position)
-            raise SimulationError(f"the arm cannot keep to its path to ({at}) m within the limits of its joints")
+            to = _spelled(pose.position)
+            raise SimulationError(f"the arm cannot keep to its path to {to} within the limits of its joints")
         references = timed(self.robot, knots, points, seconds=seconds)
         return references if ending is None else begun_late(self.robot, references, q, ending)
+
+    def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
+        """Return (K,) times, s, and (K, n) configurations, rad, from one to another at the tool's usual speed.
+
+        They are on a straight line, or on a parabola if the tool would be lower than a height, m, midway.
+        """
+        shares = np.linspace(0.0, 1.0, TURN_SAMPLES + 1)
+        middle, bulge = (q + goal) / 2, np.zeros(len(q))
+        low = self.tool(middle)
+        if height is not None and low.position[2] < height:
+            raised = self._solved(low.shifted([0.0, 0.0, height - low.position[2]]), middle)
+            bulge = bulge if raised is None else raised - middle
+        gone = smooth_step(shares)[:, None]
+        points = q + gone * (goal - q) + 4 * gone * (1 - gone) * bulge
+        positions = [self.tool(point).position for point in points]
+        length = float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
+        turn = float(np.abs(np.diff(points, axis=0)).sum(axis=0).max())
+        seconds = max(
+            duration(length, SPEED_M_S, ACCELERATION_M_S2),
+            duration(turn, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2),
+            MIN_DURATION_S,
+        )
+        knots = shares * CONTROL_PERIOD_S * np.ceil(seconds / CONTROL_PERIOD_S)
+        return knots, points
 
     def _turn(self, q: np.ndarray, goal: np.ndarray) -> float:
         """Return the tool's turn about z as the joints go straight from one configuration to another, rad."""
@@ -166,13 +260,13 @@ class Arm:
         """Return (K,) times, s, and the (K, n) configurations, rad, in which the tool then is on its path."""
         self._configuration.update(q)
         every = round(PATH_PERIOD_S / CONTROL_PERIOD_S)
-        chosen = np.arange(len(path.yaws))[::-1][::every][::-1]
+        chosen = np.arange(len(path.positions))[::-1][::every][::-1]
         knots = np.array([0.0, *(chosen + 1) * CONTROL_PERIOD_S])
         points = np.empty((len(knots), len(q)))
         points[0] = q
         for k, i in enumerate(chosen, 1):
             share = path.progress[i]
-            self._frame.set_target(_transform(path.positions[i], path.yaws[i]))
+            self._frame.set_target(_transform(path.positions[i], path.rotations[i]))
             self._posture.set_target(q + share * (goal - q))
             period = knots[k] - knots[k - 1]
             self._configuration.integrate_inplace(self._solve(period), period)
@@ -190,9 +284,10 @@ class Arm:
         The limits hardly ever bind, and the least-squares problem without them costs a third: it comes first.
         """
         q = self._configuration.data.qpos
-        jacobian, error, damping = self._frame.compute_qp_residual(self._configuration)
-        normal = jacobian.T @ jacobian + (damping + POSTURE_COST**2) * np.eye(len(q))
-        step = np.linalg.solve(normal, jacobian.T @ error + POSTURE_COST**2 * (self._posture.target_q - q))
+        jacobian, error = self._frame_residual()
+        normal = jacobian.T @ jacobian + self._posture_normal
+        pull = jacobian.T @ error + POSTURE_COST**2 * (self._posture.target_q - q)
+        _, step, _ = dposv(normal, pull)  # a tenth of the time of numpy's
         low, high = self.model.jnt_range.T
         q = q + step
         if (
@@ -207,11 +302,27 @@ class Arm:
         except mink.NoSolutionFound:
             raise SimulationError("the arm cannot move on within the limits of its joints") from None
 
+    def _frame_residual(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the weighted (6, n) Jacobian of the tool and (6,) its error, in a fifth of the time mink takes."""
+        data, jacobian = self._configuration.data, np.empty((6, self.model.nv))
+        mujoco.mj_jacSite(self.model, data, jacobian[:3], jacobian[3:], self._site)
+        assert self._frame.transform_target_to_world is not None
+        target = self._frame.transform_target_to_world.wxyz_xyz
+        here, turn, error = np.empty(4), np.empty(4), np.empty(6)
+        mujoco.mju_mat2Quat(here, data.site_xmat[self._site])
+        mujoco.mju_negQuat(here, here)
+        mujoco.mju_mulQuat(turn, target[:4], here)
+        mujoco.mju_quat2Vel(error[3:], turn, 1.0)
+        error[:3] = target[4:] - data.site_xpos[self._site]
+        return jacobian * FRAME_WEIGHTS, error * FRAME_WEIGHTS[:, 0]
 
-def _transform(position: np.ndarray, yaw: float) -> mink.SE3:
-    half = (yaw + np.pi / 2) / 2
-    return mink.SE3(wxyz_xyz=np.array([0.0, np.cos(half), np.sin(half), 0.0, *position]))
+
+def _transform(position: np.ndarray, rotation: np.ndarray) -> mink.SE3:
+    pose = np.empty(7)
+    mujoco.mju_mat2Quat(pose[:4], rotation.ravel())
+    pose[4:] = position
+    return mink.SE3(wxyz_xyz=pose)
 
 
-def _bearing(position: np.ndarray) -> float:
-    return float(np.arctan2(position[1], position[0]))
+def _spelled(position: np.ndarray) -> str:
+    return f"({', '.join(f'{x:.3f}' for x in position)}) m"

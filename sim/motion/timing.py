@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from sim.motion.trajectory import CONTROL_PERIOD_S
+from sim.motion.trajectory import CONTROL_PERIOD_S, duration, smooth_step
 from sim.robots.robot import Robot
 
 HEADROOM = 0.8
@@ -13,6 +13,10 @@ HEADROOM = 0.8
 
 JERK_HEADROOM = 0.1
 """Share of the joints' jerk limits a reference may use: with more the torques would change too fast."""
+
+PLANNED_JERK_HEADROOM = 0.02
+"""The same for planned paths, on which joints that carry the stretched arm move together: 0.1 led to 173 % of the limit
+of torque rates."""
 
 SLOWING_MARGIN = 1.02
 """By how much more than needed a movement is slowed, since its references are sampled anew."""
@@ -22,6 +26,9 @@ BRAKING_HEADROOM = 0.5
 
 MIN_BRAKING_TIME_S = 0.1
 """Shortest time in which the arm stops."""
+
+GREATEST_JERK = 60.0
+"""Peak jerk of a smooth step, in lengths per duration cubed."""
 
 DELAYS_TRIED = 4
 """Number of moments, from the present to the end of the movement before, at which a movement is tried to begin."""
@@ -45,6 +52,31 @@ def timed(robot: Robot, knots: np.ndarray, points: np.ndarray, *, seconds: float
     if excess > 1:
         slower *= SLOWING_MARGIN * excess
     return _sampled(curve, duration, slower)
+
+
+def along(robot: Robot, path: np.ndarray, *, overlap: float) -> np.ndarray:
+    """Return the references of a movement from rest to rest along straight lines in joint space.
+
+    Each line is a movement of least jerk, which begins while the one before is ending. Their sum rounds the corners.
+
+    Args:
+        robot: whose n joints move.
+        path: (K, n) configurations, rad.
+        overlap: share of a movement left when the next begins, 0 .. 1; 0 to come to rest at every configuration.
+
+    Returns:
+        (N, n) rad, every `CONTROL_PERIOD_S`; the last is the last of the path.
+    """
+    lines = np.diff(path, axis=0)
+    spans = np.array([_straight_duration(robot, line) for line in lines])
+    begins = np.concatenate([[0.0], np.cumsum(spans[:-1] - overlap * np.minimum(spans[:-1], spans[1:]))])
+
+    def sampled(slower: float) -> np.ndarray:
+        total = float((begins + spans).max()) * slower
+        t = np.arange(1, int(np.ceil(total / CONTROL_PERIOD_S)) + 1)[:, None] * CONTROL_PERIOD_S / slower
+        return path[0] + smooth_step((t - begins) / spans) @ lines
+
+    return sampled(SLOWING_MARGIN * max(1.0, _excess(robot, sampled(1.0) - path[0], jerk=PLANNED_JERK_HEADROOM)))
 
 
 def begun_late(robot: Robot, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
@@ -79,13 +111,22 @@ def braking_time(robot: Robot, velocities: np.ndarray) -> float:
     return float(max(slowing.max(), jerking.max(), MIN_BRAKING_TIME_S))
 
 
+def _straight_duration(robot: Robot, line: np.ndarray) -> float:
+    """Return how long the joints take along a straight line from rest to rest, (n,) rad, within the limits, s."""
+    limits = zip(robot.velocity_limits, np.broadcast_to(robot.acceleration_limits, line.shape), strict=True)
+    lengths = np.abs(line)
+    times = [duration(x, HEADROOM * v, HEADROOM * a) for x, (v, a) in zip(lengths, limits, strict=True)]
+    jerking = np.cbrt(GREATEST_JERK * lengths / (PLANNED_JERK_HEADROOM * robot.jerk_limits))
+    return float(max(*times, *jerking, CONTROL_PERIOD_S))
+
+
 def _sampled(curve: CubicSpline, duration: float, slower: float) -> np.ndarray:
     """Return the references along a curve of a duration, s, that is followed so many times slower."""
     count = int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
     return np.asarray(curve(np.arange(1, count + 1) * duration / count))
 
 
-def _excess(robot: Robot, offsets: np.ndarray) -> float:
+def _excess(robot: Robot, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
     """Return how many times too fast joints are that pass (N, n) offsets to rest, rad; up to 1 they are not."""
     offsets = np.vstack([offsets, np.repeat(offsets[-1:], 3, axis=0)])
     speeds, accelerations, jerks = (
@@ -95,6 +136,6 @@ def _excess(robot: Robot, offsets: np.ndarray) -> float:
         max(
             (speeds / robot.velocity_limits).max() / HEADROOM,
             ((accelerations / robot.acceleration_limits).max() / HEADROOM) ** (1 / 2),
-            ((jerks / robot.jerk_limits).max() / JERK_HEADROOM) ** (1 / 3),
+            ((jerks / robot.jerk_limits).max() / jerk) ** (1 / 3),
         )
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 CONTROL_PERIOD_S = 0.01
 """Time between two joint references, s."""
@@ -13,10 +14,15 @@ SPEED_M_S, ACCELERATION_M_S2 = 0.60, 2.5
 """Greatest speed and acceleration of the tool: a loaded block stays far from slipping (15 N hold 0.55 N)."""
 
 TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2 = 1.6, 6.0
-"""Greatest speed and acceleration of the tool about the vertical."""
+"""Greatest speed and acceleration of the tool about the vertical, and as it tilts."""
+
+MIN_DOWN_COMPONENT = 0.999
+"""Least vertical component of the axis of a hand that points down."""
 
 MIN_DURATION_S = 0.15
 """Shortest duration of a movement, s."""
+
+ORIGIN = np.zeros(3)
 
 _FASTEST = 1.875
 _HARDEST = 10 / np.sqrt(3)
@@ -25,15 +31,39 @@ _HARDEST = 10 / np.sqrt(3)
 
 @dataclass(frozen=True)
 class ToolPose:
-    """The hand pointing straight down.
+    """Where the hand is.
 
     Attributes:
         position: (3,) of the point between the pads, m.
-        yaw: heading about z of the line along which the fingers close, rad.
+        rotation: (3, 3) of the tool frame: z points out of the hand, the fingers close along y.
     """
 
     position: np.ndarray
-    yaw: float
+    rotation: np.ndarray
+
+    @classmethod
+    def down(cls, position: np.ndarray, yaw: float) -> ToolPose:
+        """Return the hand pointing straight down, its fingers closing along a line of a heading, rad."""
+        c, s = np.cos(yaw), np.sin(yaw)
+        return cls(position, np.array([[-s, c, 0.0], [c, s, 0.0], [0.0, 0.0, -1.0]]))
+
+    @property
+    def yaw(self) -> float:
+        """Heading about z of the line along which the fingers close, rad."""
+        return float(np.arctan2(self.rotation[1, 1], self.rotation[0, 1]))
+
+    @property
+    def points_down(self) -> bool:
+        """Whether the hand points straight down."""
+        return bool(self.rotation[2, 2] < -MIN_DOWN_COMPONENT)
+
+    def shifted(self, offset: np.ndarray | list[float]) -> ToolPose:
+        """Return the same hand, moved by (3,) m."""
+        return ToolPose(self.position + offset, self.rotation)
+
+    def either_way(self) -> tuple[ToolPose, ToolPose]:
+        """Return this pose and the one with the fingers exchanged, which takes an object as well."""
+        return self, ToolPose(self.position, self.rotation * [-1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -42,12 +72,12 @@ class ToolPath:
 
     Attributes:
         positions: (N, 3) m.
-        yaws: (N,) rad, continuous.
+        rotations: (N, 3, 3) of the tool frame.
         progress: (N,) share of the whole done, 0 .. 1.
     """
 
     positions: np.ndarray
-    yaws: np.ndarray
+    rotations: np.ndarray
     progress: np.ndarray
 
 
@@ -75,35 +105,46 @@ def arch(
     height: float | None = None,
     drawn_in: float = 0.0,
     nearest: float = 0.0,
+    axis: np.ndarray = ORIGIN,
+    front: float = 0.0,
     pace: float = 1.0,
+    straight: bool = False,
 ) -> ToolPath:
     """Return a path that raises the tool, carries it over along an arc about the robot's base and lowers it.
 
-    The parts run into one another: the tool is within a fifth of the full height when it starts to the side,
-    and almost above the goal before it comes down. Rising and lowering alone are straight.
+    The tool is within a fifth of the full height when it starts to the side, and almost above the goal before it comes
+    down. Rising and lowering alone are straight.
 
     Args:
         start: where it is.
         goal: where it shall be.
-        turn: change of the yaw along the path, rad; goal.yaw up to whole turns.
+        turn: of the tool about the vertical along the path, rad; it tilts by what is left of the way to the goal's
+            orientation.
         height: to pass at, m, or higher for a higher goal; from above it the tool descends along the path, since high
             up the arm reaches less far. None: as high as the higher end.
         drawn_in: how much nearer to the base midway, m.
         nearest: least distance from the base midway between the ends, m.
+        axis: (3,) a point on the axis of the base, m.
+        front: heading of the base, rad.
         pace: 1 for the usual speed, less for slower.
+        straight: rise, go over and descend all at once.
     """
     top = max(goal.position[2], start.position[2] if height is None else height)
     rise, sink, drop = max(0.0, top - start.position[2]), max(0.0, start.position[2] - top), top - goal.position[2]
-    (r0, phi0), (r1, phi1) = _polar(start.position), _polar(goal.position)
+    (r0, phi0), (r1, phi1) = (_polar(pose.position - axis, front) for pose in (start, goal))
     sweep = phi1 - phi0  # never wrapped: the arm turns past its front, not past the stop of its first joint
     drawn_in = max(0.0, min(drawn_in, (r0 + r1) / 2 - nearest))
     across = float(np.linalg.norm([r1 - r0, max(r0, r1) * sweep, sink, 2 * drawn_in]))
 
     times = [duration(length, SPEED_M_S, ACCELERATION_M_S2) for length in (rise, across, drop)]
-    times[1] = max(times[1], duration(abs(turn), TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
+    tilt = (Rotation.from_euler("z", -turn) * Rotation.from_matrix(goal.rotation @ start.rotation.T)).as_rotvec()
+    turned = max(abs(turn), float(np.linalg.norm(tilt)))
+    times[1] = max(times[1], duration(turned, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
     up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
+    if straight:
+        up, over, down, begin_over, begin_down = *[max(up, over, down)] * 3, 0.0, 0.0
     total = max(up, begin_over + over, begin_down + down)
 
     t = np.arange(1, max(2, int(np.ceil(total / CONTROL_PERIOD_S))) + 1) * CONTROL_PERIOD_S
@@ -112,11 +153,13 @@ def arch(
         for begin, span in ((0.0, up), (begin_over, over), (begin_down, down))
     )
     radius = r0 + (r1 - r0) * carried - drawn_in * np.sin(np.pi * carried) ** 2
-    angle = phi0 + sweep * carried
+    angle = front + phi0 + sweep * carried
     z = start.position[2] + rise * raised - sink * carried - drop * lowered
-    positions = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
-    return ToolPath(positions, start.yaw + turn * carried, smooth_step(t / t[-1]))
+    positions = np.column_stack([axis[0] + radius * np.cos(angle), axis[1] + radius * np.sin(angle), z])
+    turns = Rotation.from_rotvec(carried[:, None] * [0.0, 0.0, turn]) * Rotation.from_rotvec(carried[:, None] * tilt)
+    return ToolPath(positions, turns.as_matrix() @ start.rotation, smooth_step(t / t[-1]))
 
 
-def _polar(position: np.ndarray) -> tuple[float, float]:
-    return float(np.hypot(position[0], position[1])), float(np.arctan2(position[1], position[0]))
+def _polar(offset: np.ndarray, front: float) -> tuple[float, float]:
+    bearing = float(np.arctan2(offset[1], offset[0]))
+    return float(np.hypot(offset[0], offset[1])), wrap(bearing - front) if front else bearing

@@ -17,6 +17,9 @@ from sim.world.scene import Scene
 AT_HEIGHT_M = 0.008
 """Greatest vertical distance of its underside from what it rests on."""
 
+POINTING_M, POINTING_SAMPLES = 0.12, 7
+"""How far from the tool the hand points at something, m, and number of points looked at."""
+
 NOWHERE = "no location"
 """The hand's location when it is over none: not a valid name of a location."""
 
@@ -47,10 +50,10 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     location lies on others, that is an object that stands on one of those, and the centre is over where they are now.
     Slots are those of the scenario's locations, or of the temporary ones, where an object may lie, too.
     """
-    pose, half = poses[name], scene.shapes[name].half
+    pose = poses[name]
     if pose.posture != Posture.UPRIGHT and not temporary:
         return None
-    underside = pose.position - [0.0, 0.0, half[2]]
+    underside = pose.position - [0.0, 0.0, half_height(scene, poses, name)]
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
     for slot in sorted(slots, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
         supports = scene.model.location(slot.location).on
@@ -59,7 +62,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
             continue
         if supports:
             under = _standing_on(scene, poses, carriers(scene, poses, name), supports)
-            floors += [float(poses[other].position[2] + scene.shapes[other].half[2]) for other in under.values()]
+            floors += [float(poses[other].position[2] + half_height(scene, poses, other)) for other in under.values()]
             if not temporary:
                 centre = middle_of_supports(scene, poses, under, supports)
         near = bool(np.hypot(*(underside[:2] - centre)) < slot.radius)
@@ -76,17 +79,24 @@ def middle_of_supports(scene: Scene, poses: Poses, under: Mapping[str, str], sup
 
 def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
     """Return the objects that an object lies on or leans on: its underside is level with their top, or below it."""
-    pose, half = poses[name], scene.shapes[name].half
-    underside = pose.position[2] - half[2]
+    pose = poses[name]
+    underside = pose.position[2] - half_height(scene, poses, name)
     own = footprint(scene, poses, name)
     found = []
     for other in poses:
-        top = poses[other].position[2] + scene.shapes[other].half[2]
-        higher = pose.position[2] > poses[other].position[2] + scene.shapes[other].half[2] / 2
+        half = half_height(scene, poses, other)
+        top = poses[other].position[2] + half
+        higher = pose.position[2] > poses[other].position[2] + half / 2
         level = abs(underside - top) < AT_HEIGHT_M or (pose.posture != Posture.UPRIGHT and higher and underside < top)
         if other != name and level and overlap(own, footprint(scene, poses, other)):
             found.append(other)
     return found
+
+
+def half_height(scene: Scene, poses: Poses, name: str) -> float:
+    """Return how far above and below its middle an object reaches as it stands or lies, m."""
+    shape, pose = scene.shapes[name], poses[name]
+    return float(shape.half[2]) if pose.posture == Posture.UPRIGHT else shape.depth(pose.rotation)
 
 
 def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
@@ -98,12 +108,18 @@ def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
 
 
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
-    """Return whether the hand is over a location: over its row of slots or between two of them."""
-    tool, row = data.site(scene.robot.tool).xpos, scene.slots[location]
+    """Return whether the hand is over a location: over its row of slots or between two of them.
+
+    A tilted hand is over what it points at, if that is within `POINTING_M`.
+    """
+    tool, row = data.site(scene.robot.tool), scene.slots[location]
     first, last = row[0].position, row[-1].position
     along = (last - first)[:2]
-    share = np.clip((tool - first)[:2] @ along / max(along @ along, 1e-12), 0.0, 1.0)
-    return bool(np.hypot(*(tool - first)[:2] - share * along) < AT_RADIUS_M and tool[2] > first[2])
+    axis = tool.xpos + np.linspace(0, POINTING_M, POINTING_SAMPLES)[:, None] * tool.xmat.reshape(3, 3)[:, 2]
+    offsets = (axis - first)[:, :2]
+    shares = np.clip(offsets @ along / max(along @ along, 1e-12), 0.0, 1.0)
+    near = np.hypot(*(offsets - shares[:, None] * along).T) < AT_RADIUS_M
+    return bool(near.any() and tool.xpos[2] > first[2])
 
 
 def hand_location(scene: Scene, data: mujoco.MjData, candidates: Iterable[str]) -> str:

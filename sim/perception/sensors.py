@@ -50,7 +50,7 @@ class ObjectPose:
     Attributes:
         position: (3,) of its centre, m, robot base frame.
         yaw: heading about z of the line along which the fingers preferably close, rad, up to its shape's symmetry.
-        tilt: of its vertical axis from the vertical, rad; a cube stands on any of its faces.
+        tilt: of its vertical axis from the vertical, rad, up to its shape's symmetry: a cube stands on any face.
         rotation: (3, 3) of its axes in the base frame.
     """
 
@@ -163,10 +163,9 @@ def true_poses(scene: Scene, data: mujoco.MjData) -> dict[str, ObjectPose]:
 
 def pose_of(shape: ObjectShape, position: np.ndarray, rotation: np.ndarray) -> ObjectPose:
     """Return the pose of an object of a shape, from its centre, m, and its (3, 3) axes."""
-    steep = np.abs(rotation[2])
-    cube = shape.kind == "cube"
-    level = rotation[:, int(np.argmin(steep)) if cube else int(steep[0] > np.sqrt(0.5))]
-    tilt = np.arccos(min(1.0, float(steep.max() if cube else steep[2])))
+    turned = shape.most_upright(rotation)
+    level = turned[:, int(abs(turned[2, 0]) > np.sqrt(0.5))]
+    tilt = np.arccos(min(1.0, float(turned[2, 2])))
     return ObjectPose(position, float(np.arctan2(level[1], level[0])), float(tilt), rotation)
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import mujoco
 import numpy as np
 
+from sim.geometry.mjcf import solid_geoms
 from sim.world.scene import Scene
 
 WORLD, HANDLED, ALOFT, ROBOT = range(4)
@@ -19,48 +23,60 @@ class ContactMonitor:
 
     Attributes:
         handled: the object that the fingers may touch, or None.
-        pad_forces: (2,) N, of the left and the right pad on it at the last update.
-        pressed: when both pads last pressed it, s; -inf if they have not.
+        pad_forces: N, of each of the gripper's pads on it at the last update.
+        pressed: when all pads last pressed it and the gripper was told to hold it, s; -inf if they have not.
     """
 
     def __init__(self, scene: Scene) -> None:
         """Assign its own bodies to the robot, and all others to the world."""
         self._model = model = scene.mujoco
-        self._pads = [model.geom(name).id for name in scene.robot.gripper.pads]
+        self._gripper = gripper = scene.robot.gripper
+        self._motor = model.actuator(gripper.actuator).id
+        self._pads = [model.geom(name).id for name in gripper.pads]
         self._fingers: list[bool] = scene.robot.fingers(model).tolist()
         self._roles: list[int] = np.where(scene.robot.bodies(model), ROBOT, WORLD)[model.geom_bodyid].tolist()
         self.handled: str | None = None
-        self.pad_forces = np.zeros(2)
+        self.pad_forces = np.zeros(len(self._pads))
         self.pressed = -np.inf
+        self._sorted_pairs = b""
+        self._sorted: tuple[list[tuple[int, int]], list[tuple[str, str]]] = ([], [])
 
     @property
     def aloft(self) -> bool:
         """Whether the handled object hangs in the air."""
         return ALOFT in self._roles
 
-    @property
-    def moving(self) -> np.ndarray:
-        """(ngeom,) bool: the robot's geoms and that of the object aloft."""
-        return np.isin(self._roles, (ALOFT, ROBOT))
-
     def handle(self, obj: str | None, *, aloft: bool = False) -> None:
         """Set the object that the fingers may touch, and whether it is aloft, so that it may touch nothing else."""
         self._roles = [role if role == ROBOT else WORLD for role in self._roles]
         if obj is not None:
-            self._roles[self._model.geom(obj).id] = ALOFT if aloft else HANDLED
+            for geom in solid_geoms(self._model, obj).tolist():
+                self._roles[geom] = ALOFT if aloft else HANDLED
+        self._sorted_pairs, self._sorted = b"", ([], [])
         if obj != self.handled:
             self.handled, self.pressed = obj, -np.inf
+
+    @contextmanager
+    def handling(self, obj: str) -> Iterator[None]:
+        """Let the fingers touch an object while something is tried out, without simulating."""
+        before = self.handled, self.aloft, self.pressed
+        self.handle(obj)
+        try:
+            yield
+        finally:
+            self.handle(before[0], aloft=before[1])
+            self.pressed = before[2]
 
     def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Update from a state just simulated; return the unwanted contacts as `touches` does."""
         presses, touches = self._sort(data)
-        self.pad_forces = np.zeros(2)
+        self.pad_forces = np.zeros(len(self._pads))
         if presses:
             forces, rows = data.efc_force, data.contact.efc_address
             for pad, contact in presses:
                 # The first row of an elliptic cone is the normal force.
                 self.pad_forces[pad] += forces[rows[contact]]
-        if self.pad_forces.min() > HOLD_FORCE_N:
+        if self.pad_forces.min() > HOLD_FORCE_N and self._gripper.holds(data.ctrl[self._motor]):
             self.pressed = data.time
         return touches
 
@@ -74,9 +90,16 @@ class ContactMonitor:
 
     def _sort(self, data: mujoco.MjData) -> tuple[list[tuple[int, int]], list[tuple[str, str]]]:
         """Return (pad, contact) for every contact of a pad with the handled object, and the unwanted contacts."""
+        pairs = data.contact.geom
+        # From one step to the next the pairs seldom change.
+        if (seen := pairs.tobytes()) != self._sorted_pairs:
+            self._sorted_pairs, self._sorted = seen, self._sorted_by_role(pairs)
+        return self._sorted
+
+    def _sorted_by_role(self, pairs: np.ndarray) -> tuple[list[tuple[int, int]], list[tuple[str, str]]]:
         roles = self._roles
         presses, touches = [], []
-        for i, (a, b) in enumerate(data.contact.geom.tolist()):
+        for i, (a, b) in enumerate(pairs.tolist()):
             if roles[a] == roles[b]:
                 continue
             low, high = (a, b) if roles[a] < roles[b] else (b, a)

@@ -1,7 +1,7 @@
 """World model: a planning model and a scene that agree with an observation.
 
-An object off every location gets a temporary location of its own: it can be taken from there unless it lies on its
-side, and nothing can be put there. It also obstructs others: nothing is released at a location that it overlaps, and an
+An object off every location gets a temporary location of its own: it can be taken from there, upright or not, and
+nothing can be put there. It also obstructs others: nothing is released at a location that it overlaps, and an
 object below it cannot be taken first.
 """
 
@@ -15,8 +15,8 @@ import numpy as np
 
 from prefplan.models.manipulation.model import Location, ManipulationState, Object
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import NOWHERE, carriers, footprint, hand_location, resting
-from sim.perception.sensors import Poses, Posture, on_table
+from sim.perception.grounding import NOWHERE, carriers, footprint, half_height, hand_location, resting
+from sim.perception.sensors import Poses, on_table
 from sim.world.places import Slot, unused_names
 from sim.world.scene import Scene
 from sim.world.shapes import extent
@@ -49,12 +49,12 @@ def reground(
     hand: str,
     held: str | None,
     marks: frozenset[tuple[str, str]],
-    reachable: Callable[[np.ndarray], bool],
+    why_lost: Callable[[str], str | None],
 ) -> Regrounded:
     """Return a scene and a state that agree with observed poses, also of objects that the model does not have.
 
-    The scene is as it was built from the scenario; `reachable` says whether the hand reaches a position, and the other
-    arguments are those of `observe`.
+    The scene is as it was built from the scenario; `why_lost` says why the hand cannot take an object, or None, and the
+    other arguments are those of `observe`.
     """
     model = scene.model
     known = {obj.name for obj in model.objects}
@@ -65,15 +65,14 @@ def reground(
     names = dict(zip(loose, unused_names(model, "spot", len(loose), taken=loose), strict=True))
     where = {obj: slot.location for obj, slot in rests.items()} | names
     lost = dict.fromkeys(gone, "fell from the table")
-    lost |= {obj: "lies on its side" for obj in names if seen[obj].posture == Posture.LYING}
-    lost |= {obj: "is out of reach" for obj in names if not reachable(seen[obj].position)}
+    lost |= {obj: why for obj in names if (why := why_lost(obj)) is not None}
     temporary = []
     for obj, name in names.items():
         on = tuple(dict.fromkeys(where[below] for below in carriers(scene, seen, obj)))
         x, y = map(float, seen[obj].position[:2])
         temporary.append(Location(name, at=None if on else (x, y), on=on, closed=True))
     slots = {
-        name: (Slot(name, 0, seen[obj].position - [0.0, 0.0, scene.shapes[obj].half[2]], seen[obj].yaw),)
+        name: (Slot(name, 0, seen[obj].position - [0.0, 0.0, half_height(scene, seen, obj)], seen[obj].yaw),)
         for obj, name in names.items()
     }
     over = hand_location(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
@@ -126,9 +125,8 @@ def _obstructed(
 def _is_free_beside(scene: Scene, poses: Poses, slot: Slot, obj: str) -> bool:
     """Return whether open fingers can release an object in a slot beside another, along one of two closing lines."""
     size = extent(scene.shapes.values())
-    half, pose = scene.shapes[obj].half, poses[obj]
-    bottom = pose.position[2] - half[2]
-    if bottom > slot.position[2] + size.high or pose.position[2] + half[2] < slot.position[2] + OBJECT_GAP_M:
+    half, height = half_height(scene, poses, obj), poses[obj].position[2]
+    if height - half > slot.position[2] + size.high or height + half < slot.position[2] + OBJECT_GAP_M:
         return True
     other = footprint(scene, poses, obj)
     block = Rectangle(slot.position[:2], size.half + OBJECT_GAP_M, slot.yaw)

@@ -1,4 +1,4 @@
-"""Collision checks of the robot and its load, among themselves and with the world, at given joint angles."""
+"""Collision checks of the robot and its load, among themselves and with the world: at joint angles, and along paths."""
 
 from __future__ import annotations
 
@@ -7,79 +7,220 @@ import copy
 import mujoco
 import numpy as np
 
-from sim.perception.sensors import ObjectPose, Poses
-from sim.perception.touch import ContactMonitor
+from sim.perception.sensors import Poses
 from sim.world.contacts import set_margins
 from sim.world.scene import Scene
 
 ADJACENT_M = 0.01
 """Links nearer than this to each other with the arm at home and the hand closed never count as in collision."""
 
+MAX_STEP_M = 0.008
+"""Greatest distance that a point of the robot or its load moves between two checks along a path. What has a clearance
+of more than half of it at both is not touched in between, however thin it is."""
+
+MAX_NEARING_M = 0.001
+"""By how much the arm may come nearer to what it is near to when it starts, m."""
+
+STEP_TARGET = 0.9
+"""Share of that distance that is aimed at, so that few steps must be shortened."""
+
 
 class CollisionChecker:
-    """A copy of the scene in which configurations of the robot are checked."""
+    """A copy of the scene in which configurations of the robot are checked, q being (n,) joint angles, rad or m."""
 
-    def __init__(self, scene: Scene, contacts: ContactMonitor) -> None:
-        """Tell wanted contacts from collisions as `contacts` does."""
+    def __init__(self, scene: Scene) -> None:
+        """Copy the scene; nothing is held until `see` is called."""
         self._model = model = copy.copy(scene.mujoco)
         self._data = mujoco.MjData(model)
-        self._contacts = contacts
-        self._robot = scene.robot
-        self._arm = scene.robot.qpos(model)
-        self._fingers = [int(model.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
-        self._is_robot = scene.robot.bodies(model)
-        scene.robot.let_links_collide(model)
-        self._margins = np.full(model.ngeom, ADJACENT_M)
-        set_margins(model, self._margins)
-        scene.robot.put(self._data, scene.robot.home, width=0.0)
-        mujoco.mj_kinematics(model, self._data)
+        self._robot = robot = scene.robot
+        self._arm, self._is_finger = robot.qpos(model), robot.fingers(model)
+        self._widths = [int(model.joint(name).qposadr[0]) for name in robot.gripper.joints]
+        self._is_robot = robot.bodies(model)[model.geom_bodyid]
+        robot.let_links_collide(model)
+        self._is_world = ~self._is_robot & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+        self._handled = self._load = -1
+        self._let_collide()
+        self._adjacent: set[tuple[int, int]] = set()
+        self._keep(ADJACENT_M)
+        robot.put(self._data, robot.home, width=0.0)
+        self._place(robot.home)
         mujoco.mj_collision(model, self._data)
-        self._adjacent = self._links_in_contact()
+        self._adjacent = self._pairs()
 
-    def touches(
-        self, now: mujoco.MjData, poses: Poses, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
-    ) -> list[str]:
-        """Return the names of the bodies in collision with the robot or its load.
+    @property
+    def levers(self) -> np.ndarray:
+        """(n,) how far each joint moves a point of the robot at most, m per rad or m: stretched, from the joint on."""
+        model, data = self._model, self._data
+        anchors = np.array([data.joint(name).xanchor for name in self._robot.joints])
+        links = np.linalg.norm(np.diff(anchors, axis=0), axis=1)
+        distal = self._moving[model.geom_bodyid[self._moving] >= model.joint(self._robot.joints[-1]).bodyid[0]]
+        beyond = np.linalg.norm(data.geom_xpos[distal] - anchors[-1], axis=1) + model.geom_rbound[distal]
+        reach = beyond.max() + np.append(np.cumsum(links[::-1])[::-1], 0.0)
+        slides = [model.joint(name).type[0] == mujoco.mjtJoint.mjJNT_SLIDE for name in self._robot.joints]
+        return np.where(slides, 1.0, reach)
+
+    def see(
+        self,
+        now: mujoco.MjData,
+        poses: Poses,
+        *,
+        handled: str | None = None,
+        held: bool = False,
+        width: float | None = None,
+    ) -> None:
+        """Take over a state, from which the next checks start.
 
         Args:
             now: the present state, of which the robot knows its own part.
             poses: last observed poses of the objects.
-            q: (n,) joint angles to check, rad.
+            handled: the object that the fingers may touch.
+            held: whether it moves with the hand; then it must not touch anything else.
             width: between the pads, m; None for the present one.
-            clearance: bodies nearer than this count as in collision, m.
         """
-        model, data, handled = self._model, self._data, self._contacts.handled
-        margins = np.where(self._contacts.moving, clearance, 0.0)
-        if not np.array_equal(margins, self._margins):
-            self._margins = margins
-            set_margins(model, margins)
+        model, data = self._model, self._data
         data.qpos[:] = now.qpos
+        if width is not None:
+            data.qpos[self._widths] = self._robot.gripper.positions(width)
         for obj, pose in poses.items():
             self._put(obj, pose.position, pose.rotation)
-        data.qpos[self._arm] = q
+        self._handled = model.body(handled).id if handled else -1
+        self._load = self._handled if held else -1
+        if handled and held:
+            tool = now.site(self._robot.tool)
+            turn = tool.xmat.reshape(3, 3).T
+            self._in_hand = turn @ (poses[handled].position - tool.xpos), turn @ poses[handled].rotation
+        self._let_collide()
+
+    def touches(
+        self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
+    ) -> frozenset[tuple[str, str]]:
+        """Return the collisions at a configuration: names of a body of the robot or the load, and of another.
+
+        Args:
+            q: joint angles to check.
+            width: between the pads, m; None for the one that was set last.
+            clearance: bodies nearer than this count as in collision, m.
+        """
         if width is not None:
-            data.qpos[self._fingers] = width / len(self._fingers)
-        mujoco.mj_kinematics(model, data)
-        if handled and self._contacts.aloft:
-            self._carry(now, handled, poses[handled])
-        mujoco.mj_collision(model, data)
-        links = {model.body(high).name for _, high in self._links_in_contact() - self._adjacent}
-        return sorted({other for _, other in self._contacts.touches(data)} - {handled} | links)
+            self._data.qpos[self._widths] = self._robot.gripper.positions(width)
+        self._keep(clearance)
+        self._place(q)
+        return self._named()
 
-    def _links_in_contact(self) -> set[tuple[int, int]]:
-        """Return the pairs of the robot's own bodies that are in contact, the lower number first."""
-        pairs = self._model.geom_bodyid[self._data.contact.geom.reshape(-1, 2)]
-        own = np.sort(pairs[self._is_robot[pairs].all(axis=1)], axis=1)
-        return {(int(low), int(high)) for low, high in own}
+    def blockers(self, path: np.ndarray, *, clearance: float, step: float = MAX_STEP_M) -> frozenset[str]:
+        """Return the names of the bodies in the first collision along (N, n) configurations; none if there is none.
 
-    def _carry(self, now: mujoco.MjData, obj: str, seen: ObjectPose) -> None:
-        """Move an object as the hand moves it."""
-        here, there = now.site(self._robot.tool), self._data.site(self._robot.tool)
-        turn = there.xmat.reshape(3, 3) @ here.xmat.reshape(3, 3).T
-        self._put(obj, there.xpos + turn @ (seen.position - here.xpos), turn @ seen.rotation)
+        A body that is within the clearance at the start, such as an object that slipped against a finger, counts only
+        if the arm comes nearer, comes near it again after leaving it, or never leaves it. What the load touches at the
+        end of the path, it may touch on the way: that carries it.
+
+        Args:
+            path: joint angles, straight between one row and the next.
+            clearance: bodies nearer than this count as in collision, m.
+            step: greatest distance that a point moves between two checks, m.
+        """
+        self._keep(clearance)
+        self._place(path[-1])
+        load = self._name_of(self._load) if self._load >= 0 else None
+        carriers = {pair for pair in self._named() if load in pair}
+        self._place(path[0])
+        near = {name for _, name in self._named() - carriers}
+        least = self._nearest(near) - MAX_NEARING_M
+        done, stride, last, before = 0.0, 1.0, len(path) - 1, self._pose()
+        while done < last:
+            ahead = min(done + stride, last)
+            row = min(int(ahead), last - 1)
+            self._place(path[row] + (ahead - row) * (path[row + 1] - path[row]))
+            pose = self._pose()
+            moved = self._distance(before, pose)
+            longest = STEP_TARGET * stride * step / max(moved, 1e-9)
+            if moved > step:
+                stride = longest
+                continue
+            met = {name for _, name in self._named() - carriers}
+            near &= met
+            if met - near:
+                return frozenset(met - near)
+            if near and self._nearest(near) < least:
+                return frozenset(near)
+            done, before, stride = ahead, pose, min(longest, 4 * stride)
+        return frozenset(near)
+
+    def _let_collide(self) -> None:
+        """Let the robot and its load collide with the world, and nothing in the world with the rest of it."""
+        model, world = self._model, self._is_world
+        is_load = world & (model.geom_bodyid == self._load)
+        model.geom_contype[world], model.geom_conaffinity[world] = 1, is_load[world]
+        model.body_conaffinity[model.geom_bodyid[world]] = 0
+        model.body_conaffinity[model.geom_bodyid[is_load]] = 1
+        self._moving = np.flatnonzero(is_load | (self._is_robot & (model.geom_contype != 0)))
+        self._radii = model.geom_rbound[self._moving]
+        self._known: dict[bytes, frozenset[tuple[str, str]]] = {}
+        self._clearance = np.nan
+
+    def _keep(self, clearance: float) -> None:
+        """Let contacts be found within a clearance of what moves, m."""
+        if clearance != self._clearance:
+            self._clearance = clearance
+            margins = np.zeros(self._model.ngeom)
+            margins[self._moving] = clearance
+            set_margins(self._model, margins)
+
+    def _place(self, q: np.ndarray) -> None:
+        """Move the robot, and its load with the hand."""
+        self._data.qpos[self._arm] = q
         mujoco.mj_kinematics(self._model, self._data)
+        if self._load >= 0:
+            tool = self._data.site(self._robot.tool)
+            turn = tool.xmat.reshape(3, 3)
+            offset, rotation = self._in_hand
+            self._put(self._model.body(self._load).name, tool.xpos + turn @ offset, turn @ rotation)
+            mujoco.mj_kinematics(self._model, self._data)
 
     def _put(self, obj: str, position: np.ndarray, rotation: np.ndarray) -> None:
         pose = self._data.joint(obj).qpos
         pose[:3] = position
         mujoco.mju_mat2Quat(pose[3:], rotation.ravel())
+
+    def _pose(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return (m, 3) positions and (m, 9) rotations of the shapes that move."""
+        return self._data.geom_xpos[self._moving], self._data.geom_xmat[self._moving]
+
+    def _distance(self, before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray]) -> float:
+        """Return a bound of the distance between where any point of a shape was and is, m.
+
+        A rotation by an angle a changes the matrix by sqrt(8) sin(a / 2), and moves a point at a distance r from the
+        centre by at most 2 r sin(a / 2).
+        """
+        shifts, turns = after[0] - before[0], after[1] - before[1]
+        moved = np.sqrt(np.einsum("ij,ij->i", shifts, shifts))
+        moved += self._radii * np.sqrt(np.einsum("ij,ij->i", turns, turns) / 2)
+        return float(moved.max())
+
+    def _pairs(self) -> set[tuple[int, int]]:
+        """Return the pairs of bodies that must not touch: first the one that moves, of two that do the lower number."""
+        found: set[tuple[int, int]] = set()
+        for a, b in self._data.contact.geom.tolist():
+            one, other = int(self._model.geom_bodyid[a]), int(self._model.geom_bodyid[b])
+            moves = [self._is_robot[geom] or body == self._load for geom, body in ((a, one), (b, other))]
+            wanted = one == self._handled and self._is_finger[b] or other == self._handled and self._is_finger[a]
+            if any(moves) and not wanted:
+                found.add((one, other) if moves[0] and (one < other or not moves[1]) else (other, one))
+        return found - self._adjacent
+
+    def _named(self) -> frozenset[tuple[str, str]]:
+        """Return the names of the bodies in collision; most contacts are those of the check before."""
+        mujoco.mj_collision(self._model, self._data)
+        contacts = self._data.contact.geom.tobytes()
+        if contacts not in self._known:
+            self._known[contacts] = frozenset((self._name_of(a), self._name_of(b)) for a, b in self._pairs())
+        return self._known[contacts]
+
+    def _nearest(self, others: set[str]) -> float:
+        """Return the least distance in a contact with one of several bodies, m; infinite if there is none."""
+        contact, body = self._data.contact, self._model.geom_bodyid
+        touched = [{self._name_of(int(body[geom])) for geom in pair} & others for pair in contact.geom]
+        return min((float(d) for d, names in zip(contact.dist, touched, strict=True) if names), default=np.inf)
+
+    def _name_of(self, body: int) -> str:
+        return str(self._model.body(body).name)

@@ -94,7 +94,7 @@ class Frames:
         jerks: (T, n) greatest jerk of the trajectory commanded to each arm joint since the frame before, rad/s^3.
         torques: (T, n) greatest torque of each arm joint since the frame before, N m.
         torque_rates: (T, n) greatest rate of that torque, low-pass filtered as by the arm's controller, N m/s.
-        pad_forces: (T, 2) with which the left and the right pad were pressed, N.
+        pad_forces: (T, pads) with which each of the gripper's pads was pressed, N.
         controls: (S, nu) int64, the actuators' commands at each step, in `COMMANDS_PER_UNIT` of their units.
         interventions: (K, 1 + m) number of a step, and the state that it began in, as `STATE` of the recorder, wherever
             this is not the one in which the step before it ended; the first is the start.

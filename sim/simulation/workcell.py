@@ -11,6 +11,7 @@ import numpy as np
 from sim.errors import SimulationError
 from sim.motion.joint_trajectory import JointTrajectory, through
 from sim.motion.kinematics import Arm
+from sim.motion.planning import MotionPlanner
 from sim.motion.timing import braking_time, summed
 from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import (
@@ -24,6 +25,7 @@ from sim.perception.sensors import (
     on_table,
 )
 from sim.perception.touch import ContactMonitor
+from sim.robots.gripper import SuctionGripper
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Effort, Event
@@ -53,25 +55,33 @@ class Workcell:
         scene: what is simulated.
         data: the MuJoCo state.
         arm: kinematics of the arm.
+        planner: plans paths of the arm.
         contacts: monitors contacts.
         recorder: records every frame.
-        effort: what the simulation took of the arm so far.
         reference: (n,) where the arm rests, or comes to rest when its movement ends, rad.
         events: in order of time.
         glowing: index of the marking location at work now, or -1.
         sensor: observes the objects.
         width: commanded between the pads at the end of their movement, m; less than that of a held object, so that
             they press it.
-        gripper: maps this width to the one that its actuator is sent; faults wrap it.
+        gripper: maps this width to the one that is sent to the hand; faults wrap it.
         disturb: called before every control period is simulated.
+        destination: location at which the object that is taken next is to be put down; None if that is not known.
     """
 
-    def __init__(self, scene: Scene, data: mujoco.MjData, *, sensor: Sensor | None = None) -> None:
-        """Begin in a state in which the arm is at rest; the sensor is exact unless one is given."""
+    def __init__(self, scene: Scene, data: mujoco.MjData, *, sensor: Sensor | None = None, seed: int = 0) -> None:
+        """Begin in a state in which the arm is at rest; the sensor is exact unless one is given.
+
+        Args:
+            scene: what is simulated.
+            data: its state.
+            sensor: observes the objects.
+            seed: of the search for paths.
+        """
         model = scene.mujoco
         self._motors = [model.actuator(name).id for name in scene.robot.joints]
         self._fingers = model.actuator(scene.robot.gripper.actuator).id
-        self.width = float(data.ctrl[self._fingers])
+        self.width = scene.robot.gripper.width(float(data.ctrl[self._fingers]))
         self.gripper: Callable[[float], float] = float
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
@@ -81,8 +91,9 @@ class Workcell:
         self._delayed = np.repeat(self._command[None], round(scene.latency / model.opt.timestep), axis=0)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
-        self._collision_checker = CollisionChecker(scene, self.contacts)
-        self.effort, self._qpos, self._dofs = Effort(), scene.robot.qpos(model), scene.robot.dofs(model)
+        self._checker = CollisionChecker(scene)
+        self.planner = MotionPlanner(scene.robot.ranges(model), self._checker.levers, seed=seed)
+        self._qpos = scene.robot.qpos(model)
         self.reference = data.qpos[self._qpos].copy()
         self._ending = JointTrajectory(*np.zeros((2, 0, len(self.reference))))
         self._widths: list[float] = []
@@ -91,12 +102,18 @@ class Workcell:
         self.glowing, self._dark = -1, np.inf
         self.sensor: Sensor = sensor or ExactSensor()
         self.disturb: Callable[[], None] = lambda: None
+        self.destination: str | None = None
         self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
         self.recorder.record(data, glow=self.glowing)
 
     def log_event(self, kind: str, **detail: Any) -> None:
         """Add an event at the present time."""
         self.events.append(Event(float(self.data.time), kind, detail))
+
+    @property
+    def effort(self) -> Effort:
+        """What the simulation took of the arm so far."""
+        return self.recorder.effort
 
     @property
     def shapes(self) -> dict[str, ObjectShape]:
@@ -151,8 +168,11 @@ class Workcell:
         pose = self.latest_pose(obj)
         if pose is None:
             return obj
-        offset = pose.position - self.data.site(self.scene.robot.tool).xpos
-        return obj if np.linalg.norm(offset) < HOLD_OFFSET_M else None
+        tool = self.data.site(self.scene.robot.tool)
+        offset = np.linalg.norm(pose.position - tool.xpos)
+        if isinstance(self.scene.robot.gripper, SuctionGripper):  # which holds it by a face
+            offset -= self.scene.shapes[obj].support(pose.rotation.T @ tool.xmat.reshape(3, 3)[:, 2])
+        return obj if offset < HOLD_OFFSET_M else None
 
     @property
     def in_doubt(self) -> bool:
@@ -192,16 +212,17 @@ class Workcell:
         carried = self.held() if self.contacts.aloft else None
         while len(self._ending) > left:
             self._tick()
+            if len(self._ending) // self._substeps % round(WATCH_PERIOD_S / CONTROL_PERIOD_S):
+                continue
             if carried and len(self._ending) and self.held() is None:
                 self.log_event("lost", object=carried)
                 self.contacts.handle(carried)
                 self.brake()
-            if len(self._ending) // self._substeps % round(WATCH_PERIOD_S / CONTROL_PERIOD_S) == 0:
-                try:
-                    watch()
-                except SimulationError:
-                    self.brake()
-                    raise
+            try:
+                watch()
+            except SimulationError:
+                self.brake()
+                raise
 
     def brake(self) -> None:
         """Stop the arm on its path, within its limits."""
@@ -239,9 +260,21 @@ class Workcell:
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """Return the bodies in collision with the robot or its load at (n,) joint angles, rad (`CollisionChecker`)."""
-        for obj in self.scene.shapes:
-            self.latest_pose(obj)
-        return self._collision_checker.touches(self.data, self._seen, q, width=width, clearance=clearance)
+        touches = self.foresight().touches(q, width=width, clearance=clearance)
+        return sorted({other for _, other in touches})
+
+    def foresight(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
+        """Observe all objects; return the checker of what would be in collision from now on.
+
+        Args:
+            held: the handled object moves with the hand though it is not aloft yet, or no more.
+            width: between the pads, m; None for the present one.
+        """
+        seen = {obj: self.latest_pose(obj) for obj in self.scene.shapes}
+        handled = self.contacts.handled
+        carried = (held or self.contacts.aloft) and handled is not None and seen[handled] is not None
+        self._checker.see(self.data, self._seen, handled=handled, held=carried, width=width)
+        return self._checker
 
     def _periods_within(self, distance: float) -> int:
         """Return the number of last control periods of the movement in which the tool stays so near to its goal, m."""
@@ -256,31 +289,27 @@ class Workcell:
         """Simulate one control period, in which the arm and the fingers go on with their movements."""
         data, ending = self.data, self._ending
         self.disturb()
-        self._command[self._fingers] = self.gripper(self._widths.pop(0) if self._widths else self.width)
-        commands, references = (np.repeat(row[None], self._substeps, axis=0) for row in (self._command, self.reference))
+        width = self.gripper(self._widths.pop(0) if self._widths else self.width)
+        self._command[self._fingers] = self.scene.robot.gripper.command(width)
+        commands = np.repeat(self._command[None], self._substeps, axis=0)
+        references = ending.positions[: self._substeps] if len(ending) else [self.reference] * self._substeps
         if len(ending):
-            references = ending.positions[: self._substeps]
             commands[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
         self._command = commands[-1].copy()
-        waiting = np.vstack([self._delayed, commands])
-        self._delayed = waiting[self._substeps :]
-        sent = self.recorder.begin_period(data, waiting[: self._substeps])
-        for command, reference in zip(sent, references, strict=True):
-            data.ctrl[:] = command
-            mujoco.mj_step(self.scene.mujoco, data)
-            self.recorder.feel(data, reference)
-            if self.recorder.is_due(data):
-                self.recorder.record(data, glow=self.glowing)
+        if len(self._delayed):
+            waiting = np.vstack([self._delayed, commands])
+            commands, self._delayed = waiting[: self._substeps], waiting[self._substeps :]
+        model, recorder, control = self.scene.mujoco, self.recorder, data.ctrl
+        for command, reference in zip(recorder.begin_period(data, commands), references, strict=True):
+            control[:] = command
+            mujoco.mj_step(model, data)
+            recorder.feel(data, reference)
+            if recorder.is_due(data):
+                recorder.record(data, glow=self.glowing)
         self.recorder.end_period(data)
         self._ending = ending.after(self._substeps)
         if data.time >= self._dark:
             self.glowing = -1
-        speeds, torques = data.qvel[self._dofs], data.qfrc_actuator[self._dofs]
-        self.effort += Effort(
-            CONTROL_PERIOD_S,
-            CONTROL_PERIOD_S * float(np.abs(speeds).sum()),
-            CONTROL_PERIOD_S * float(np.abs(torques * speeds).sum()),
-        )
         for pair in self.contacts.update(data):
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.log_event("contact", moving=pair[0], other=pair[1])

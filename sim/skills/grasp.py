@@ -6,15 +6,19 @@ import numpy as np
 
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
-from sim.errors import BlockedError
-from sim.motion.trajectory import CONTROL_PERIOD_S
-from sim.perception.grounding import hand_over
-from sim.perception.sensors import ObjectPose, Posture
+from sim.errors import BlockedError, SimulationError
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
+from sim.perception.grounding import half_height, hand_over
+from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
-from sim.skills.hand import BLEND_M, HOVER_HEIGHT_M, OPEN_DURATION_S, check_held, free_closing_line, move_tool
+from sim.skills.drawing import draw_free, find_draw
+from sim.skills.grasp_choice import choose_grasp
+from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, move_tool
 from sim.skills.skill import Skill, SkillError
+from sim.skills.transfer import travel
+from sim.skills.turning import find_turn, set_down
+from sim.world.grasps import GraspPose
 from sim.world.places import AT_RADIUS_M, Slot
-from sim.world.shapes import Grip
 
 CLOSING_DISTANCE_M = 0.015
 """Distance of the tool from its goal at which the hand begins to close."""
@@ -41,38 +45,96 @@ class GraspSkill(Grasp, Skill):
 
     def perform(self, cell: Workcell, action: Action) -> None:
         """See `Skill.perform`."""
-        obj = action.obj
-        slot, shape = _slot_below(cell, obj), cell.scene.shapes[obj]
-        pose = cell.measure(obj)
-        if pose.posture == Posture.LYING:
-            raise BlockedError(f"{obj} fell over", ())
+        try:
+            self._take(cell, action.obj)
+        except BlockedError as error:
+            if error.by != (action.obj,):
+                raise
+            raise SkillError(f"{action.obj} itself is in the way") from None
+
+    def _take(self, cell: Workcell, obj: str) -> None:
+        slot, pose = _slot_below(cell, obj), cell.measure(obj)
         cell.contacts.handle(obj)
-        yaw = shape.yaw_near(pose.yaw, slot.yaw)
-        line, grip = free_closing_line(cell, pose.position, [(yaw + grip.turn, grip) for grip in shape.grip_variants])
-        target, above = self.closing_position(cell, obj, pose, grip), pose.position + [0.0, 0.0, HOVER_HEIGHT_M]
-        cell.set_width(grip.opening, OPEN_DURATION_S)
-        yaw = move_tool(cell, above, [line, line + np.pi], within=BLEND_M)
-        move_tool(cell, target, [yaw], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
-        cell.grip(grip.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
+        try:
+            forces = self._lift(cell, obj, pose, slot.yaw)
+        except SimulationError as error:
+            if not self._prepare(cell, obj, pose, error):
+                raise
+            forces = self._lift(cell, obj, cell.measure(obj), slot.yaw)
+        cell.log_event("grasped", object=obj, force=[round(float(force), 2) for force in forces])
+
+    def _prepare(self, cell: Workcell, obj: str, pose: ObjectPose, error: SimulationError) -> bool:
+        """Bring an object that cannot be taken for some reason to where it can; return whether there is a way to."""
+        if isinstance(error, SkillError):
+            return False
+        if isinstance(error, BlockedError):
+            walled_in = not any(name in cell.scene.shapes for name in error.by)
+            draw = find_draw(cell, obj, pose) if walled_in else None
+            if draw is not None:
+                draw_free(cell, obj, draw)
+            return draw is not None
+        turn = find_turn(cell, obj, pose)
+        if turn is not None:
+            self._approach(cell, obj, pose, turn.grasp, turn.before, turn.tool)
+            self._close(cell, obj, turn.grasp, turn.before)
+            set_down(cell, obj, turn)
+        return turn is not None
+
+    def _lift(self, cell: Workcell, obj: str, pose: ObjectPose, yaw: float) -> np.ndarray:
+        """Take an object by the first grasp that serves and raise it; return the pads' contact forces, N."""
+        came_down = cell.arm.tool(cell.reference).points_down
+        for tilted in (False, True) if came_down else (True,):
+            grasp, before, target = choose_grasp(cell, obj, pose, yaw, tilted=tilted)
+            try:
+                self._approach(cell, obj, pose, grasp, before, target)
+                break
+            except BlockedError:
+                # Straight down there may be no way to where the hand itself would be free.
+                if tilted:
+                    raise
+        return self._close(cell, obj, grasp, before)
+
+    def _approach(
+        self, cell: Workcell, obj: str, pose: ObjectPose, grasp: GraspPose, before: ToolPose, target: ToolPose
+    ) -> None:
+        """Bring the open hand to where its fingers close on an object."""
+        _open_at(cell, before, target, grasp.opening)
+        _check_still(cell, obj, pose)
+        target = self.closing_pose(cell, obj, target)
+        move_tool(cell, [target], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
+
+    def _close(self, cell: Workcell, obj: str, grasp: GraspPose, before: ToolPose) -> np.ndarray:
+        """Close the hand on an object and raise it; return the pads' contact forces, N."""
+        cell.grip(grasp.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
         cell.settle()
-        cell.set_width(grip.width - cell.scene.robot.gripper.squeeze_m, SQUEEZE_DURATION_S)
+        cell.set_width(grasp.width - cell.scene.robot.gripper.squeeze_m, SQUEEZE_DURATION_S)
         forces = _await_firm_grip(cell)
         if forces is None:
-            cell.grip(grip.opening, OPEN_DURATION_S)
-        move_tool(cell, above, [yaw], within=BLEND_M)
+            cell.grip(grasp.opening, OPEN_DURATION_S)
+        move_tool(cell, [before], within=BLEND_M)
         if forces is None:
             raise SkillError(f"the fingers closed without a firm grip on {obj}")
         check_held(cell, obj)
-        cell.log_event("grasped", object=obj, force=[round(float(force), 2) for force in forces])
+        return forces
 
-    def closing_position(self, cell: Workcell, obj: str, pose: ObjectPose, grip: Grip) -> np.ndarray:
-        """Return the (3,) position of the tool, m, at which the fingers close on an object."""
-        return pose.position + [0.0, 0.0, grip.lift]
+    def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
+        """Return the pose of the tool at which the fingers close on an object; `target` is that of its grasp."""
+        return target
+
+
+def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -> None:
+    """Bring the hand to where it comes straight to its target, and open it to a width, m."""
+    cell.set_width(width, OPEN_DURATION_S)
+    if before.points_down:
+        move_tool(cell, [before], within=BLEND_M)
+    else:
+        travel(cell, [before], height=float(before.position[2]), onward=target)
 
 
 def _slot_below(cell: Workcell, obj: str) -> Slot:
     """Return the slot at the hand's location where an object rests."""
-    position = cell.observe(obj).position - [0.0, 0.0, cell.scene.shapes[obj].half[2]]
+    pose = cell.observe(obj)
+    position = pose.position - [0.0, 0.0, half_height(cell.scene, {obj: pose}, obj)]
     slots = [slot for row in cell.scene.slots.values() for slot in row]
     slot = min(slots, key=lambda slot: float(np.linalg.norm(position - slot.position)))
     if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS_M or not hand_over(cell.scene, cell.data, slot.location):

@@ -1,16 +1,22 @@
-"""The hand close to objects: straight motions, closing lines free of collisions, and what it holds."""
+"""The hand close to objects: straight motions, poses free of collisions, and what it holds."""
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from sim.errors import BlockedError, SimulationError
-from sim.motion.trajectory import wrap
+from sim.motion.kinematics import TILTED_MARGIN_RAD
+from sim.motion.trajectory import ToolPose
+from sim.perception.grounding import half_height
+from sim.perception.sensors import ObjectPose, Posture
 from sim.simulation.workcell import Workcell
+from sim.skills.clear_paths import check_path
 from sim.skills.skill import SkillError
-from sim.world.shapes import Grip
+from sim.world.grasps import GraspPose, grasps
+from sim.world.shapes import ObjectShape, about_z
 
 HOVER_HEIGHT_M = 0.12
 """Height of the tool over a slot's centre before and after it grasps or releases: a held block clears a resting one."""
@@ -24,6 +30,22 @@ CLOSING_CHECKS = 4
 FINGER_CLEARANCE_M = 0.0015
 """Least clearance of the fingers from other bodies: the arm comes to rest within 1 mm of its reference."""
 
+DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
+"""How far a tilted hand is drawn back along its axis where it cannot come from above, and raised meanwhile, m."""
+
+APPROACH_STEPS, MAX_APPROACH_STEP_RAD = 4, 0.3
+"""Number of steps in which a tilted hand is followed to an object, and how far a joint may turn in each, rad."""
+
+CHOSEN_MARGIN_RAD = 0.12
+"""Distance that the poses chosen for a tilted hand keep from the ends of the joints, rad: an object that is measured
+again is not quite where it was, and neither is the hand then."""
+
+PATH_CLEARANCE_M = 0.006
+"""Least clearance of the arm and its load from obstacles along a path; they deviate from it by 2 mm at most."""
+
+PLANNING_CLEARANCE_M = 0.008
+"""Least clearance of planned paths at their samples: in between they may come nearer, but not than the one above."""
+
 OPEN_DURATION_S = 0.25
 """Duration of opening the hand."""
 
@@ -33,80 +55,137 @@ BLEND_M = 0.02
 
 def move_tool(
     cell: Workcell,
-    position: np.ndarray,
-    yaws: Sequence[float],
+    goals: Sequence[ToolPose],
     *,
     within: float = 0.0,
     seconds: float = 0.0,
     watch: Callable[[], None] = lambda: None,
-) -> float:
-    """Move the tool along a straight line to a (3,) position nearby, m; return which of the yaws, rad, it took.
+) -> ToolPose:
+    """Move the tool along a straight line to one of several poses nearby; return which one.
 
     Args:
         cell: the running simulation.
-        position: of the tool at its goal, m.
-        yaws: those that would do, rad.
+        goals: poses that would do.
         within: distance from the goal at which the next movement may begin, m; 0 to come to rest there.
         seconds: least duration, s.
         watch: called again and again meanwhile; if it raises an error, the arm brakes.
     """
-    goal, yaw = cell.arm.reach(position, list(yaws))
-    references = cell.arm.move(cell.reference, goal, position, yaw, seconds=seconds, ending=cell.ending)
+    goal, pose = None, goals[0]
+    if len(goals) == 1 and not pose.points_down:
+        # Step by step the elbow keeps its place, where a search from afar may bring it to the end of a joint.
+        with contextlib.suppress(SimulationError):
+            goal = followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
+    if goal is None:
+        goal, pose = cell.arm.reach(goals, near=cell.reference)
+    references = cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending)
+    check_path(cell, references, clearance=FINGER_CLEARANCE_M)
     cell.follow(references, within=within, watch=watch)
-    return yaw
+    return pose
 
 
-def free_closing_line(
-    cell: Workcell, position: np.ndarray, options: Sequence[tuple[float, Grip]]
-) -> tuple[float, Grip]:
-    """Return the first closing line, with its grip, on which the fingers close on an object without a collision.
+def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:
+    """Return poses from which the hand comes straight to a pose and leaves it: from above, or along its own axis."""
+    above = pose.shifted([0.0, 0.0, HOVER_HEIGHT_M])
+    return (above,) if pose.points_down else (above, pose.shifted(DRAWN_BACK_M * -pose.rotation[:, 2] + LIFTED_M))
+
+
+def free_pose(
+    cell: Workcell, goals: Sequence[ToolPose], grasp: GraspPose, *, near: np.ndarray | None = None
+) -> tuple[ToolPose, ToolPose]:
+    """Return which of several poses the hand takes to open and close for a grasp there without a collision.
 
     Args:
         cell: the running simulation.
-        position: (3,) of the object's centre, m.
-        options: closing lines, rad, and grips to try in turn.
+        goals: poses that would do.
+        grasp: how wide the hand opens and closes.
+        near: (n,) where the arm comes from, rad; None for anywhere.
+
+    Returns:
+        From where it comes straight to that pose, and the pose.
 
     Raises:
-        BlockedError: none is free.
+        BlockedError: bodies are in the way of the hand.
+        SimulationError: the arm reaches none of the poses.
     """
     blockers: set[str] = set()
-    for line, grip in options:
-        q, _ = cell.arm.reach(position + [0.0, 0.0, grip.lift], [line, line + np.pi])
-        widths = np.linspace(grip.opening, grip.width, CLOSING_CHECKS)
-        obstacles = {
-            obj for width in widths for obj in cell.collisions(q, width=float(width), clearance=FINGER_CLEARANCE_M)
-        }
-        if not obstacles:
-            return line, grip
-        blockers |= obstacles
-    raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+    unreachable = SimulationError("the joints would have to turn round")
+    for options in zip(*map(pregrasps, goals), strict=True):
+        try:
+            q, before = cell.arm.reach(options, near=near, margin=CHOSEN_MARGIN_RAD)
+            pose = goals[next(i for i, option in enumerate(options) if option is before)]
+            met = _met(cell, q, grasp.opening, FINGER_CLEARANCE_M if pose.points_down else PLANNING_CLEARANCE_M)
+            path = followed(cell, q, before, pose)
+        except SimulationError as error:
+            unreachable = error
+            continue
+        for q in path[:-1]:
+            met |= _met(cell, q, grasp.opening)
+        for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
+            met |= _met(cell, path[-1], float(width))
+        if not met:
+            return before, pose
+        blockers |= met
+    if blockers:
+        raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+    raise unreachable
+
+
+def followed(
+    cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose, *, margin: float = CHOSEN_MARGIN_RAD
+) -> list[np.ndarray]:
+    """Return joint angles, rad, on the straight path to a pose from another one, where they are (n,) q; the last there.
+
+    They keep a margin from the ends of the joints, rad, unless the hand points down.
+
+    Raises:
+        SimulationError: it does not reach it, or has to turn round meanwhile.
+    """
+    if pose.points_down:
+        return [cell.arm.reach([pose])[0]]
+    path = [q]
+    for share in np.linspace(0, 1, APPROACH_STEPS + 1)[1:]:
+        step = ToolPose(before.position + share * (pose.position - before.position), pose.rotation)
+        path.append(cell.arm.reach([step], near=path[-1], margin=margin)[0])
+        if np.abs(path[-1] - path[-2]).max() > MAX_APPROACH_STEP_RAD:
+            raise SimulationError("the joints would have to turn round")
+    return path[1:]
+
+
+def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float = FINGER_CLEARANCE_M) -> set[str]:
+    """Return what the hand, opened to a width, m, is nearer to than a clearance, m, the object aside it handles."""
+    return set(cell.collisions(q, width=width, clearance=clearance)) - {cell.contacts.handled or ""}
 
 
 def passage_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear some objects at rest, m."""
-    shapes = cell.scene.shapes
-    tops = [cell.observe(obj).position[2] + shapes[obj].half[2] for obj in objects if obj != held]
-    below = shapes[held].half[2] if held else cell.scene.robot.gripper.fingertip_m
+    shapes, poses = cell.scene.shapes, {obj: cell.observe(obj) for obj in objects if obj != held}
+    tops = [pose.position[2] + half_height(cell.scene, poses, obj) for obj, pose in poses.items()]
+    below = cell.scene.robot.gripper.fingertip_m
+    if held:
+        pose = cell.observe(held)
+        half = half_height(cell.scene, {held: pose}, held)
+        hanging = float(cell.arm.tool(cell.angles).position[2] - pose.position[2]) + half
+        below = max(float(shapes[held].half[2]), half, hanging)
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 
 
-def reaches(cell: Workcell, position: np.ndarray) -> bool:
-    """Return whether the hand reaches a (3,) position, m, from above, in any of eight directions."""
-    if position[2] < 0:
-        return False
-    lines = [np.pi / 4 * k for k in range(8)]
-    try:
-        for height in (0.0, HOVER_HEIGHT_M):
-            cell.arm.reach(position + [0.0, 0.0, height], lines)
-    except SimulationError:
-        return False
-    return True
+def frame_of(shape: ObjectShape, pose: ObjectPose, yaw: float) -> np.ndarray:
+    """Return the (3, 3) axes of an object up to its symmetry, its x axis nearest to a heading, rad, or level."""
+    if pose.posture == Posture.UPRIGHT:
+        return about_z(shape.yaw_near(pose.yaw, yaw))
+    frame = shape.most_upright(pose.rotation)
+    return shape.heading_to(frame, np.cross([0.0, 0.0, 1.0], frame[:, 2]))
 
 
-def held_grip(cell: Workcell, obj: str) -> Grip:
-    """Return the grip in which the hand holds an object."""
-    turn = cell.arm.tool(cell.angles).yaw - cell.observe(obj).yaw
-    return min(cell.scene.shapes[obj].grips, key=lambda grip: abs(wrap(turn - grip.turn, np.pi)))
+def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
+    """Return how the hand holds an object; what stands, or leans if that is asked for, is taken to stand exactly."""
+    shape, pose, tool = cell.scene.shapes[obj], cell.observe(obj), cell.arm.tool(cell.angles)
+    frame = about_z(pose.yaw) if leaning else frame_of(shape, pose, pose.yaw)
+    closing, approach = tool.rotation[:, 1], tool.rotation[:, 2]
+    frame = shape.heading_to(frame, closing if abs(closing @ frame[:, 2]) < np.sqrt(0.5) else approach)
+    rotation = frame.T @ tool.rotation
+    similar = max(grasps(shape, cell.scene.robot.gripper), key=lambda grasp: abs(grasp.rotation[:, 1] @ rotation[:, 1]))
+    return GraspPose(frame.T @ (tool.position - pose.position), rotation, similar.width)
 
 
 def check_held(cell: Workcell, obj: str) -> None:

@@ -1,78 +1,80 @@
-"""Transfer motions: paths of the hand over all objects at rest, and detours around taller obstacles."""
+"""Transfer motions: arching paths of the tool over all objects at rest, and planned paths where those collide."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from sim.errors import BlockedError, SimulationError
+from sim.motion.timing import along, begun_late
+from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
-from sim.skills.hand import BLEND_M
+from sim.skills.clear_paths import check_path, planned_path
+from sim.skills.hand import BLEND_M, CHOSEN_MARGIN_RAD, PATH_CLEARANCE_M, PLANNING_CLEARANCE_M, followed
 
-DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15), (0.1, 0.15), (0.2, 0.0), (0.2, 0.2), (0.3, 0.0), (0.3, 0.2))
-"""Paths to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
+DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
+"""Arches to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
 
-ROUND_ABOUT_M = (0.0, 0.15, 0.3)
-"""Paths to try then, no higher than their ends, past what stands too high to reach over it: how much nearer, m."""
-
-PATH_CLEARANCE_M = 0.006
-"""Least clearance of the arm and its load from obstacles along a path; they deviate from it by 2 mm at most."""
-
-REFERENCES_PER_CHECK = 3
-"""One joint reference in this many is checked for collisions; the tool moves up to 18 mm between two checks."""
+OVERLAPS = (0.5, 0.25, 0.0)
+"""How far the lines of a planned path run into one another, to try in turn: the corners are cut less and less."""
 
 
-def travel(cell: Workcell, position: np.ndarray, line: float, *, height: float) -> None:
-    """Move the tool to a distant position along the first path that is free of collisions.
+def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: ToolPose | None = None) -> None:
+    """Move the tool to one of several distant poses along the first path that is free of collisions.
+
+    Arches come first: they look good, and cost nothing. Where each of them collides, a path is planned.
 
     Args:
         cell: the running simulation.
-        position: (3,) of the tool at the goal, m.
-        line: heading of the closing line there, in either direction, rad.
+        goals: poses that would do.
         height: of the tool as it passes over objects at rest, m.
+        onward: where the tool goes straight from there; None if that is not known, or above it.
 
     Raises:
-        BlockedError: every path that the arm can follow collides with a body.
-        SimulationError: the arm cannot follow any of the paths.
+        BlockedError: no path is free of collisions.
+        SimulationError: the goal is out of reach.
     """
-    goal, yaw = cell.arm.reach(position, [line, line + np.pi])
     blockers: set[str] = set()
-    unreachable: SimulationError | None = None
-    over = [(height + raised, drawn_in) for raised, drawn_in in DETOURS]
-    for passage, drawn_in in (*over, *((None, drawn_in) for drawn_in in ROUND_ABOUT_M)):
+    for references in _movements(cell, goals, height, onward, blockers):
         try:
-            references = cell.arm.move(
-                cell.reference,
-                goal,
-                position,
-                yaw,
-                height=passage,
-                drawn_in=drawn_in,
-                ending=cell.ending,
-            )
-        except SimulationError as error:
-            unreachable = error
+            if onward is not None:
+                followed(cell, references[-1], cell.arm.tool(references[-1]), onward)
+            check_path(cell, references, clearance=PATH_CLEARANCE_M)
+        except BlockedError as error:
+            blockers.update(error.by)
             continue
-        obstacles = obstacles_on(cell, references)
-        if not obstacles:
-            cell.follow(references, within=BLEND_M)
-            return
-        blockers |= obstacles
-    if unreachable and not blockers:
-        raise unreachable
+        except SimulationError:
+            continue
+        cell.follow(references, within=BLEND_M)
+        return
+    if not blockers:
+        raise SimulationError("the joints would have to turn round")
     raise BlockedError(f"the way is blocked by {' and '.join(sorted(blockers))}", blockers)
 
 
-def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
-    """Return the names of the bodies within the clearance at the first collision along (N, joints) references, rad.
-
-    A body that is within it at the start, such as an object that slipped against a finger, counts only if the arm
-    comes near it again after leaving it, or never leaves it.
-    """
-    references = cell.blended(references)
-    near = set(cell.collisions(cell.angles, clearance=PATH_CLEARANCE_M))
-    for q in (*references[::REFERENCES_PER_CHECK], references[-1]):
-        met = set(cell.collisions(q, clearance=PATH_CLEARANCE_M))
-        near &= met
-        if met - near:
-            return met - near
-    return near
+def _movements(
+    cell: Workcell, goals: Sequence[ToolPose], height: float, onward: ToolPose | None, blockers: set[str]
+) -> Iterator[np.ndarray]:
+    """Yield the (N, joints) references of movements to try, rad; add to the blockers what keeps others from being."""
+    goal, pose = cell.arm.reach(goals, near=cell.reference, margin=CHOSEN_MARGIN_RAD)
+    for raised, drawn_in in DETOURS:
+        try:
+            yield cell.arm.move(
+                cell.reference, goal, pose, height=height + raised, drawn_in=drawn_in, ending=cell.ending
+            )
+        except SimulationError:
+            continue
+    for goal, pose in cell.arm.configurations(goals, near=cell.reference, margin=CHOSEN_MARGIN_RAD):
+        try:
+            if onward is not None:
+                followed(cell, goal, pose, onward)  # before it is planned in vain
+            path = planned_path(cell, goal, clearance=PLANNING_CLEARANCE_M)
+        except BlockedError as error:
+            blockers.update(error.by)
+        except SimulationError:
+            continue
+        else:
+            for overlap in OVERLAPS:
+                references = along(cell.scene.robot, path, overlap=overlap)
+                yield begun_late(cell.scene.robot, references, cell.reference, cell.ending)

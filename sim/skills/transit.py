@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Transit
+from sim.errors import BlockedError, SimulationError
+from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
+from sim.skills.grasp_choice import choose_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, passage_height
 from sim.skills.skill import Skill
 from sim.skills.transfer import travel
@@ -16,8 +20,15 @@ NEAR_M = 0.2
 """Distance within which the hand over a location passes over other objects, too: more than its own width."""
 
 
+PILE_HEIGHT_M = 0.2
+"""Height over a location's floor to which objects belong to it, m: those on a board above it do not."""
+
+ROOF_HEIGHT_M = 0.05
+"""Height over a location's floor from which on what is fixed there is a roof, m: a bin's walls are lower."""
+
+
 class TransitSkill(Transit, Skill):
-    """Bring the empty hand over a location and whatever is piled up there."""
+    """Bring the empty hand over a location and whatever is piled up there, or to what is there from where it can."""
 
     def perform(self, cell: Workcell, action: Action) -> None:
         """See `Skill.perform`."""
@@ -28,4 +39,47 @@ class TransitSkill(Transit, Skill):
         reach = NEAR_M + float(np.hypot(*(slots[-1].position - centre)[:2]))
         piled = [obj for obj in cell.shapes if np.hypot(*(cell.observe(obj).position - centre)[:2]) < reach]
         height = max(centre[2] + middle + HOVER_HEIGHT_M, passage_height(cell, piled))
-        travel(cell, np.array([*centre[:2], height]), slots[0].yaw, height=passage_height(cell, cell.shapes))
+        pose = ToolPose.down(np.array([*centre[:2], height]), slots[0].yaw)
+        height = passage_height(cell, cell.shapes)
+        try:
+            _check_open(cell, pose, float(centre[2]))
+            travel(cell, pose.either_way(), height=height)
+        except SimulationError:
+            # Where the hand cannot be above, it comes to what is there as it will take it.
+            found = _tilted_grasp(cell, action.location)
+            if found is None:
+                raise
+            before, tool = found
+            travel(cell, [before], height=height, onward=tool)
+
+
+def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
+    """Raise BlockedError if what does not move, such as a shelf's board, is between the hand and the floor, m, below.
+
+    The first body below the hand tells: objects lie on the floor, or on what is between.
+    """
+    model, geom = cell.scene.mujoco, np.array([-1], dtype=np.int32)
+    below = pose.position - [0.0, 0.0, cell.scene.robot.gripper.fingertip_m]
+    start, down = below.reshape(3, 1), np.array([[0.0], [0.0], [-1.0]])
+    distance = mujoco.mj_ray(model, cell.data, start, down, None, 1, -1, geom)
+    body = int(model.geom_bodyid[geom[0]])
+    if distance >= 0 and below[2] - distance > floor + ROOF_HEIGHT_M and not model.body_weldid[body]:
+        name = str(model.body(body).name)
+        raise BlockedError(f"the way is blocked by {name}", {name})
+
+
+def _tilted_grasp(cell: Workcell, location: str) -> tuple[ToolPose, ToolPose] | None:
+    """Return from where a tilted hand comes to an object at a location, and where it takes it; None if it cannot."""
+    poses = {obj: cell.observe(obj) for obj in cell.shapes}
+    for slot in cell.scene.slots[location]:
+        offsets = {obj: pose.position - slot.position for obj, pose in poses.items()}
+        there = [obj for obj, off in offsets.items() if np.hypot(*off[:2]) < slot.radius and 0 < off[2] < PILE_HEIGHT_M]
+        for obj in sorted(there, key=lambda obj: -float(poses[obj].position[2])):
+            cell.contacts.handle(obj)
+            try:
+                return choose_grasp(cell, obj, poses[obj], slot.yaw, tilted=True)[1:]
+            except SimulationError:
+                continue
+            finally:
+                cell.contacts.handle(None)
+    return None

@@ -34,10 +34,10 @@ def test_smooth_step_keeps_to_speed_and_acceleration() -> None:
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("yaw", np.radians([0, 45, 90, 100, 150]))
 def test_reach_points_the_tool_down_at_the_goal(arm: Arm, place: tuple[float, float, float], yaw: float) -> None:
-    q, taken = arm.reach(np.array(place), [yaw, yaw + np.pi])
+    q, taken = arm.reach(ToolPose.down(np.array(place), yaw).either_way())
     tool = arm.tool(q)
     assert np.linalg.norm(tool.position - place) < 0.001
-    assert abs(wrap(tool.yaw - taken)) < 0.005
+    assert abs(wrap(tool.yaw - taken.yaw)) < 0.005
     assert abs(wrap(tool.yaw - yaw, np.pi)) < 0.005
     if place[0] > 0:
         assert abs(q[6]) <= np.pi / 2 + 1e-3, "the last joint should keep off its stops"
@@ -45,31 +45,31 @@ def test_reach_points_the_tool_down_at_the_goal(arm: Arm, place: tuple[float, fl
 
 def test_reach_refuses_what_is_out_of_reach(arm: Arm) -> None:
     with pytest.raises(SimulationError, match=r"cannot point down at \(1\.100, 0\.000, 0\.050\)"):
-        arm.reach(np.array([1.1, 0.0, 0.05]), [0.0])
+        arm.reach([ToolPose.down(np.array([1.1, 0.0, 0.05]), 0.0)])
 
 
 def test_arch_rises_straight_clears_the_height_and_comes_down_straight() -> None:
-    start, goal = ToolPose(np.array([0.5, 0.2, 0.05]), 0.0), ToolPose(np.array([0.4, -0.3, 0.08]), 1.0)
+    start, goal = ToolPose.down(np.array([0.5, 0.2, 0.05]), 0.0), ToolPose.down(np.array([0.4, -0.3, 0.08]), 1.0)
     path = arch(start, goal, 1.0, height=0.3)
     p = path.positions
     near = np.hypot(*(p - start.position)[:, :2].T) < 0.05
     far = np.hypot(*(p - goal.position)[:, :2].T) < 0.05
     assert p[~near & ~far, 2].min() > 0.25
     assert np.abs(p[:20, :2] - start.position[:2]).max() < 0.001
-    assert np.allclose(p[-1], goal.position) and path.yaws[-1] == pytest.approx(1.0)
+    assert np.allclose(p[-1], goal.position) and np.allclose(path.rotations[-1], goal.rotation)
     assert np.abs(p[-10:, :2] - goal.position[:2]).max() < 0.001
 
 
 def test_arch_never_cuts_across_the_base() -> None:
-    start, goal = ToolPose(np.array([-0.2, 0.45, 0.2]), 0.0), ToolPose(np.array([-0.2, -0.45, 0.2]), 0.0)
+    start, goal = ToolPose.down(np.array([-0.2, 0.45, 0.2]), 0.0), ToolPose.down(np.array([-0.2, -0.45, 0.2]), 0.0)
     p = arch(start, goal, 0.0, height=0.0).positions
     assert np.hypot(p[:, 0], p[:, 1]).min() > 0.45
     assert p[:, 0].max() > 0.45, "it should turn past the front"
 
 
 def test_a_slower_pace_takes_longer() -> None:
-    start, goal = ToolPose(np.array([0.5, 0.2, 0.1]), 0.0), ToolPose(np.array([0.5, -0.2, 0.1]), 0.0)
-    usual, slow = (len(arch(start, goal, 0.0, height=0.2, pace=pace).yaws) for pace in (1.0, 0.5))
+    start, goal = ToolPose.down(np.array([0.5, 0.2, 0.1]), 0.0), ToolPose.down(np.array([0.5, -0.2, 0.1]), 0.0)
+    usual, slow = (len(arch(start, goal, 0.0, height=0.2, pace=pace).positions) for pace in (1.0, 0.5))
     assert slow == pytest.approx(2 * usual, rel=0.05)
 
 
@@ -78,8 +78,8 @@ def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
     q = PANDA.home
     for place in PLACES:
         position = np.array(place)
-        goal, yaw = arm.reach(position, [0.3, 0.3 + np.pi])
-        references = arm.move(q, goal, position, yaw, height=0.2)
+        goal, pose = arm.reach(ToolPose.down(position, 0.3).either_way())
+        references = arm.move(q, goal, pose, height=0.2)
         speeds = np.diff(references, axis=0, prepend=q[None]) / CONTROL_PERIOD_S
         assert (np.abs(speeds) <= PANDA.velocity_limits).all()
         assert np.abs(speeds[[0, -1]]).max() < 0.05, "it should start and end at rest"
@@ -90,26 +90,26 @@ def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
 
 
 def test_the_elbow_does_not_wander(arm: Arm) -> None:
-    there, yaw = arm.reach(np.array(PLACES[1]), [0.0, np.pi])
+    there, _ = arm.reach(ToolPose.down(np.array(PLACES[1]), 0.0).either_way())
     q = PANDA.home
     for place in (PLACES[0], PLACES[2], PLACES[1]) * 3:
-        goal, taken = arm.reach(np.array(place), [0.0, np.pi])
-        q = arm.move(q, goal, np.array(place), taken, height=0.2)[-1]
+        goal, pose = arm.reach(ToolPose.down(np.array(place), 0.0).either_way())
+        q = arm.move(q, goal, pose, height=0.2)[-1]
     assert np.abs(q - there).max() < 0.01
 
 
 def test_the_tool_stays_upright_on_the_way(arm: Arm) -> None:
     position = np.array(PLACES[2])
-    goal, yaw = arm.reach(position, [np.pi / 2, -np.pi / 2])
+    goal, pose = arm.reach(ToolPose.down(position, np.pi / 2).either_way())
     data = mujoco.MjData(arm.model)
-    for q in arm.move(PANDA.home, goal, position, yaw, height=0.2)[::10]:
+    for q in arm.move(PANDA.home, goal, pose, height=0.2)[::10]:
         data.qpos[:] = q
         mujoco.mj_kinematics(arm.model, data)
         assert data.site("tcp").xmat[8] < -np.cos(np.radians(1))
 
 
 def test_from_high_up_the_tool_comes_down_on_its_way_out() -> None:
-    start, goal = ToolPose(np.array([0.3, 0.0, 0.5]), 0.0), ToolPose(np.array([0.7, 0.0, 0.1]), 0.0)
+    start, goal = ToolPose.down(np.array([0.3, 0.0, 0.5]), 0.0), ToolPose.down(np.array([0.7, 0.0, 0.1]), 0.0)
     path = arch(start, goal, 0.0, height=0.2)
     halfway = path.positions[np.searchsorted(path.positions[:, 0], 0.5)]
     assert halfway[2] == pytest.approx(0.35, abs=0.01)
@@ -119,7 +119,7 @@ def test_from_high_up_the_tool_comes_down_on_its_way_out() -> None:
 
 
 def test_a_path_drawn_in_passes_nearer_to_the_base_but_not_too_near() -> None:
-    start, goal = ToolPose(np.array([0.6, 0.2, 0.2]), 0.0), ToolPose(np.array([0.6, -0.2, 0.2]), 0.0)
+    start, goal = ToolPose.down(np.array([0.6, 0.2, 0.2]), 0.0), ToolPose.down(np.array([0.6, -0.2, 0.2]), 0.0)
     end = float(np.hypot(0.6, 0.2))
     for drawn_in, nearest in ((0.0, end), (0.15, end - 0.15), (0.5, 0.32)):
         radii = np.hypot(*arch(start, goal, 0.0, drawn_in=drawn_in, nearest=0.32).positions[:, :2].T)

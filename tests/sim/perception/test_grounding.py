@@ -10,6 +10,7 @@ from small_models import TOWER
 
 from prefplan.models.manipulation.model import ManipulationState
 from sim.motion.kinematics import Arm
+from sim.motion.trajectory import ToolPose
 from sim.perception.grounding import NOWHERE, mismatch, slot_of
 from sim.perception.grounding import observe as observe_poses
 from sim.perception.sensors import object_pose, true_poses
@@ -95,7 +96,7 @@ def test_what_is_held_rests_nowhere(scene: Scene, arrange: Arrange) -> None:
 
 def test_the_hand_is_where_it_was_sent_unless_it_is_not(scene: Scene, arrange: Arrange) -> None:
     data = arrange()
-    q, _ = Arm(PANDA).reach(np.array([0.45, 0.30, 0.15]), [np.pi / 2])
+    q, _ = Arm(PANDA).reach([ToolPose.down(np.array([0.45, 0.30, 0.15]), np.pi / 2)])
     PANDA.put(data, q, width=0.0)
     mujoco.mj_forward(scene.mujoco, data)
     assert observe(scene, data, hand="san", held=None).hand == "san"

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from sim.motion.kinematics import Arm
+from sim.motion.trajectory import ToolPose
 from sim.perception.touch import ContactMonitor
 from sim.robots.panda import PANDA
 from sim.world.scene import Scene, initial_state
@@ -18,7 +19,7 @@ def arm() -> Arm:
 def posed(scene: Scene, arm: Arm, position: tuple[float, float, float], *, width: float = 0.07) -> mujoco.MjData:
     """Return the start state with the tool at a position, its fingers pressing along x."""
     data = initial_state(scene)
-    q, _ = arm.reach(np.array(position), [0.0, np.pi])
+    q, _ = arm.reach(ToolPose.down(np.array(position), 0.0).either_way())
     PANDA.put(data, q, width=width)
     data.actuator(PANDA.gripper.actuator).ctrl[0] = 0.0
     mujoco.mj_forward(scene.mujoco, data)

@@ -9,8 +9,10 @@ from skill_runs import assert_clean, perform_all
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError, SimulationError
+from sim.motion.trajectory import ToolPose
 from sim.skills.catalogue import perform
-from sim.skills.transfer import PATH_CLEARANCE_M, travel
+from sim.skills.hand import PATH_CLEARANCE_M
+from sim.skills.transfer import travel
 from sim.world.scene import Scene, build_scene
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -88,8 +90,7 @@ def test_a_hand_that_starts_below_an_obstacle_goes_up_first() -> None:
     scene = table(Location("a", at=(0.48, 0.17)), *places, objects=(Object("cup", "t3"), *blocks[:3]))
     cell = perform_all(scene, "transit a")
     low = scene.slots["a"][0].position + [0.0, 0.0, 0.03]
-    goal, yaw = cell.arm.reach(low, [np.pi / 2, -np.pi / 2])
-    cell.follow(cell.arm.move(cell.reference, goal, low, yaw))
+    cell.follow(cell.arm.move(cell.reference, *cell.arm.reach(ToolPose.down(low, np.pi / 2).either_way())))
     perform(cell, "transit t0")
     assert cell.data.site("tcp").xpos[:2] == pytest.approx([0.50, 0.0], abs=0.003)
     assert_clean(cell)
@@ -111,7 +112,7 @@ def test_what_stands_everywhere_blocks_the_way() -> None:
     cell.data.joint("cup").qpos[:3] = cell.data.site("tcp").xpos + [0.0, -0.40, 0.10]
     mujoco.mj_forward(scene.mujoco, cell.data)
     with pytest.raises(BlockedError, match="the way is blocked by cup") as raised:
-        travel(cell, cell.data.site("tcp").xpos + [0.0, -0.40, 0.0], np.pi / 2, height=0.1)
+        travel(cell, [ToolPose.down(cell.data.site("tcp").xpos + [0.0, -0.40, 0.0], np.pi / 2)], height=0.1)
     assert raised.value.by == ("cup",)
 
 
@@ -119,14 +120,13 @@ def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
     scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)))
     cell = perform_all(scene, "transit a")
     low = np.array([0.48, 0.0, 0.0225])
-    goal, yaw = cell.arm.reach(low, [np.pi / 2, -np.pi / 2])
-    cell.follow(cell.arm.move(cell.reference, goal, low, yaw))
+    cell.follow(cell.arm.move(cell.reference, *cell.arm.reach(ToolPose.down(low, np.pi / 2).either_way())))
     finger = cell.data.body("left_finger").xpos
     beside = low + [0.0, np.sign(finger[1]) * (abs(finger[1]) + 0.025 + scene.shapes["cup"].half[1] + 0.002), 0.0]
     cell.data.joint("cup").qpos[:] = [*beside, 1, 0, 0, 0]
     mujoco.mj_forward(scene.mujoco, cell.data)
     assert cell.collisions(cell.reference, clearance=PATH_CLEARANCE_M) == ["cup"]
-    travel(cell, np.array([0.48, -0.2, 0.15]), np.pi / 2, height=0.12)
+    travel(cell, [ToolPose.down(np.array([0.48, -0.2, 0.15]), np.pi / 2)], height=0.12)
     assert cell.data.body("cup").xpos == pytest.approx(beside, abs=0.001)
 
 
@@ -136,7 +136,7 @@ def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
     before = cell.data.qpos.copy()
     top = float(cell.data.body("cup").xpos[2] + scene.shapes["cup"].half[2])
     tips = 0.0102
-    q, _ = cell.arm.reach(np.array([0.50, 0.0, top + tips + 0.004]), [0.0, np.pi])
+    q, _ = cell.arm.reach(ToolPose.down(np.array([0.50, 0.0, top + tips + 0.004]), 0.0).either_way())
     assert cell.collisions(q, width=0.0) == []
     assert cell.collisions(q, width=0.0, clearance=0.006) == ["cup"]
     assert cell.collisions(q, width=0.0) == []

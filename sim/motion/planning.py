@@ -1,0 +1,133 @@
+"""Motion planning in joint space: RRT-Connect and path simplification of OMPL, for any robot and any check.
+
+J. J. Kuffner and S. M. LaValle, "RRT-Connect: An efficient approach to single-query path planning", ICRA 2000.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+from ompl import base, geometric, util
+
+from sim.errors import BlockedError
+
+MAX_CHECKS = 20000
+"""Number of configurations that the search for a path checks at most; paths round a wall take a few hundred."""
+
+MAX_SIMPLIFICATION_CHECKS = 3000
+"""Number of configurations that are checked at most to make a path shorter."""
+
+SEARCHES = 3
+"""Number of searches of which the shortest path is taken, if the first one finds any."""
+
+EDGE_STEP_M = 0.02
+"""Distance of two checks on an edge, by what the joints could move the robot at most. It is coarse: the motion that is
+made of the path is checked once more, densely."""
+
+JOINT_MARGIN_RAD = 0.02
+"""Distance that planned paths keep from the ends of the joints, rad or m."""
+
+Touches = Callable[[np.ndarray], Collection[str]]
+"""Returns the names of the bodies in collision at (n,) joint angles, rad or m."""
+
+
+class MotionPlanner:
+    """Plans paths of n joints that are free of collisions. The same seed and question give the same path."""
+
+    def __init__(self, ranges: np.ndarray, levers: np.ndarray, *, seed: int = 0) -> None:
+        """Plan for joints.
+
+        Args:
+            ranges: (n, 2) ends of their ranges, rad or m.
+            levers: (n,) how far each can move a point of the robot, m per rad or m. They say how long a path is.
+            seed: of the sampling.
+        """
+        self._low, self._high = ranges.T + np.array([[1.0], [-1.0]]) * JOINT_MARGIN_RAD
+        self._levers, self._seed = levers, seed
+        # Each search sets the seed, and OMPL complains of it.
+        util.setLogLevel(util.LOG_NONE)
+
+    def plan(self, start: np.ndarray, goal: np.ndarray, touches: Touches) -> np.ndarray:
+        """Return a path, (K, n) configurations from start to goal, straight between one and the next.
+
+        Args:
+            start: (n,) rad or m.
+            goal: (n,) rad or m.
+            touches: what the robot touches somewhere.
+
+        Raises:
+            BlockedError: there is a collision at the start or the goal, or no path was found.
+        """
+        for q, where in ((start, "it starts"), (goal, "it is to go")):
+            if met := touches(q):
+                raise BlockedError(f"the arm would touch {' and '.join(sorted(met))} where {where}", set(met))
+        found: list[np.ndarray] = []
+        for number in range(SEARCHES):
+            search = _Search(self._low, self._high, self._levers, touches)
+            path = search.path(start, goal, seed=SEARCHES * self._seed + number)
+            if path is not None:
+                found.append(path)
+            elif not found:
+                straight = np.linspace(start, goal, 2 + int(self._length(np.array([start, goal])) / EDGE_STEP_M))
+                between = {name for q in straight for name in touches(q)} or search.met
+                words = f"no way past {' and '.join(sorted(between))} was found in {MAX_CHECKS} samples"
+                raise BlockedError(words, between)
+        return min(found, key=self._length)
+
+    def _length(self, path: np.ndarray) -> float:
+        return float(np.linalg.norm(self._levers * np.diff(path, axis=0), axis=1).sum())
+
+
+class _Search:
+    """One query in OMPL. Its states are joint angles times their levers, so that distances are in metres.
+
+    Attributes:
+        met: names of the bodies that were in the way.
+    """
+
+    def __init__(self, low: np.ndarray, high: np.ndarray, levers: np.ndarray, touches: Touches) -> None:
+        self._levers, self._touches, self._n = levers, touches, len(levers)
+        self._checks, self.met = 0, set[str]()
+        self._space = base.RealVectorStateSpace(self._n)
+        bounds = base.RealVectorBounds(self._n)
+        for joint in range(self._n):
+            bounds.setLow(joint, float(low[joint] * levers[joint]))
+            bounds.setHigh(joint, float(high[joint] * levers[joint]))
+        self._space.setBounds(bounds)
+        self._space.setLongestValidSegmentFraction(EDGE_STEP_M / self._space.getMaximumExtent())
+        self._info = base.SpaceInformation(self._space)
+        self._info.setStateValidityChecker(self._is_free)
+        self._info.setup()
+
+    def path(self, start: np.ndarray, goal: np.ndarray, *, seed: int) -> np.ndarray | None:
+        """Return (K, n) configurations from start to goal, or None if none are found."""
+        util.RNG.setSeed(seed + 1)  # 0 is no seed
+        problem = base.ProblemDefinition(self._info)
+        problem.setStartAndGoalStates(self._state(start), self._state(goal))
+        planner = geometric.RRTConnect(self._info)
+        planner.setProblemDefinition(problem)
+        planner.setup()
+        planner.solve(base.PlannerTerminationCondition(lambda: self._checks >= MAX_CHECKS))
+        if not problem.hasExactSolution():
+            return None
+        path = problem.getSolutionPath()
+        limit = self._checks + MAX_SIMPLIFICATION_CHECKS
+        enough = base.PlannerTerminationCondition(lambda: self._checks >= limit)
+        geometric.PathSimplifier(self._info).simplify(path, enough)
+        return np.array([start, *(self._angles(state) for state in path.getStates()[1:-1]), goal])
+
+    def _is_free(self, state: base.State) -> bool:
+        self._checks += 1
+        met = self._touches(self._angles(state))
+        self.met.update(met)
+        return not met
+
+    def _state(self, q: np.ndarray) -> base.State:
+        state = self._info.allocState()
+        for joint, value in enumerate(q * self._levers):
+            state[joint] = float(value)
+        return state
+
+    def _angles(self, state: base.State) -> np.ndarray:
+        return np.array([state[joint] for joint in range(self._n)]) / self._levers

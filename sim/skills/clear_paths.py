@@ -1,0 +1,47 @@
+"""Paths of the arm that are free of collisions, seen from where it is now."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.errors import BlockedError
+from sim.simulation.workcell import Workcell
+
+
+def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> None:
+    """Check a movement from where the arm is now for collisions, those of the robot's own links included.
+
+    Args:
+        cell: the running simulation.
+        references: (N, n) of the movement, rad; what is left of the one before is added.
+        clearance: bodies nearer than this count as in collision, m (`CollisionChecker.blockers`).
+
+    Raises:
+        BlockedError: there is one.
+    """
+    held = cell.held() is not None
+    foresight = cell.foresight(held=held, width=None if held else cell.width)
+    met = foresight.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
+    if met:
+        raise BlockedError(f"the way is blocked by {' and '.join(sorted(met))}", met)
+
+
+def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float) -> np.ndarray:
+    """Return a path, (K, n) rad, from where the arm is, or comes to rest, to a goal.
+
+    What is near at the start may be as near on the way, but not touched unless it is from the start.
+
+    Raises:
+        BlockedError: none was found.
+    """
+    foresight = cell.foresight()
+    near = foresight.touches(cell.reference, clearance=clearance)
+    touched = foresight.touches(cell.reference)
+
+    def met(q: np.ndarray) -> set[str]:
+        found = foresight.touches(q, clearance=clearance) - near
+        if near and not found:
+            found = foresight.touches(q) - touched
+        return {other for _, other in found}
+
+    return cell.planner.plan(cell.reference, goal, met)

@@ -1,0 +1,188 @@
+"""Which grasp: one that the arm reaches without a collision where the object is, and where it is put next."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from sim.errors import BlockedError, SimulationError
+from sim.motion.trajectory import ToolPose, wrap
+from sim.perception.sensors import ObjectPose, Posture
+from sim.simulation.workcell import Workcell
+from sim.skills.hand import frame_of, free_pose, held_grasp
+from sim.skills.placing import free_slot, resting_centre
+from sim.skills.skill import SkillError
+from sim.world.grasps import GraspPose, grasps, openings
+from sim.world.places import Slot
+from sim.world.shapes import ObjectShape
+
+MAX_TILT_RAD = np.radians(91)
+"""Greatest tilt of the hand from straight down: farther, it would point upwards."""
+
+MAX_SLOPE = np.sin(np.radians(15))
+"""Greatest slope of the line along which the fingers close: else one of them comes to lie below the object."""
+
+TILT_STEP_RAD = np.radians(15)
+"""Tilts of the hand that differ by less than this are equally good."""
+
+
+def choose_grasp(
+    cell: Workcell, obj: str, pose: ObjectPose, yaw: float, *, tilted: bool = False
+) -> tuple[GraspPose, ToolPose, ToolPose]:
+    """Return the first grasp that serves, the pose from which the hand comes, and that in which the fingers close.
+
+    It serves both where the object is, and where it is to be released next, if that is known and there is space now.
+
+    Args:
+        cell: the running simulation.
+        obj: the object.
+        pose: as measured.
+        yaw: heading of the line along which the fingers rather close, rad.
+        tilted: leave out grasps for which the hand points straight down.
+
+    Raises:
+        BlockedError: bodies are in the way of all grasps.
+        SimulationError: the arm reaches none.
+    """
+    shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj)
+    frame = frame_of(shape, pose, yaw)
+    blockers: set[str] = set()
+    first: tuple[GraspPose, ToolPose, ToolPose] | None = None
+    for grasp in ranked(cell, obj, frame):
+        if tilted and grasp.at(pose.position, frame).points_down:
+            continue
+        try:
+            before, tool = free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
+        except BlockedError as error:
+            blockers.update(error.by)
+            continue
+        except SimulationError:
+            continue
+        grasp = replace(grasp, rotation=frame.T @ tool.rotation)
+        if slot is None or _can_place(cell, obj, slot, grasp):
+            return grasp, before, tool
+        first = first or (grasp, before, tool)
+    if first is not None and pose.posture == Posture.UPRIGHT:
+        return first
+    if first is not None:
+        raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")
+    if blockers:
+        raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+    raise SimulationError(f"{obj} is out of reach")
+
+
+def choose_placement(
+    cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, near: np.ndarray | None = None
+) -> tuple[ToolPose, ToolPose]:
+    """Return the tool's pose that sets an object, so grasped, upright into a slot, the fingers free to open.
+
+    Before it, the pose from which the hand comes straight to it.
+
+    Args:
+        cell: the running simulation.
+        obj: the object.
+        slot: where it is put.
+        grasp: how the hand holds it.
+        near: (n,) where the arm comes from, rad; None for anywhere.
+
+    Raises:
+        BlockedError: bodies are in the way.
+        SimulationError: the arm does not reach it.
+    """
+    blockers: set[str] = set()
+    unreachable = SimulationError(f"the hand would have to reach from below to set {obj} upright")
+    for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
+        for option in openings(grasp):
+            try:
+                return free_pose(cell, goals, option, near=near)
+            except BlockedError as error:
+                blockers.update(error.by)
+            except SimulationError as error:
+                unreachable = error
+                break
+    if blockers:
+        raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+    raise unreachable
+
+
+def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, ToolPose]:
+    """Return, as `choose_placement` does, how the held object is set into a slot: upright, or else leaning as it hangs.
+
+    Raises:
+        BlockedError, SimulationError: as for `choose_placement`.
+    """
+    aloft = cell.contacts.aloft
+    cell.contacts.handle(obj)  # not aloft: in the slot it touches what carries it
+    try:
+        return choose_placement(cell, obj, slot, held_grasp(cell, obj), near=cell.reference)
+    except SimulationError:
+        if cell.observe(obj).posture != Posture.LEANING:
+            raise
+        return choose_placement(cell, obj, slot, held_grasp(cell, obj, leaning=True), near=cell.reference)
+    finally:
+        cell.contacts.handle(obj, aloft=aloft)
+
+
+def _next_slot(cell: Workcell, obj: str) -> Slot | None:
+    """Return the slot into which an object is put next; None if that is not known, or it is taken now."""
+    try:
+        return free_slot(cell, obj, cell.destination) if cell.destination else None
+    except SkillError:
+        return None
+
+
+def ranked(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[GraspPose]:
+    """Yield the grasps of an object whose frame is turned so, those first for which the hand tilts least at both ends.
+
+    In the end it stands upright.
+    """
+    shape = cell.scene.shapes[obj]
+    options = grasps(shape, cell.scene.robot.gripper)
+    rotations = np.array([grasp.rotation for grasp in options])
+    turned = frame @ rotations
+    # The third row of an upright rotation says how steep the hand points down in the end.
+    final = np.einsum("ki,nij->knj", shape.symmetries[:, 2], rotations)
+    final_tilts = np.where(np.abs(final[:, :, 1]) < MAX_SLOPE, _tilt(final[:, :, 2]), np.inf).min(axis=0)
+    tilts = np.where(np.abs(turned[:, 2, 1]) < MAX_SLOPE, np.maximum(_tilt(turned[:, 2, 2]), final_tilts), np.inf)
+    for i in np.argsort(np.round(tilts / TILT_STEP_RAD), kind="stable"):
+        if tilts[i] <= MAX_TILT_RAD:
+            yield options[i]
+
+
+def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: float) -> Iterator[tuple[ToolPose, ...]]:
+    """Yield groups of equally good poses of the tool that set an object upright, its (3,) centre at a given place, m.
+
+    The less the hand tilts the better; then the closing line that is nearest to a heading, rad, or square to it.
+    """
+
+    def rank(pose: ToolPose) -> tuple[int, int, int]:
+        off = abs(wrap(pose.yaw - yaw, np.pi))
+        tilt = round(float(_tilt(pose.rotation[2, 2])) / TILT_STEP_RAD)
+        return tilt, round(np.degrees(min(off, np.pi / 2 - off))), round(np.degrees(off))
+
+    poses = (grasp.at(centre, rotation) for rotation in shape.standing(yaw))
+    usable = [pose for pose in poses if np.isfinite(tilt_of(pose.rotation))]
+    for _, group in itertools.groupby(sorted(usable, key=rank), key=rank):
+        yield tuple(group)
+
+
+def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose) -> bool:
+    try:
+        choose_placement(cell, obj, slot, grasp)
+    except SimulationError:
+        return False
+    return True
+
+
+def tilt_of(rotation: np.ndarray) -> float:
+    """Return how far a hand with such (3, 3) axes is tilted, rad; infinite if it cannot take anything on a surface."""
+    tilt = float(_tilt(rotation[2, 2]))
+    return tilt if tilt <= MAX_TILT_RAD and abs(rotation[2, 1]) < MAX_SLOPE else np.inf
+
+
+def _tilt(steepness: np.ndarray) -> np.ndarray:
+    """Return how far a hand is tilted from straight down, rad, whose axis has such a vertical component."""
+    return np.asarray(np.arccos(np.clip(-steepness, -1.0, 1.0)))

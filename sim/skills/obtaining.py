@@ -1,0 +1,40 @@
+"""What an object needs before the hand can take it, or why it cannot be taken."""
+
+from __future__ import annotations
+
+from sim.errors import BlockedError, SimulationError
+from sim.perception.sensors import ObjectPose
+from sim.simulation.workcell import Workcell
+from sim.skills.drawing import find_draw
+from sim.skills.grasp_choice import ranked
+from sim.skills.hand import frame_of, free_pose
+from sim.skills.turning import find_turn
+
+
+def why_lost(cell: Workcell, obj: str) -> str | None:
+    """Return why the hand cannot take an object where it is, though other objects were moved away; None if it can."""
+    with cell.contacts.handling(obj):
+        return _why_lost(cell, obj, cell.observe(obj))
+
+
+def _why_lost(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
+    frame = frame_of(cell.scene.shapes[obj], pose, pose.yaw)
+    options, fixtures = tuple(ranked(cell, obj, frame)), set[str]()
+    for grasp in options:
+        try:
+            free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
+        except BlockedError as error:
+            if any(name in cell.scene.shapes for name in error.by):
+                return None
+            fixtures.update(error.by)
+        except SimulationError:
+            continue
+        else:
+            return None
+    if find_turn(cell, obj, pose) is not None or (fixtures and find_draw(cell, obj, pose) is not None):
+        return None
+    if fixtures:
+        return f"leaves no room for the fingers beside {' and '.join(sorted(fixtures))}"
+    if not options:
+        return "lies so that no line on which the fingers could close is level"
+    return "is out of reach"

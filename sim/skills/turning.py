@@ -1,0 +1,152 @@
+"""Regrasping: an object that no single grasp brings upright is first set down on another of its faces."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sim.errors import SimulationError
+from sim.geometry.rectangle import overlap
+from sim.motion.trajectory import ToolPose
+from sim.perception.grounding import footprint, half_height
+from sim.perception.sensors import ObjectPose, Poses
+from sim.simulation.workcell import Workcell
+from sim.skills.grasp_choice import choose_grasp, ranked, tilt_of
+from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, passage_height
+from sim.skills.release import DROP_HEIGHT_M, LOWER_DURATION_S, TILTED_DURATIONS_S
+from sim.skills.transfer import travel
+from sim.world.grasps import GraspPose, grasps
+from sim.world.shapes import about_z
+
+QUARTERS = (1, -1, 2)
+"""Quarter turns about the line between the pads, to try in turn."""
+
+HEADINGS_RAD = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
+"""Turns about the vertical of an object that is set down, to try in turn."""
+
+SHIFT_M = 0.1
+"""How far from where it lies an object is set down if it cannot be there, m."""
+
+SHIFTS_M = SHIFT_M * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
+"""(K, 2) places for it to try in turn, seen from where it lies, m."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """How an object is set down on another face.
+
+    Attributes:
+        grasp: how it is taken.
+        before: from where the hand comes to it.
+        tool: where the fingers close.
+        above: from where the hand comes to where it is set down.
+        placing: where the fingers open.
+        pose: of the object then.
+    """
+
+    grasp: GraspPose
+    before: ToolPose
+    tool: ToolPose
+    above: ToolPose
+    placing: ToolPose
+    pose: ObjectPose
+
+
+def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
+    """Return how to set an object down so that it can then be taken and set upright; None if that is not found."""
+    shape = cell.scene.shapes[obj]
+    frame = frame_of(shape, pose, pose.yaw)
+    taken: dict[int, tuple[GraspPose, ToolPose, ToolPose] | None] = {}
+    for grasp, turned in _turns(cell, obj, frame):
+        if id(grasp) not in taken:
+            taken[id(grasp)] = _reached(cell, pose.position, frame, grasp)
+        found = taken[id(grasp)]
+        if found is None:
+            continue
+        held, before, tool = found
+        for centre in _centres(cell, obj, pose, turned):
+            poses = tuple(held.at(centre, about_z(heading) @ turned) for heading in HEADINGS_RAD)
+            try:
+                above, placing = free_pose(cell, poses, held, near=cell.reference)
+            except SimulationError:
+                continue
+            rotation = placing.rotation @ held.rotation.T
+            rests = replace(pose, position=centre, rotation=rotation, tilt=np.pi / 2)
+            try:
+                choose_grasp(cell, obj, rests, pose.yaw)
+            except SimulationError:
+                continue
+            return Turn(held, before, tool, above, placing, rests)
+    return None
+
+
+def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
+    """Set the held object down on another face, let go and raise the hand.
+
+    Raises:
+        SkillError: it is not held.
+        BlockedError: bodies are in the way.
+    """
+    cell.contacts.handle(obj, aloft=True)
+    travel(cell, [turn.above], height=passage_height(cell, cell.shapes, held=obj))
+    cell.settle()
+    held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
+    rotation = turn.placing.rotation @ tool.rotation.T
+    centre = turn.pose.position.copy()
+    centre[2] += shape.depth(rotation @ held.rotation) - shape.depth(turn.pose.rotation) + DROP_HEIGHT_M
+    placing = ToolPose(centre - rotation @ (held.position - tool.position), turn.placing.rotation)
+    check_held(cell, obj)
+    cell.contacts.handle(obj)
+    move_tool(cell, [placing], seconds=LOWER_DURATION_S, watch=lambda: check_held(cell, obj))
+    opening, rising = TILTED_DURATIONS_S
+    cell.set_width(turn.grasp.opening, opening)
+    cell.wait(rising)
+    move_tool(cell, [turn.above], within=BLEND_M)
+    cell.settle()
+    cell.log_event("turned over", object=obj)
+
+
+def _turns(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspPose, np.ndarray]]:
+    """Yield grasps of an object whose frame is turned so, and (3, 3) frames in which each can set it down on a face.
+
+    Those first for which the hand tilts least. In each of the frames there is a grasp that can set it upright.
+    """
+    shape = cell.scene.shapes[obj]
+    options: list[tuple[int, int, GraspPose, np.ndarray]] = []
+    for grasp, quarters in itertools.product(grasps(shape, cell.scene.robot.gripper), QUARTERS):
+        if grasp.clearance is not None:
+            continue
+        turned = frame @ Rotation.from_rotvec(quarters * np.pi / 2 * grasp.rotation[:, 1]).as_matrix()
+        tilt = max(tilt_of(frame @ grasp.rotation), tilt_of(turned @ grasp.rotation))
+        if np.isfinite(tilt):
+            options.append((round(np.degrees(tilt)), len(options), grasp, turned))
+    for _, _, grasp, turned in sorted(options, key=lambda option: option[:2]):
+        if next(ranked(cell, obj, turned), None) is not None:
+            yield grasp, turned
+
+
+def _reached(
+    cell: Workcell, position: np.ndarray, frame: np.ndarray, grasp: GraspPose
+) -> tuple[GraspPose, ToolPose, ToolPose] | None:
+    """Return a grasp as the hand takes it, from where it comes, and where the fingers close; None if it cannot."""
+    try:
+        before, tool = free_pose(cell, grasp.at(position, frame).either_way(), grasp, near=cell.reference)
+    except SimulationError:
+        return None
+    return replace(grasp, rotation=frame.T @ tool.rotation), before, tool
+
+
+def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield (3,) centres, m, where an object that is turned so overlaps no other one; away from others if need be."""
+    poses: Poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
+    floor = pose.position[2] - half_height(cell.scene, {obj: pose}, obj)
+    height = floor + cell.scene.shapes[obj].depth(turned)
+    for shift in SHIFTS_M:
+        centre = np.array([*pose.position[:2] + shift, height])
+        own = footprint(cell.scene, {obj: replace(pose, position=centre, rotation=turned)}, obj)
+        if not any(overlap(own, footprint(cell.scene, poses, other)) for other in poses):
+            yield centre

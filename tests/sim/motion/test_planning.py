@@ -1,0 +1,61 @@
+"""Paths in joint space past what collides, on two sliding joints whose obstacles can be drawn on paper."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.errors import BlockedError
+from sim.motion.planning import EDGE_STEP_M, MotionPlanner, Touches
+
+START, GOAL = np.array([-0.8, 0.0]), np.array([0.8, 0.0])
+
+
+def planner(seed: int = 0) -> MotionPlanner:
+    return MotionPlanner(np.array([[-1.0, 1.0], [-1.0, 1.0]]), np.ones(2), seed=seed)
+
+
+def wall(*, half: float) -> Touches:
+    """Return a wall 10 cm thick across the middle, so long to each side."""
+    return lambda q: {"wall"} if abs(q[0]) < 0.05 and abs(q[1]) < half else set()
+
+
+def densely(path: np.ndarray) -> np.ndarray:
+    return np.vstack([np.linspace(a, b, 200) for a, b in zip(path, path[1:], strict=False)])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_path_leads_round_a_wall_and_is_hardly_longer_than_it_must_be(seed: int) -> None:
+    path = planner(seed).plan(START, GOAL, touches := wall(half=0.5))
+    assert np.array_equal(path[[0, -1]], [START, GOAL])
+    samples = densely(path)
+    inside = np.array([bool(touches(q)) for q in samples])
+    steps = np.linalg.norm(np.diff(samples, axis=0), axis=1)
+    assert steps[inside[1:]].sum() < EDGE_STEP_M
+    shortest = 2 * np.hypot(0.75, 0.5) + 0.1
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 1.15 * shortest
+
+
+def test_with_nothing_in_the_way_the_path_is_straight() -> None:
+    path = planner().plan(START, GOAL, lambda q: set())
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() == pytest.approx(1.6)
+
+
+def test_the_seed_alone_decides_the_path() -> None:
+    first, again, other = (planner(seed).plan(START, GOAL, wall(half=0.5)) for seed in (3, 3, 4))
+    assert np.array_equal(first, again)
+    assert first.shape != other.shape or not np.allclose(first, other)
+
+
+@pytest.mark.parametrize(
+    ("touches", "blocker", "words"),
+    [
+        pytest.param(wall(half=2.0), "wall", "no way past wall was found", id="no way round"),
+        pytest.param(lambda q: {"lid"} if q[0] > 0.7 else set(), "lid", "touch lid where it is to go", id="goal"),
+        pytest.param(lambda q: {"box"} if q[0] < -0.7 else set(), "box", "touch box where it starts", id="start"),
+    ],
+)
+def test_without_a_path_what_is_in_the_way_is_named(touches: Touches, blocker: str, words: str) -> None:
+    with pytest.raises(BlockedError, match=words) as raised:
+        planner().plan(START, GOAL, touches)
+    assert raised.value.by == (blocker,)

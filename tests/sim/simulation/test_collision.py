@@ -1,0 +1,94 @@
+"""Collision checks along paths: nothing is passed through between two checks, and what is wanted is no collision."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from walls import with_boxes
+
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.motion.kinematics import Arm
+from sim.motion.trajectory import ToolPose
+from sim.perception.sensors import true_poses
+from sim.simulation.collision import MAX_STEP_M, CollisionChecker
+from sim.world.scene import Scene, build_scene, initial_state
+
+COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
+
+SWEEP = np.array([[-1.0, 0.2, 0.0, -2.2, 0.0, 2.4, 0.8], [1.0, 0.2, 0.0, -2.2, 0.0, 2.4, 0.8]])
+"""The hand passes from right to left, 60 cm before the base and 15 cm over the table."""
+
+
+@pytest.fixture(scope="module")
+def bare() -> Scene:
+    return build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.45)),), ()), meshes=False)
+
+
+@pytest.fixture(scope="module")
+def blocks() -> Scene:
+    places = (Location("a", at=(0.5, 0.0)), Location("a1", on=("a",)), Location("b", at=(0.5, 0.2)))
+    return build_scene(ManipulationModel("home", COSTS, places, (Object("low", "a"), Object("high", "a1"))))
+
+
+def checker(scene: Scene) -> CollisionChecker:
+    made, data = CollisionChecker(scene), initial_state(scene)
+    made.see(data, true_poses(scene, data))
+    return made
+
+
+def board(y: float, thickness: float) -> dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]:
+    """Return a board on edge across the path of the finger tips, which it reaches by a centimetre."""
+    return {"board": ((0.6, y, 0.05), (0.15, thickness / 2, 0.14))}
+
+
+@pytest.mark.parametrize("thickness", [0.005, 0.001])
+def test_no_thin_board_is_tunnelled(bare: Scene, thickness: float) -> None:
+    coarse = []
+    for y in np.random.default_rng(5).uniform(-0.3, 0.3, 12):
+        check = checker(with_boxes(bare, board(y, thickness)))
+        assert check.blockers(SWEEP, clearance=0.0) == {"board"}
+        coarse.append(check.blockers(SWEEP, clearance=0.0, step=0.3))
+    assert set() in coarse  # with long steps the board is missed
+
+
+def test_steps_are_as_short_as_said(bare: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    check, seen = checker(bare), []
+    named = CollisionChecker._named
+    monkeypatch.setattr(
+        CollisionChecker, "_named", lambda self: seen.append(self._data.geom_xpos.copy()) or named(self)
+    )
+    assert check.blockers(SWEEP, clearance=0.006) == set()
+    on_path = np.array(seen[1:])  # the first is the end of the path
+    moved = np.linalg.norm(np.diff(on_path, axis=0), axis=2).max(axis=1)
+    assert 0.3 * MAX_STEP_M < np.median(moved) and moved.max() <= MAX_STEP_M
+
+
+def test_a_load_that_hangs_lower_than_the_fingers_is_in_the_way() -> None:
+    places = (Location("a", at=(0.4, 0.45)), Location("b", at=(0.4, -0.45)))
+    rod = Object("rod", "a", kind="box", size=(0.03, 0.12, 0.04))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (rod,)), meshes=False)
+    scene = with_boxes(scene, {"post": ((0.55, 0.0, 0.087), (0.04, 0.004, 0.087))})
+    data = initial_state(scene)
+    scene.robot.put(data, SWEEP[0], width=0.03)
+    mujoco.mj_kinematics(scene.mujoco, data)
+    data.joint("rod").qpos[:3] = data.site("tcp").xpos
+    mujoco.mj_kinematics(scene.mujoco, data)
+    check = CollisionChecker(scene)
+    check.see(data, true_poses(scene, data), handled="rod")
+    assert check.blockers(SWEEP, clearance=0.0) == set()
+    check.see(data, true_poses(scene, data), handled="rod", held=True)
+    assert check.blockers(SWEEP, clearance=0.0) == {"post"}
+
+
+def test_a_load_may_touch_what_carries_it_where_it_is_put_down(blocks: Scene) -> None:
+    data, arm = initial_state(blocks), Arm(blocks.robot)
+    lying = data.body("high").xpos.copy()
+    above, below = (arm.reach([ToolPose.down(lying + [0.0, 0.0, up], 0.0)])[0] for up in (0.12, 0.0))
+    blocks.robot.put(data, above, width=0.04)
+    data.joint("high").qpos[2] += 0.12
+    mujoco.mj_kinematics(blocks.mujoco, data)
+    check = CollisionChecker(blocks)
+    check.see(data, true_poses(blocks, data), handled="high", held=True)
+    assert check.blockers(np.array([above, below]), clearance=0.0015) == set()
+    assert check.blockers(np.array([above, below, above]), clearance=0.0015) == {"low"}

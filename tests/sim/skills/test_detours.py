@@ -1,0 +1,67 @@
+"""Motions past walls, where every arch of the tool collides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from skill_runs import assert_clean, assert_placed
+from walls import Box, with_boxes
+
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.errors import BlockedError
+from sim.motion.kinematics import Arm
+from sim.motion.trajectory import ToolPose
+from sim.simulation.workcell import Workcell
+from sim.skills.catalogue import perform
+from sim.skills.clear_paths import planned_path
+from sim.world.scene import Scene, build_scene, initial_state
+
+COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
+
+WALL: dict[str, Box] = {"wall": ((0.6, 0.12, 0.4), (0.2, 0.01, 0.4))}
+"""Taller than the arm reaches with its hand down; the way is round its near end."""
+
+
+@pytest.fixture(scope="module")
+def table() -> Scene:
+    places = (Location("a", at=(0.5, 0.32)), Location("b", at=(0.5, -0.25)))
+    return build_scene(ManipulationModel("home", COSTS, places, (Object("cup", "a"),)))
+
+
+def test_the_arm_takes_its_load_round_a_wall(table: Scene) -> None:
+    cell = Workcell(scene := with_boxes(table, WALL), initial_state(scene, seed=1))
+    for action in ("transit a", "grasp cup", "transport cup b", "release cup b"):
+        perform(cell, action)
+    assert_clean(cell)
+    assert_placed(cell, "cup", "b")
+
+
+def test_the_seed_decides_the_way_round(table: Scene) -> None:
+    scene = with_boxes(table, WALL)
+    goal, _ = Arm(scene.robot).reach([ToolPose.down(scene.slots["a"][0].position + [0.0, 0.0, 0.2], np.pi / 2)])
+    cells = [Workcell(scene, initial_state(scene), seed=seed) for seed in (2, 2, 3)]
+    first, again, other = (planned_path(cell, goal, clearance=0.006) for cell in cells)
+    assert np.array_equal(first, again) and not np.array_equal(first[1], other[1])
+
+
+def test_a_place_that_is_boxed_in_names_the_box(table: Scene) -> None:
+    lid: dict[str, Box] = {"lid": ((0.5, 0.32, 0.13), (0.1, 0.1, 0.005))}
+    cell = Workcell(scene := with_boxes(table, lid), initial_state(scene))
+    with pytest.raises(BlockedError, match="the way is blocked by lid") as raised:
+        perform(cell, "transit a")
+    assert raised.value.by == ("lid",) and len(cell.ending) == 0
+
+
+def test_a_board_under_the_end_of_a_long_load_is_seen_on_the_way_down() -> None:
+    places = (Location("a", at=(0.5, 0.32)), Location("b", at=(0.5, -0.25)))
+    rod = Object("rod", "a", kind="box", size=(0.12, 0.03, 0.04))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (rod,)), meshes=False)
+    slot = scene.slots["b"][0]
+    end = slot.position + 0.055 * np.array([-np.sin(slot.yaw), np.cos(slot.yaw), 0.0])
+    scene = with_boxes(scene, {"board": ((end[0], end[1], 0.08), (0.01, 0.01, 0.0025))})
+    cell = Workcell(scene, initial_state(scene))
+    for action in ("transit a", "grasp rod", "transport rod b"):
+        perform(cell, action)
+    with pytest.raises(BlockedError, match="the way is blocked by board"):
+        perform(cell, "release rod b")
+    assert_clean(cell)
