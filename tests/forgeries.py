@@ -197,6 +197,11 @@ PLAIN = (
     Forgery("another object's grasp", action("grasp cup", "grasp tray"), "contacts"),
     Forgery("a transit elsewhere", action("transit desk", "transit tray"), "hand"),
     Forgery("a transit to nowhere", action("transit desk", "transit spot1"), "hand"),
+    Forgery(
+        "the cup still moves at the end",
+        lambda log: drifting("cup", float(log.times[-1]) - 0.15, (0.1, 0, 0), 1.0)(log),
+        "rest",
+    ),
     Forgery("an action left out", lambda log: without_action(log, 1), "total cost"),
     Forgery("frames cut out", frames_cut_out, "recording"),
     Forgery("frames cut off", lambda log: cut(log, 3.0), "recording"),

@@ -13,6 +13,9 @@ from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, RecordedWorld
 from sim.simulation.rollout import FRAME_RATE, Event
 
+POINTED_M = np.linspace(0, 0.12, 13)
+"""Distances from the tool at which the hand counts as over a location that it points at, m."""
+
 NEARER_M = 0.005
 """The hand is over a location if no other one is nearer by more than this."""
 
@@ -62,8 +65,10 @@ def check_hand(log: Log, world: RecordedWorld) -> Check:
         hands = []
         for frame in range(world.frame_at(action.end), world.frame_at(action.end + ARRIVAL_S) + 1):
             world.show(frame)
-            hands.append(world.tool()[:2].copy())
-        far = {place: np.hypot(*(row[:, None] - hands).T).min(axis=1) for place, row in centres.items()}
+            hands.append(world.tool() + POINTED_M[:, None] * world.tool_axis())
+        # A tilted hand is over what it points at.
+        points = np.array(hands)[:, :, None, :2]
+        far = {place: np.linalg.norm(points - row, axis=-1).min(axis=(1, 2)) for place, row in centres.items()}
         least = np.min([*far.values()], axis=0)
         if np.all(far[symbolic.location] > np.minimum(least + NEARER_M, AT_LOCATION_M)):
             nearest = min(far, key=lambda place: float(far[place][0]))

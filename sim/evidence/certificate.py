@@ -21,14 +21,15 @@ from prefplan.scenario.decode import Scenario
 from sim.evidence.action_checks import check_events, check_hand
 from sim.evidence.cost_checks import check_action_costs
 from sim.evidence.dynamics import Dynamics
-from sim.evidence.fault_checks import check_faults
+from sim.evidence.fault_checks import check_faults, shown_faults
 from sim.evidence.force_checks import check_grip, check_torques
 from sim.evidence.log import Log, LoggedAction
-from sim.evidence.motion_checks import check_contacts, check_limits, check_recording
-from sim.evidence.object_checks import check_motions, check_start
+from sim.evidence.motion_checks import check_limits, check_recording
+from sim.evidence.object_checks import check_motions, check_rest, check_start
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.resimulation import resimulate
 from sim.evidence.scenario_checks import check_hash, check_scenario
+from sim.evidence.touch_checks import check_contacts
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ def _certify(log: Log, scenario: Scenario | None, again: bool, more: Sequence[Ch
     about, own = log.about, world.scenario
     trace, effects = _trace(log, world)
     costs = [exact(action.cost) for action in about.actions]
-    verdict = judge(about.claims, own.tasks, own.preference, trace, costs)
+    verdict = judge(about.claims, own.tasks, own.preference, trace, costs, rules=own.rules)
     recording = check_recording(log)
     claims = (
         *more,
@@ -118,27 +119,28 @@ def _certify(log: Log, scenario: Scenario | None, again: bool, more: Sequence[Ch
         check_start(log, world) or _check_start(world, trace[0]),
         *effects,
         check_hand(log, world),
+        check_rest(log, world),
         check_events(log, world, trace),
         check_action_costs(log, world, trace),
         *verdict.checks,
     )
     motions = (
         *check_limits(log, world),
-        *(_physics(log, world) if recording.holds else ()),
-        check_contacts(log, world),
+        *(_physics(log, world) if recording.holds else [check_contacts(log, world, ())]),
         *([resimulate(log, world)] if again else []),
     )
     return Certificate(claims, motions, verdict.completed, verdict.task_costs, verdict.preference)
 
 
 def _physics(log: Log, world: RecordedWorld) -> tuple[Check, ...]:
-    """Check the forces, the motions and the faults of frames that follow each other without a gap."""
+    """Check the forces, motions, faults and contacts of frames that follow each other without a gap."""
     dynamics = Dynamics(log, world)
     return (
         check_torques(log, world, dynamics),
         check_grip(log, dynamics),
         check_motions(log, world, dynamics),
         check_faults(log, world, dynamics),
+        check_contacts(log, world, shown_faults(log, world, dynamics)),
     )
 
 

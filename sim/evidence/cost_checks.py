@@ -10,9 +10,10 @@ from prefplan.claims import Check
 from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import Action, holding
-from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_names
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import location_of, pose
+from prefplan.models.several_costs import amount
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 
@@ -62,7 +63,7 @@ def _costs(
     """Return what an action may cost."""
     costs = world.model.costs
     if not isinstance(costs, MeasuredCosts):
-        return {exact(costs[kind])}
+        return {exact(amount(costs[kind], cost_names(costs)[0]))}
     between = {
         cost for (other, *ends), cost in table.items() if other == kind and [*map(location_of, ends)] == [hand, goal]
     }

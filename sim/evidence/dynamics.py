@@ -16,6 +16,8 @@ from scipy.spatial.transform import Rotation
 from sim.errors import LogError
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
+from sim.geometry.mjcf import solid_geoms
+from sim.robots.gripper import SuctionGripper
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE
 from sim.world.contacts import set_margins
 
@@ -24,6 +26,9 @@ NEAR_M = 0.002
 
 SAME_STATE = 1e-6
 """Greatest difference of two states that are the same."""
+
+NO_RANGE = np.array([[-np.inf], [np.inf]])
+"""Ends of the range of an actuator that has no limits."""
 
 
 class Dynamics:
@@ -36,7 +41,7 @@ class Dynamics:
         qpos: (S, nq) positions.
         qvel: (S, nv) velocities.
         frame: (S,) its number if it is a frame, -1 for an intervention.
-        pad_forces: (S, 2) contact forces on the pads, N.
+        pad_forces: (S, pads) contact forces on the gripper's pads, N.
         supported: by object, (S,) bool, whether anything is near enough to touch it.
         touched: by object, (S,) bool, whether the robot is.
         energy: (S,) of all objects, kinetic and potential, J.
@@ -56,12 +61,13 @@ class Dynamics:
         self._timestep = float(self._model.opt.timestep)
         self._order_states()
         self.objects = [obj for obj in world.scene.shapes if obj in log.about.joints]
-        self.pad_forces = np.zeros((len(self.times), 2))
+        self.pad_forces = np.zeros((len(self.times), len(world.robot.gripper.pads)))
         self.supported, self.touched = (
             {obj: np.zeros(len(self.times), dtype=bool) for obj in self.objects} for _ in range(2)
         )
         self.energy = np.sum([np.zeros(len(self.times)), *map(self._energy, self.objects)], axis=0)
         self._gravity = np.zeros((len(self.times), len(world.robot.joints)))
+        self._pressed = np.zeros((len(self.times), len(world.robot.joints)))
         self._derive_forces()
 
     def command(self, time: float) -> np.ndarray:
@@ -97,13 +103,17 @@ class Dynamics:
         data, scratch = mujoco.MjData(model), mujoco.MjData(near)
         owner = np.full(model.ngeom, "", dtype=object)
         owner[robot.bodies(model)[model.geom_bodyid]] = robot.name
-        owner[[model.geom(obj).id for obj in self.objects]] = self.objects
+        for obj in self.objects:
+            owner[solid_geoms(model, obj)] = obj
         pads = {model.geom(name).id: i for i, name in enumerate(robot.gripper.pads)}
         dofs = robot.dofs(model)
         for k in range(len(self.times)):
             data.qpos[:], data.qvel[:], data.ctrl[:] = self.qpos[k], self.qvel[k], self.command(self.times[k])
             mujoco.mj_forward(model, data)
             self._gravity[k] = data.qfrc_gravcomp[dofs]
+            # The contact of a suction cup balances its pull, which the recorded torques do not have.
+            if not isinstance(self._world.robot.gripper, SuctionGripper):
+                self._pressed[k] = data.qfrc_constraint[dofs]
             for i, pair in enumerate(data.contact.geom.tolist()):
                 for geom in pair:
                     if geom in pads:
@@ -159,14 +169,17 @@ class Dynamics:
 
     @cached_property
     def needed(self) -> np.ndarray:
-        """The (F - 1, n) torques that the motion takes midway between frames, by inverse dynamics, contacts aside."""
+        """The (F - 1, n) torques that the motion takes midway between frames, by inverse dynamics.
+
+        Those of contacts are the mean of the two frames.
+        """
         model, robot, data = self._model, self._world.robot, mujoco.MjData(self._model)
         places, dofs = robot.qpos(model), robot.dofs(model)
         q, v = self._world.qpos[:, places], self._world.qvel[:, dofs]
         span = np.diff(self._log.times)[:, None]
         middle, moving = _hermite(q[:-1], q[1:], v[:-1], v[1:], 0.5, span)
         speeding = np.diff(v, axis=0) / span
-        needed = np.zeros_like(middle)
+        needed, pressed = np.zeros_like(middle), self._pressed[self.frame >= 0]
         for k in range(len(middle)):
             data.qpos[:] = self._world.qpos[k]
             data.qpos[places], data.qvel[dofs], data.qacc[dofs] = middle[k], moving[k], speeding[k]
@@ -174,7 +187,7 @@ class Dynamics:
             mujoco.mj_fwdVelocity(model, data)
             mujoco.mj_rne(model, data, 1, data.qfrc_inverse)
             inertia = model.dof_armature * data.qacc
-            needed[k] = (data.qfrc_inverse + inertia - data.qfrc_passive)[dofs]
+            needed[k] = (data.qfrc_inverse + inertia - data.qfrc_passive)[dofs] - pressed[k : k + 2].mean(axis=0)
         return needed
 
 
@@ -192,8 +205,9 @@ def _motor_forces(
 ) -> np.ndarray:
     """Return the forces of position actuators for commands, positions and velocities of their joints."""
     bias = model.actuator_biasprm[motors]
-    forces = model.actuator_gainprm[motors, 0] * command + bias[:, 0] + bias[:, 1] * q + bias[:, 2] * v
-    low, high = np.where(
-        model.actuator_forcelimited[motors], model.actuator_forcerange[motors].T, [[-np.inf], [np.inf]]
+    command = np.clip(
+        command, *np.where(model.actuator_ctrllimited[motors], model.actuator_ctrlrange[motors].T, NO_RANGE)
     )
+    forces = model.actuator_gainprm[motors, 0] * command + bias[:, 0] + bias[:, 1] * q + bias[:, 2] * v
+    low, high = np.where(model.actuator_forcelimited[motors], model.actuator_forcerange[motors].T, NO_RANGE)
     return np.clip(forces, low, high)

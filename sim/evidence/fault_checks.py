@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,21 +42,33 @@ class _Pose:
     velocity: np.ndarray
 
 
+def shown_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> list[Event]:
+    """Return the faults that were asked for and that the states show, in order of time."""
+    return [event for event, objection in _judged(log, world, dynamics) if objection is None]
+
+
 def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
     """Check that faults were asked for, that the states show them, and that nothing else acts from outside."""
     name = "faults"
-    told = [event for event in log.about.events if event.kind == "fault"]
-    asked = Counter(map(str, log.about.setting.get("faults") or ()))
-    for event in told:
-        fault = str(event.detail.get("fault"))
-        asked[fault] -= 1
-        objection = _objection(event, log, world, dynamics) if asked[fault] >= 0 else "it was not asked for"
+    told = []
+    for event, objection in _judged(log, world, dynamics):
+        told.append(event)
         if objection:
-            return Check(name, False, f"{fault} at {event.time:.2f} s: {objection}")
+            return Check(name, False, f"{event.detail.get('fault')} at {event.time:.2f} s: {objection}")
     for time in dynamics.times[dynamics.frame < 0]:
         if not any(world.disturbed(event) and abs(event.time - time) < FAULT_TIME_S for event in told):
             return Check(name, False, f"the state is changed from outside at {time:.2f} s, and no fault says so")
     return Check(name, True, f"{len(told)}, as asked for, and the states show them" if told else "none")
+
+
+def _judged(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Iterator[tuple[Event, str | None]]:
+    """Yield each fault that the log tells of, and why it did not happen, or None."""
+    asked = Counter(map(str, log.about.setting.get("faults") or ()))
+    for event in log.about.events:
+        if event.kind == "fault":
+            fault = str(event.detail.get("fault"))
+            asked[fault] -= 1
+            yield event, _objection(event, log, world, dynamics) if asked[fault] >= 0 else "it was not asked for"
 
 
 def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
@@ -122,9 +135,10 @@ def _objection_to_slip(event: Event, log: Log, world: RecordedWorld, dynamics: D
     pressed = log.pad_forces[max(0, frame - PRESS_MEMORY_FRAMES) : frame + 1].min(axis=1) > HOLD_FORCE_N
     if not np.any(pressed):
         return "nothing was in the hand"
-    width = sum(world.qpos[frame, int(world.mujoco.joint(name).qposadr[0])] for name in gripper.joints)
-    command = dynamics.command(event.time)[world.mujoco.actuator(gripper.actuator).id]
-    return None if command > width + SLIP_OPENING_M else "the hand was not commanded open"
+    fingers = [int(world.mujoco.joint(name).qposadr[0]) for name in gripper.joints]
+    width = gripper.opened(world.qpos[frame, fingers])
+    command = float(dynamics.command(event.time)[world.mujoco.actuator(gripper.actuator).id])
+    return None if gripper.width(command) > width + SLIP_OPENING_M else "the hand was not commanded open"
 
 
 def _objection_to_miss(event: Event, log: Log, world: RecordedWorld) -> str | None:

@@ -61,14 +61,16 @@ def check_torques(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
 def check_grip(log: Log, dynamics: Dynamics) -> Check:
     """Check the forces on the pads against the contacts that follow from positions, velocities and commands.
 
-    Forces were recorded a step earlier than the positions, so that the frames beside one count, too.
+    Forces were recorded a step earlier than the positions, so that the frames beside one count, too. MuJoCo misses a
+    contact for a single step now and then: a force that is too small counts if the next frame's is too small as well.
     """
     name, forces = "pad forces", log.pad_forces
     derived = dynamics.pad_forces[dynamics.frame >= 0]
     around = np.stack([np.vstack([derived[:1], derived[:-1]]), derived, np.vstack([derived[1:], derived[-1:]])])
     over = forces - around.max(axis=0) * (1 + PAD_TOLERANCE) - PAD_TOLERANCE_N
     under = around.min(axis=0) * (1 - PAD_TOLERANCE) - PAD_TOLERANCE_N - forces
-    off = np.maximum(over, under)
+    again = np.vstack([under[1:], under[-1:]])
+    off = np.maximum(over, np.minimum(under, again))
     frame, pad = np.unravel_index(int(off.argmax()), off.shape)
     if off[frame, pad] > 0:
         words = f"{forces[frame, pad]:.1f} N on a pad at {log.times[frame]:.2f} s, but commands and contacts give"

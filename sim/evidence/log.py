@@ -1,7 +1,7 @@
 """The log of a run: one file to check everything that is said of the run.
 
-It is a NumPy archive: the arrays of `Log` under their names, most of them packed (`sim.evidence.packing`), and
-everything else as JSON under `about`.
+It is a NumPy archive: the arrays of `Log` under their names, most of them packed (second differences of neighbouring
+rows, column by column), and everything else as JSON under `about`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import json
 import platform
 import zipfile
 import zlib
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,14 +22,19 @@ from pydantic import TypeAdapter, ValidationError
 
 from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
-from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
+from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
+from prefplan.models.several_costs import amount
 from sim.errors import LogError
-from sim.evidence.packing import pack, unpack
+from sim.external.bundle import packed
+from sim.robots.catalogue import OLD_NAMES
 from sim.simulation.rollout import FRAME_RATE, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
 FORMAT = 2
 """Raised whenever older files can no longer be read."""
+
+ORDER = 2
+"""How often neighbouring rows are subtracted: what moves evenly becomes zeros."""
 
 RATES = ("accelerations", "jerks", "torque_rates")
 """Names of the arrays of rates of the joints."""
@@ -42,7 +47,7 @@ ARRAYS: dict[str, tuple[int | None, ...]] = {
     "speeds": (None,),
     "torques": (None,),
     **dict.fromkeys(RATES, (None,)),
-    "pad_forces": (2,),
+    "pad_forces": (None,),
 }
 """Names of the arrays with a row for each frame, and the shape of each row."""
 
@@ -94,6 +99,7 @@ class About:
         actions: in order, failed attempts included.
         events: in order of time.
         claims: what is said to have been achieved.
+        files: contents of the other files that the scenario names, in base64, by path.
     """
 
     versions: dict[str, str]
@@ -109,6 +115,7 @@ class About:
     actions: tuple[LoggedAction, ...]
     events: tuple[Event, ...]
     claims: Claims
+    files: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,6 +150,7 @@ def log_of(
         actions=tuple(_logged(step) for step in rollout.steps),
         events=tuple(event for event in rollout.events if event.time <= end),
         claims=claims,
+        files=packed(scene.model),
     )
     decimals = dict.fromkeys(PACKED, DECIMALS) | dict.fromkeys(RATES, RATE_DECIMALS)
     kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
@@ -171,10 +179,11 @@ def _logged(step: Step) -> LoggedAction:
 
 
 def measured_costs(costs: ActionCosts | None) -> tuple[tuple[str, str, str, int | float], ...]:
-    """Return the cost of each (kind, hand before, hand after) where costs are measured; nothing otherwise."""
+    """Return the first cost of each (kind, hand before, hand after) where costs are measured; nothing otherwise."""
     if not isinstance(costs, MeasuredCosts):
         return ()
-    return tuple((*pair, to_number(exact(cost))) for pair, cost in costs.entries.items())
+    name = cost_names(costs)[0]
+    return tuple((*pair, to_number(exact(amount(cost, name)))) for pair, cost in costs.entries.items())
 
 
 def encode(log: Log) -> bytes:
@@ -223,10 +232,11 @@ def read_log(path: str | Path) -> Log:
 
 def _about(path: str | Path, data: np.ndarray) -> About:
     try:
-        about = json.loads(data.tobytes())
+        about = {"files": {}} | json.loads(data.tobytes())
         if about["format"] != FORMAT:
             raise LogError(f"{path}: a log of format {about['format']!r}; this version of prefplan reads {FORMAT}")
         about = TypeAdapter(About).validate_python({field.name: about[field.name] for field in fields(About)})
+        about = replace(about, robot=OLD_NAMES.get(about.robot, about.robot))
     except KeyError as error:
         raise LogError(f"{path}: broken: about.{error.args[0]} is missing") from None
     except ValidationError as error:
@@ -236,3 +246,28 @@ def _about(path: str | Path, data: np.ndarray) -> About:
     except (ValueError, TypeError):
         raise LogError(f"{path}: broken: about is not the JSON it should be") from None
     return about
+
+
+def pack(rows: np.ndarray, *, scale: int = 1) -> np.ndarray:
+    """Return (T, ...) rows, times a scale and rounded, as (..., T) integers that compress well and `unpack` reads.
+
+    Args:
+        rows: numbers whose scaled values are below 2**60.
+        scale: how many units of the integers are one.
+    """
+    columns = np.rint(rows * scale).astype(np.int64).T
+    zeros = np.zeros((*columns.shape[:-1], ORDER), dtype=np.int64)
+    differences = np.diff(columns, n=ORDER, axis=-1, prepend=zeros)
+    most = int(np.abs(differences).max(initial=0))
+    return differences.astype(
+        next(kind for kind in (np.int8, np.int16, np.int32, np.int64) if most <= np.iinfo(kind).max)
+    )
+
+
+def unpack(columns: np.ndarray, *, scale: int = 1) -> np.ndarray:
+    """Return the rows that `pack` was given: integers for a scale of 1, otherwise floats."""
+    sums = columns.astype(np.int64)
+    for _ in range(ORDER):
+        sums = np.cumsum(sums, axis=-1)
+    rows = np.ascontiguousarray(sums.T)
+    return rows if scale == 1 else rows / scale

@@ -1,4 +1,4 @@
-"""Motions in a log: gaps of the recording, joint limits, unwanted contacts."""
+"""Motions in a log: gaps of the recording, and joint limits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from prefplan.claims import Check
 from sim.evidence.log import Log
-from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld, fault_of
+from sim.evidence.replay import RecordedWorld
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.rollout import FRAME_RATE
@@ -19,9 +19,6 @@ ROUNDING = 1e-6
 
 JERK_TOLERANCE = 0.01
 """Greatest share of its limit by which a derived jerk exceeds the recorded one; in honest logs it never does."""
-
-REST_TIMEOUT_S = 2.0
-"""An object that a fault moves is at rest after this time."""
 
 
 def check_recording(log: Log) -> Check:
@@ -128,48 +125,3 @@ def _within(name: str, shares: np.ndarray, times: np.ndarray, robot: Robot) -> C
     frame, joint = np.unravel_index(int(shares.argmax()), shares.shape)
     most = f"{shares[frame, joint]:.1%} of the limit, {robot.joints[joint]} at {times[frame]:.2f} s"
     return Check(name, bool(shares.max() <= 1), f"at most {most}" if shares.max() <= 1 else f"exceeded: {most}")
-
-
-def check_contacts(log: Log, world: RecordedWorld) -> Check:
-    """Check every frame for unwanted contacts of the robot or its load.
-
-    The fingers may touch the object of the present action; an object in transport may touch only the fingers. An
-    object that a recorded fault has just moved may touch anything.
-    """
-    name = "contacts"
-    for event in log.about.events:
-        if event.kind == "contact" and _disturbed(log, world, event.time).isdisjoint(map(str, event.detail.values())):
-            words = f"{event.detail.get('moving')} touched {event.detail.get('other')} at {event.time:.2f} s"
-            return Check(name, False, f"{words}, according to the log")
-    for frame, time in enumerate(log.times):
-        world.show(frame)
-        obj, carried = _handled(log, world, float(time))
-        found = world.touches(obj, aloft=carried and bool(log.pad_forces[frame].min() > HOLD_FORCE_N))
-        if found:
-            disturbed = _disturbed(log, world, float(time))
-            found = [pair for pair in found if disturbed.isdisjoint(pair)]
-        if found:
-            moving, other = found[0]
-            return Check(name, False, f"{moving} touches {other} at {time:.2f} s")
-    return Check(name, True, f"only with the grasped object; {len(log.times)} frames checked, with {world.arm_shapes}")
-
-
-def _disturbed(log: Log, world: RecordedWorld, time: float) -> set[str]:
-    """Return the objects that faults have moved, knocked over or let slip within `REST_TIMEOUT_S` before a time."""
-    disturbed = set()
-    for event in log.about.events:
-        if event.kind == "fault" and 0 <= time - event.time <= REST_TIMEOUT_S:
-            kind, target = fault_of(event)
-            obj = _handled(log, world, event.time)[0] if kind == "slip" else target
-            if obj and kind in ("move", "knock", "slip"):
-                disturbed.add(obj)
-    return disturbed
-
-
-def _handled(log: Log, world: RecordedWorld, time: float) -> tuple[str | None, bool]:
-    """Return the object that the action at a time, or the one before it, is about, and whether that carries it."""
-    begun = [action for action in log.about.actions if action.start <= time]
-    action = world.action(begun[-1].action) if begun else None
-    if action is None or not action.obj:
-        return None, False
-    return action.obj, world.model.operator(action.kind).travels

@@ -8,6 +8,7 @@ from prefplan.claims import Check
 from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
+from sim.simulation.rollout import FRAME_RATE
 
 START_TOLERANCE = 1e-5
 """Greatest difference of a first position from the one of the seed, m or rad."""
@@ -26,6 +27,12 @@ ENERGY_TOLERANCE_J = 0.005
 FAULT_TIME_S = 1e-4
 """Greatest difference between the time of a fault and that of the state it leaves."""
 
+REST_SPEED_M_S = 0.01
+"""Greatest mean speed of an object at the end of a run that is said to be completed."""
+
+REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE)
+"""Number of frames over which that mean is taken."""
+
 ENERGY_MEMORY_STATES = 12
 """States for which contacts store energy."""
 
@@ -38,6 +45,21 @@ def check_start(log: Log, world: RecordedWorld) -> Check | None:
     joint = world.mujoco.joint(int(np.searchsorted(world.mujoco.jnt_qposadr, off.argmax(), side="right")) - 1)
     words = f"{joint.name} is {off.max():.4f} m or rad from where seed {log.about.setting.get('seed')} puts it"
     return Check("start", False, words)
+
+
+def check_rest(log: Log, world: RecordedWorld) -> Check:
+    """Check that nothing on the table moves at the end, if the run is said to be completed."""
+    name = "rest"
+    if not log.about.claims.completed:
+        return Check(name, True, "not claimed: the run was not completed")
+    first = max(0, len(log.times) - 1 - REST_PERIOD_FRAMES)
+    seconds = max(float(log.times[-1] - log.times[first]), 1 / FRAME_RATE)
+    for obj in world.objects:
+        path = world.path(obj)[first:]
+        speed = float(np.linalg.norm(path[-1] - path[0])) / seconds
+        if path[-1, 2] > 0 and speed > REST_SPEED_M_S:
+            return Check(name, False, f"{obj} still moves, at {speed:.3f} m/s, when the log ends")
+    return Check(name, True, f"nothing moved faster than {REST_SPEED_M_S} m/s in the last {seconds:.1f} s")
 
 
 def check_motions(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import copy
 import functools
+import itertools
 from bisect import bisect_left
+from collections.abc import Iterable
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -19,10 +22,13 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
 from sim.evidence.log import About, Log
-from sim.robots.catalogue import ROBOTS
+from sim.external.bundle import in_folder, unpacked
+from sim.geometry.mjcf import solid_geoms
+from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
+from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.rollout import FRAME_RATE, Event
-from sim.world.randomization import Perturbation, perturbed, read_perturbation
+from sim.world.randomization import KEYS, Perturbation, perturbed, read_perturbation
 from sim.world.scene import Scene, build_scene, initial_state
 
 AT_LOCATION_M = 0.045
@@ -57,6 +63,7 @@ class RecordedWorld:
         noise: standard deviation of an observed position along each axis, and its greatest constant error, m.
         qpos: (T, nq) recorded positions, in the order of this scene.
         qvel: (T, nv) recorded velocities.
+        objects: of the scenario, and those that have appeared.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
@@ -68,23 +75,19 @@ class RecordedWorld:
         about = log.about
         self._log = log
         self.scenario, scene, self.arm_shapes = _built(
-            about.text, about.scenario, about.robot, about.meshes, len(about.joints)
+            about.text, about.scenario, tuple(about.files.items()), about.robot, about.meshes, len(about.joints)
         )
         self.scene, self.start, self.noise = _perturbed(scene, about)
         self.model = self.scene.model
         self.mujoco = self.scene.mujoco
         self.robot = self.scene.robot
         spares = (name for name in self.scene.spares if name in about.joints)
-        objects = (*(obj.name for obj in self.model.objects), *spares)
+        self.objects = objects = (*(obj.name for obj in self.model.objects), *spares)
         self.qpos, self.qvel = _states(log, self.robot, self.mujoco, objects)
-        model = self._checked = copy.copy(self.mujoco)
-        self._data = mujoco.MjData(model)
-        self._is_robot = self.robot.bodies(model)[model.geom_bodyid]
-        self._is_finger = self.robot.fingers(model)
+        self._data = mujoco.MjData(self.mujoco)
         self._surfaces = {place.name: self._surface(place.name) for place in self.model.locations if not place.on}
-        # In the simulation the robot's links pass through each other.
-        self.robot.let_links_collide(model)
-        self._geom = {obj: int(self.mujoco.geom(obj).id) for obj in objects}
+        self._geoms = {obj: solid_geoms(self.mujoco, obj).tolist() for obj in objects}
+        self._grips = self._commands(self.mujoco.actuator(self.robot.gripper.actuator).id)
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
 
     def action(self, text: str) -> Action | None:
@@ -124,20 +127,29 @@ class RecordedWorld:
         """Set the positions of a frame."""
         self._frame = frame
         self._data.qpos[:] = self.qpos[frame]
-        mujoco.mj_kinematics(self._checked, self._data)
+        mujoco.mj_kinematics(self.mujoco, self._data)
 
     def tool(self) -> np.ndarray:
         """Return the (3,) position of the point between the pads in the frame that is shown, m."""
         position: np.ndarray = self._data.site(self.robot.tool).xpos
         return position
 
+    def tool_axis(self) -> np.ndarray:
+        """Return the (3,) direction in which the hand points in the frame that is shown."""
+        axis: np.ndarray = self._data.site(self.robot.tool).xmat.reshape(3, 3)[:, 2]
+        return axis
+
     def held(self) -> str | None:
-        """Return the object in contact with both pads that they pressed within `PRESS_MEMORY_FRAMES`, or None."""
-        forces = self._log.pad_forces[max(0, self._frame - PRESS_MEMORY_FRAMES) : self._frame + 1]
-        if not np.any(forces.min(axis=1) > HOLD_FORCE_N):
+        """Return the object in contact with all pads that they pressed within `PRESS_MEMORY_FRAMES`, or None.
+
+        Only frames count in which the gripper was told to hold.
+        """
+        recent = slice(max(0, self._frame - PRESS_MEMORY_FRAMES), self._frame + 1)
+        pressed = self._log.pad_forces[recent].min(axis=1) > HOLD_FORCE_N
+        if not any(pressed & [self.robot.gripper.holds(command) for command in self._grips[recent]]):
             return None
         return next(
-            (name for name, geom in self._geom.items() if all(self._touch(geom, pad) for pad in self._pads)), None
+            (name for name, parts in self._geoms.items() if all(self._touch(parts, [pad]) for pad in self._pads)), None
         )
 
     def resting(self, held: str | None) -> dict[str, str]:
@@ -145,7 +157,7 @@ class RecordedWorld:
 
         Where more objects rest than a location has slots, only the nearest to a slot count.
         """
-        objects = [obj for obj, geom in self._geom.items() if obj != held and self._data.geom_xpos[geom][2] > 0]
+        objects = [obj for obj in self._geoms if obj != held and self._data.body(obj).xpos[2] > 0]
         found = {obj: place for obj in objects if (place := self._rests(obj)) is not None}
         for location in self.model.locations:
             name = location.name
@@ -171,53 +183,54 @@ class RecordedWorld:
             if supports:
                 if any(self._rests(below) in supports for below in self._carriers(obj)):
                     return place
-            elif any(self._touch(self._geom[obj], geom) for geom in self._surfaces[place]):
+            elif self._touch(self._geoms[obj], self._surfaces[place]):
                 return place
         return None
 
-    def touches(self, handled: str | None, *, aloft: bool) -> list[tuple[str, str]]:
-        """Return names of bodies in unwanted contact: one of the robot or the object aloft, and another.
-
-        The fingers may touch the handled object and each other; aloft, it may touch nothing else.
-        """
-        mujoco.mj_collision(self._checked, self._data)
-        pairs = self._data.contact.geom.reshape(-1, 2)
-        obj, is_robot = self._geom.get(handled or "", -1), self._is_robot
-        found = []
-        for moving, other in (pairs.T, pairs.T[::-1]):
-            wrong = is_robot[moving] & ~is_robot[other] & ~(self._is_finger[moving] & (other == obj))
-            wrong |= is_robot[moving] & is_robot[other] & ~(self._is_finger[moving] & self._is_finger[other])
-            if aloft:
-                wrong |= (moving == obj) & ~is_robot[other]
-            found += [(self._name(a), self._name(b)) for a, b in zip(moving[wrong], other[wrong], strict=True)]
-        return found
+    def _commands(self, actuator: int) -> np.ndarray:
+        """Return the (T,) commands that an actuator was sent at the time of each frame."""
+        sent = self._log.controls
+        if not len(sent) or sent.shape[1] <= actuator:
+            return np.zeros(len(self._log.times))
+        steps = np.rint(self._log.times / self.mujoco.opt.timestep).astype(int) - 1
+        return np.asarray(sent[steps.clip(0, len(sent) - 1), actuator] / COMMANDS_PER_UNIT)
 
     def _surface(self, location: str) -> list[int]:
-        """Return the shapes on which an object rests at a location on the table."""
+        """Return the shapes on which an object rests at a location: what stands there, else what is below its slots."""
         model = self.mujoco
         collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        for body in (f"{location}_base", "table"):
-            found = np.flatnonzero(collides & (model.geom_bodyid == model.body(body).id)).tolist()
-            if found:
-                break
-        return found
+        own = np.flatnonzero(collides & (model.geom_bodyid == model.body(f"{location}_base").id)).tolist()
+        return own or sorted({self._below(slot.position) for slot in self.scene.slots[location]} - {-1})
 
-    def _touch(self, geom: int, other: int) -> bool:
-        return bool(
-            mujoco.mj_geomDistance(self._checked, self._data, geom, other, 2 * CONTACT_DISTANCE_M, None)
+    def _below(self, point: np.ndarray) -> int:
+        """Return the fixed shape below a (3,) point, m, or -1."""
+        model, hit = copy.copy(self.mujoco), np.array([-1], dtype=np.int32)
+        fixed = model.body_weldid[model.geom_bodyid] == 0
+        model.geom_group[:] = np.where(fixed & ((model.geom_contype | model.geom_conaffinity) != 0), 0, 1)
+        mujoco.mj_kinematics(model, self._data)
+        start, down = point + [0.0, 0.0, CONTACT_DISTANCE_M], np.array([0.0, 0.0, -1.0])
+        mujoco.mj_ray(model, self._data, start, down, np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8), 1, -1, hit)
+        return int(hit[0])
+
+    def _touch(self, geoms: Iterable[int], others: Iterable[int]) -> bool:
+        return any(
+            mujoco.mj_geomDistance(self.mujoco, self._data, geom, other, 2 * CONTACT_DISTANCE_M, None)
             < CONTACT_DISTANCE_M
+            for geom, other in itertools.product(geoms, others)
         )
 
     def _stands(self, obj: str) -> bool:
-        """Return whether an object stands upright; a cube may stand on any face."""
-        geom = self._geom[obj]
-        steep = np.abs(self._data.geom_xmat[geom].reshape(3, 3)[2])
-        is_cube = self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and np.ptp(self.mujoco.geom_size[geom]) == 0
-        return bool((steep.max() if is_cube else steep[2]) > np.cos(UPRIGHT_TILT_RAD))
+        """Return whether an object stands upright; a box may stand on any face with which it is as high as upright."""
+        geom = self._geoms[obj][0]
+        steep = np.abs(self._data.body(obj).xmat.reshape(3, 3)[2])
+        upright = np.array([False, False, True])
+        if self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and len(self._geoms[obj]) == 1:
+            upright = np.isclose(self.mujoco.geom_size[geom], self.mujoco.geom_size[geom][2])
+        return bool(steep[upright].max() > np.cos(UPRIGHT_TILT_RAD))
 
     def _distances(self, obj: str) -> dict[str, float]:
         """Return how far on the horizontal an object is from the nearest slot of each location, m."""
-        centre = self._data.geom_xpos[self._geom[obj]][:2]
+        centre = self._data.body(obj).xpos[:2]
         return {
             name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
             for name, row in self.scene.slots.items()
@@ -225,20 +238,9 @@ class RecordedWorld:
 
     def _carriers(self, obj: str) -> list[str]:
         """Return the objects that an object touches and whose centres are lower than its own."""
-        geom, height = self._geom[obj], self._data.geom_xpos[self._geom[obj]][2]
-        lower = {
-            name: other
-            for name, other in self._geom.items()
-            if self._data.geom_xpos[other][2] < height - CONTACT_DISTANCE_M
-        }
-        return [name for name, other in lower.items() if self._touch(geom, other)]
-
-    def _name(self, geom: int) -> str:
-        """Return the name of the body that a geom belongs to, or of the nearest one that has one."""
-        body = int(self.mujoco.geom_bodyid[geom])
-        while not self.mujoco.body(body).name:
-            body = int(self.mujoco.body_parentid[body])
-        return str(self.mujoco.body(body).name)
+        heights = {name: self._data.body(name).xpos[2] for name in self._geoms}
+        lower = [name for name in self._geoms if heights[name] < heights[obj] - CONTACT_DISTANCE_M]
+        return [name for name in lower if self._touch(self._geoms[obj], self._geoms[name])]
 
 
 def fault_of(event: Event) -> tuple[str, str]:
@@ -248,7 +250,9 @@ def fault_of(event: Event) -> tuple[str, str]:
 
 
 @functools.lru_cache(maxsize=4)
-def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple[Scenario, Scene, str]:
+def _built(
+    text: str, name: str, files: tuple[tuple[str, str], ...], robot: str, meshes: bool, joints: int
+) -> tuple[Scenario, Scene, str]:
     """Return the scenario of a log, its scene, and which shapes the arm has there.
 
     As many of the joints as are neither the robot's nor an object's belong to objects the scenario does not have.
@@ -257,18 +261,29 @@ def _built(text: str, name: str, robot: str, meshes: bool, joints: int) -> tuple
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("its scenario has no manipulation model")
-        moving = ROBOTS.get(robot, ROBOTS["default"])
-        others = joints - len(moving.joints + moving.gripper.joints) - len(scenario.model.objects)
+        model = in_folder(scenario.model, unpacked(dict(files)))
+        scenario = replace(scenario, model=model)
+        moving = _robot(model, robot)
+        others = joints - len(moving.joints + moving.gripper.joints) - len(model.objects)
         spares = min(max(0, others), MAX_UNKNOWN_OBJECTS)
         try:
-            scene = build_scene(scenario.model, robot=robot, spares=spares, meshes=None if meshes else False)
+            known = moving if moving.name == robot else robot
+            scene = build_scene(model, robot=known, spares=spares, meshes=None if meshes else False)
         except RobotError:
-            scene = build_scene(scenario.model, spares=spares, meshes=False)
+            scene = build_scene(model, robot=DEFAULT, spares=spares, meshes=False)
     except PrefplanError as error:
         raise LogError(f"the scenario in the log cannot be used: {error}") from None
-    if scene.robot.name != "default":
+    if scene.robot.name != DEFAULT:
         return scenario, scene, f"the shapes of the robot `{scene.robot.name}`"
     return scenario, scene, "the arm's meshes" if scene.dressed else "plain shapes of the arm"
+
+
+def _robot(model: ManipulationModel, name: str) -> Robot:
+    """Return the robot of a log: one of the catalogue, or the scenario's own; the usual one if it is unknown."""
+    try:
+        return robot_named(name)
+    except RobotError:
+        return robot_for(model.robot_setup) if model.robot_setup.mjcf and name not in ROBOTS else ROBOTS[DEFAULT]
 
 
 def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
@@ -280,7 +295,7 @@ def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
             scene = perturbed(scene, perturbation, seed=seed)
         start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
         noise = float(about.setting.get("noise_mm", 1000 * perturbation.noise)) / 1000
-        if not 0 <= noise < np.inf:
+        if not 0 <= 1000 * noise <= KEYS["noise"].greatest:
             raise ValueError(f"a noise of {1000 * noise:g} mm")
         list(about.setting.get("faults") or ())
     except (PrefplanError, TypeError, ValueError, OverflowError) as error:
@@ -293,6 +308,8 @@ def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, .
     for name in robot.load_limits:
         if getattr(log, name).shape[1] != len(robot.joints):
             raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
+    if log.pad_forces.shape[1] != len(robot.gripper.pads):
+        raise LogError(f"the log is broken: pad_forces are not those of the {len(robot.gripper.pads)} pads of the hand")
     fixed = (*robot.joints, *robot.gripper.joints)
     free = sorted(place for name, place in log.about.joints.items() if name not in fixed)
     qpos, qvel = np.tile(model.qpos0, (len(log.times), 1)), np.zeros((len(log.times), model.nv))

@@ -101,7 +101,7 @@ class ClosedLoop:
                 done = len(self.run.steps)
                 action = self.plan.actions[done]
                 self._on_progress(done, len(self.plan.actions), action)
-                if self.run.step(action):
+                if self.run.step(action, ahead=self.plan.actions[done + 1 :]):
                     self._states.append(self.run.steps[-1].observed)
                 else:
                     self._replan()

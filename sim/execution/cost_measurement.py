@@ -32,7 +32,7 @@ SAMPLES = 4
 BATCH = 8
 """Actions that a process measures before it reports them: a few seconds of work."""
 
-MOTION = ("geometry", "robots", "world", "perception", "motion", "simulation", "skills")
+MOTION = ("geometry", "external", "robots", "world", "perception", "motion", "simulation", "skills")
 """Folders of `sim` that decide what an action takes."""
 
 

@@ -26,7 +26,7 @@ from sim.simulation.recorder import model_hash
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS, perform
-from sim.skills.hand import reaches
+from sim.skills.obtaining import why_lost
 from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
@@ -72,7 +72,7 @@ class Execution:
             sensor: an exact one unless it is given.
             skills: by kind of action.
             faults: faults to inject.
-            seed: of their random numbers.
+            seed: of their random numbers, and of the search for paths.
 
         Raises:
             SimulationError: a kind of action of the model has no skill.
@@ -82,7 +82,7 @@ class Execution:
                 raise SimulationError(f"skills: none for {kind!r} {choices(kind, skills)}")
         self.scene = self._built = scene
         self.system = system or scene.model.transition_system()
-        self.cell = Workcell(scene, data, sensor=sensor)
+        self.cell = Workcell(scene, data, sensor=sensor, seed=seed or 0)
         self._skills = dict(skills)
         self.state = self.predicted = self.system.start
         self.steps: list[Step] = []
@@ -115,8 +115,12 @@ class Execution:
             self.reason, self.lost_sensor = str(error), True
         return self.reason is None
 
-    def step(self, action: str) -> bool:
+    def step(self, action: str, *, ahead: Sequence[str] = ()) -> bool:
         """Carry out one action and compare what is observed with what the model predicts.
+
+        Args:
+            action: what to do.
+            ahead: what is to be done then; an object is taken so that it can be put where it goes next.
 
         Returns:
             Whether they agree; if not, `reason` says why.
@@ -132,6 +136,7 @@ class Execution:
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start, spent = float(self.cell.data.time), self.cell.effort
         self.injector.begin(len(self.steps) + 1)
+        self.cell.destination = _next_release(self.scene, symbolic.obj, ahead)
         failure = difference = None
         observed = before
         try:
@@ -165,8 +170,10 @@ class Execution:
         cell = self.cell
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
-        (poses, _), reachable = poses_at_rest(cell), partial(reaches, cell)
-        found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, reachable=reachable)
+        poses, _ = poses_at_rest(cell)
+        cell.destination = None  # not known until it is planned again
+        lost = partial(why_lost, cell)
+        found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, why_lost=lost)
         self.scene, self.lost = found.scene, found.lost
         cell.scene = found.scene
         if self.steps:
@@ -269,6 +276,12 @@ def execute(
     for done, action in enumerate(actions):
         if on_progress is not None:
             on_progress(done, len(actions), action)
-        if not run.step(action):
+        if not run.step(action, ahead=actions[done + 1 :]):
             break
     return run.rollout()
+
+
+def _next_release(scene: Scene, obj: str, ahead: Sequence[str]) -> str | None:
+    """Return where an object is put down by the first of some actions that does; None if none of them does."""
+    coming = (scene.model.action(text) for text in ahead)
+    return next((action.location for action in coming if action.kind == "release" and action.obj == obj), None)

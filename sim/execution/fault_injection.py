@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.execution.faults import Fault
 from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, slipping
+from sim.geometry.mjcf import solid_geoms
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import footprint
 from sim.perception.sensors import object_pose, stored
@@ -148,8 +149,9 @@ class FaultInjector:
         hanging, now = self._hanging[i].seconds(), float(self._cell.data.time)
         if hanging is None or hanging < self._delays[i]:
             return None
-        fingers = self._cell.scene.robot.gripper.joints
-        open_width = sum(float(self._cell.data.joint(finger).qpos[0]) for finger in fingers) + SLIP_GAP_M
+        gripper = self._cell.scene.robot.gripper
+        fingers = np.array([self._cell.data.joint(finger).qpos[0] for finger in gripper.joints])
+        open_width = gripper.opened(fingers) + SLIP_GAP_M
         until = now + SLIP_DURATION_S
         self._cell.gripper = slipping(self._cell.gripper, self._cell.data, least_width=open_width, until=until)
         return {}
@@ -184,12 +186,14 @@ class FaultInjector:
                 self._put_into(rng, obj, slots[rng.integers(len(slots))])
                 return {"object": obj}
         height = float(self._cell.scene.shapes[obj].half[2])
-        nearest = self._cell.scene.robot.nearest_m
+        robot = self._cell.scene.robot
+        nearest = robot.nearest_m
         for _ in range(MAX_DRAWS):
             far, bearing, yaw = rng.uniform(
                 [nearest, -MAX_BEARING_RAD, -np.pi], [MAX_DISTANCE_M, MAX_BEARING_RAD, np.pi]
             )
-            position = np.array([far * np.cos(bearing), far * np.sin(bearing), height + 0.001])
+            heading, (x, y) = robot.yaw + bearing, robot.position[:2]
+            position = np.array([x + far * np.cos(heading), y + far * np.sin(heading), height + 0.001])
             if self._fits(obj, position, yaw):
                 self._put(obj, position, yaw)
                 return {"object": obj}
@@ -239,7 +243,8 @@ class FaultInjector:
         pose[:3], pose[3:] = position, yaw_quat(yaw)
         mujoco.mj_kinematics(self._cell.scene.mujoco, scratch)
         mujoco.mj_collision(self._cell.scene.mujoco, scratch)
-        return self._cell.scene.mujoco.geom(obj).id not in scratch.contact.geom[: scratch.ncon]
+        own = solid_geoms(self._cell.scene.mujoco, obj)
+        return not np.isin(scratch.contact.geom[: scratch.ncon], own).any()
 
 
 class _HangingTime:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import mujoco
-import numpy as np
 
 from prefplan.models.manipulation.action import Action
+from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose, Sensor
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp import GraspSkill
 from sim.skills.skill import Skill
 from sim.world.scene import Scene
-from sim.world.shapes import Grip
 
 MISS_GAP_M = 0.005
 """Height over an object at which the fingers close when they miss it."""
@@ -57,8 +56,8 @@ class MissingGrasp(GraspSkill):
         else:
             self._skill.perform(cell, action)
 
-    def closing_position(self, cell: Workcell, obj: str, pose: ObjectPose, grip: Grip) -> np.ndarray:
-        """Return the (3,) position of the tool, m, at which the fingers close on nothing."""
+    def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
+        """Return the pose of the tool at which the fingers close on nothing."""
         self._misses -= 1
         above = cell.scene.shapes[obj].height + MISS_GAP_M
-        return super().closing_position(cell, obj, pose, grip) + [0.0, 0.0, above]
+        return super().closing_pose(cell, obj, target).shifted([0.0, 0.0, above])

@@ -32,6 +32,7 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
     assert names[3:17] == [f"action {k}" for k in range(1, 15)]
     assert names[17:] == [
         "hand",
+        "rest",
         "events",
         "action costs",
         "total cost",
@@ -108,6 +109,7 @@ def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
     [
         ({"text": "not toml"}, "the scenario in the log cannot be used: .*not TOML"),
         ({"text": "[model]\nkind = 'grid'"}, "the scenario in the log cannot be used"),
+        ({"setting": {"noise_mm": 1000.0}}, "the setting in the log cannot be used: a noise of 1000 mm"),
         ({"joints": {}}, "a frame has no position of 'joint1'"),
         ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "a frame has no position of 'joint1'"),
         ({"speeds": np.zeros((3, 6))}, "speeds are not those of the 7 joints"),

@@ -7,12 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from forged_logs import cut, moved, refutations, telling
+from forged_logs import cut, log_of_run, moved, refutations, telling
+from scenario_texts import PAST_A_TOWER
 
+from prefplan.scenario.decode import loads
 from sim.evidence.log import ARRAYS, Log
+from sim.evidence.replay import RecordedWorld
+from sim.evidence.touch_checks import check_contacts
 from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event
+from sim.skills import transfer, transport
 from sim.world.scene import Scene
+
+GRAZE_M = 0.002
+"""How deep a load is in a bystander as it passes over it."""
 
 
 @pytest.mark.parametrize("k", [0, 1, 6, 13])
@@ -103,7 +111,8 @@ def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> 
     low = int(np.argmin(np.abs(arch_log.times - arch_log.about.actions[1].start - 1.5)))
     qpos[low, first + 1] += 0.25
     words = refutations(replace(arch_log, qpos=qpos))["contacts"]
-    assert "touches" in words and f"at {arch_log.times[low]:.2f} s" in words
+    time = float(re.fullmatch(r".* touches .* at ([0-9.]+) s", words)[1])
+    assert arch_log.times[low - 1] <= time <= arch_log.times[low + 1]
 
 
 @pytest.mark.parametrize(
@@ -115,9 +124,12 @@ def test_a_touch_that_the_log_tells_counts_unless_a_fault_threw_the_object_at_th
 ) -> None:
     fault = Event(4.0, "fault", {"fault": "knock:green@2"})
     touch = Event(time, "contact", {"moving": "hand", "other": other})
-    found = refutations(telling(arch_log, events=(*arch_log.about.events, fault, touch)))
-    told = {"contacts": f"hand touched {other} at {time:.2f} s, according to the log"} if refuted else {}
-    assert {name: words for name, words in found.items() if name == "contacts"} == told
+    log = telling(arch_log, events=(*arch_log.about.events, fault, touch))
+    words = f"hand touched {other} at {time:.2f} s, according to the log"
+    check = check_contacts(log, RecordedWorld(log), [fault])
+    assert check.holds != refuted and (words == check.words) == refuted
+    # The states do not show this fault, so that the certificate lets it excuse nothing.
+    assert refutations(log)["contacts"] == words
 
 
 def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:
@@ -130,4 +142,16 @@ def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:
 def test_the_arm_may_not_touch_itself(arch_log: Log) -> None:
     qpos = arch_log.qpos.copy()
     qpos[40, [arch_log.about.joints[name] for name in PANDA.joints]] = [0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.78]
-    assert re.match(r"(hand|link\d) touches (hand|link\d) at", refutations(replace(arch_log, qpos=qpos))["contacts"])
+    link = r"(hand|left_finger|right_finger|link\d)"
+    assert re.match(f"{link} touches {link} at", refutations(replace(arch_log, qpos=qpos))["contacts"])
+
+
+def test_a_load_that_brushes_a_bystander_on_its_way_is_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The controller is careless and its log keeps silent: the can on top of a tower is grazed."""
+    can_top = 0.06 + 0.045 + 0.06
+    monkeypatch.setattr(transfer, "check_path", lambda *args, **options: None)
+    monkeypatch.setattr(transport, "passage_height", lambda *args, **options: can_top + 0.0225 - GRAZE_M)
+    log = log_of_run(loads(PAST_A_TOWER, name="can"))
+    silent = telling(log, events=tuple(event for event in log.about.events if event.kind != "contact"))
+    assert len(silent.about.events) < len(log.about.events)
+    assert refutations(silent)["contacts"].startswith("cup touches can at ")

@@ -113,7 +113,9 @@ def test_whatever_the_arm_moves_by_is_in_the_digest(monkeypatch: pytest.MonkeyPa
         name = queue.pop()
         if name not in found:
             found.add(name)
-            tree = ast.parse((root / name.replace(".", "/")).with_suffix(".py").read_text(encoding="utf-8"))
+            path = root / name.replace(".", "/")
+            source = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+            tree = ast.parse(source.read_text(encoding="utf-8"))
             imports = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
             queue += [module.removeprefix("sim.") for module in imports if module.startswith("sim.")]
     assert {name.split(".")[0] for name in found} == {*MOTION, "errors", "execution"}
