@@ -16,6 +16,7 @@ from sim.execution.executor import execute as execute
 from sim.execution.faults import Fault as Fault
 from sim.execution.faults import read_fault as read_fault
 from sim.export.gltf import encode_glb as encode_glb
+from sim.motion.trajectory import ToolPose as ToolPose
 from sim.perception.sensors import ExactSensor as ExactSensor
 from sim.perception.sensors import NoisySensor as NoisySensor
 from sim.perception.sensors import ObjectPose as ObjectPose
@@ -27,7 +28,7 @@ from sim.rendering.quality import FINAL as FINAL
 from sim.rendering.quality import Quality as Quality
 from sim.rendering.video import render_frame as render_frame
 from sim.rendering.video import render_video as render_video
-from sim.robots.robot import Gripper as Gripper
+from sim.robots.gripper import Gripper as Gripper
 from sim.robots.robot import Robot as Robot
 from sim.simulation.rollout import Event as Event
 from sim.simulation.rollout import Rollout as Rollout

@@ -9,7 +9,9 @@ import numpy as np
 
 from sim.errors import RenderingError
 from sim.rendering.labels import Box, place_labels
+from sim.rendering.sight import visible
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
+from sim.world.fixtures import body_name
 from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import WRIST, Scene
 from sim.world.shapes import extent
@@ -18,7 +20,13 @@ CAMERAS = ("fixed", "orbit", WRIST, "top")
 """In front of the table; around its front, once to and fro in a video; on the hand; straight above."""
 
 AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
-"""Heading and pitch of `fixed`: from the right in front of the robot, down onto the table."""
+"""Heading and pitch of `fixed`: from the right in front of a robot that looks along x, down onto the table."""
+
+HEADINGS_DEG = (0.0, 48.0, -46.0, 94.0, -86.0, 134.0, -112.0, 160.0, -138.0)
+"""Turns of that heading to try in turn, for the one from which fixtures hide least."""
+
+SEEN_CORNERS = 4
+"""An object counts as seen if so many of the corners of a box round it are."""
 
 SWING_DEG = 70.0
 """How far `orbit` goes to either side: beyond, the arm hides what it does."""
@@ -47,13 +55,14 @@ class Camera:
         mounted: whether it is one of the model's own cameras, as `wrist` is.
     """
 
-    def __init__(self, scene: Scene, name: str, size: tuple[int, int]) -> None:
+    def __init__(self, scene: Scene, name: str, size: tuple[int, int], *, opening: float = 0.0) -> None:
         """Find out what has to be in the picture.
 
         Args:
             scene: what it looks at.
             name: one of `camera_names`, or a text for `read_view`.
             size: (width, height) of the picture in pixels.
+            opening: share of the video in which the camera draws near, from where it sees the hand at home, too.
 
         Raises:
             RenderingError: the name is neither.
@@ -64,7 +73,8 @@ class Camera:
         self._scene, self._size = scene, np.array(size)
         self._chosen = None if self.mounted or name in CAMERAS else read_view(name)
         self._slope = float(np.tan(np.radians(scene.mujoco.vis.global_.fovy) / 2))
-        self._points = work_points(scene)
+        self._points, self._home, self._opening = work_points(scene), home_points(scene), opening
+        self._heading = self._best_heading()
 
     def view(self, share: float = 0.0) -> mujoco.MjvCamera:
         """Return MuJoCo's camera when a share, 0 .. 1, of the video has passed."""
@@ -78,14 +88,39 @@ class Camera:
             view.azimuth, view.elevation, view.distance = self._chosen
             return view
         swing = SWING_DEG * np.sin(2 * np.pi * share) if self.name == "orbit" else 0.0
-        view.azimuth, view.elevation = AZIMUTH_DEG + swing, ELEVATION_DEG
+        view.azimuth, view.elevation = self._heading + swing, ELEVATION_DEG
         if self.name == "top":
-            view.azimuth, view.elevation = 180.0, -90.0
+            view.azimuth, view.elevation = float(np.degrees(self._scene.robot.yaw)) + 180.0, -90.0
         axes = axes_of(view)
-        eye = _nearest_eye(self._points @ axes.T, (1 - 2 * MARGIN) * self._slope * self._size / self._size[1])
-        view.distance = (axes @ view.lookat - eye)[2]
-        view.lookat = eye @ axes + view.distance * axes[2]
+        eye = self._eye(axes, self._points)
+        if share < self._opening:
+            # What both ends of the way see, all of it sees: the points behind a side of the picture are a half-space.
+            wide = self._eye(axes, np.concatenate([self._points, self._home]))
+            eye = wide + _eased(share / self._opening) * (eye - wide)
+        view.distance = (axes @ (view.lookat - eye))[2]
+        view.lookat = eye + view.distance * axes[2]
         return view
+
+    def _eye(self, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the (3,) nearest point, m, from which (N, 3) points are in the picture, given the camera's axes."""
+        slopes = (1 - 2 * MARGIN) * self._slope * self._size / self._size[1]
+        return np.asarray(_nearest_eye(points @ axes.T, slopes) @ axes)
+
+    def _best_heading(self) -> float:
+        """Return the azimuth of `fixed`, degrees."""
+        usual, view = float(np.degrees(self._scene.robot.yaw)) + AZIMUTH_DEG, mujoco.MjvCamera()
+        if not self._scene.model.fixtures:
+            return usual
+        corners = object_corners(self._scene)
+        best, most = usual, 0
+        for turn in HEADINGS_DEG:
+            view.azimuth, view.elevation = usual + turn, ELEVATION_DEG
+            seen = visible(self._scene, self._eye(axes_of(view), self._points), corners.reshape(-1, 3)).reshape(
+                corners.shape[:2]
+            )
+            if (slots := int((seen.sum(axis=1) >= SEEN_CORNERS).sum())) > most:
+                best, most = usual + turn, slots
+        return best
 
     def shares(self) -> np.ndarray:
         """Return (V,) shares of the video at which the view differs, evenly from one end of its way to the other."""
@@ -120,7 +155,7 @@ def read_view(text: str) -> tuple[float, float, float]:
     try:
         azimuth, elevation, distance = map(float, text.split(","))
     except ValueError:
-        raise RenderingError(f"{text!r} is not `az,el,dist`, such as 156,-28,1.8") from None
+        raise RenderingError(f"{text!r} is not `az,el,dist`, such as 156,-28,1.2") from None
     if not (abs(azimuth) <= 360 and abs(elevation) <= 90 and 0 < distance <= 10):
         raise RenderingError(f"{text!r}: azimuth within 360, elevation within 90 degrees, distance up to 10 m")
     return azimuth, elevation, distance
@@ -129,15 +164,21 @@ def read_view(text: str) -> tuple[float, float, float]:
 def work_points(scene: Scene) -> np.ndarray:
     """Return (N, 3) points about all that is handled, the locations, their names and the hand at work, m.
 
-    Not the hand at home, from where it comes into the picture in a second: with it, a cube of Case Study 3 would be 40
-    pixels wide in a video of 1280 x 720 instead of 66.
+    Not the hand at home, which it leaves in a second: with it, a cube of Case Study 3 would be 40 pixels wide in a
+    video of 1280 x 720 instead of 66.
     """
     parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
     model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
     mujoco.mj_kinematics(model, data)
-    bases = [model.body(f"{marking.text}_base").id for marking in scene.markings]
+    bases = [model.body(f"{place.name}_base").id for place in scene.model.locations if place.at is not None]
+    bases += [model.body(body_name(fixture.name)).id for fixture in scene.model.fixtures]
     parts.append(_boxes(data, np.flatnonzero(np.isin(model.geom_bodyid, bases))))
     return np.concatenate([part.reshape(-1, 3) for part in parts])
+
+
+def home_points(scene: Scene) -> np.ndarray:
+    """Return (N, 3) points about the hand at home, m."""
+    return _boxes(*_hand_at_home(scene)).reshape(-1, 3)
 
 
 def object_corners(scene: Scene) -> np.ndarray:
@@ -207,16 +248,21 @@ def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
 
 def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return the (3,) ends of the hand and its open fingers in the tool's frame, m."""
+    data, geoms = _hand_at_home(scene)
+    points = _boxes(data, geoms).reshape(-1, 3)
+    tool = data.site(scene.robot.tool)
+    local = (points - tool.xpos) @ tool.xmat.reshape(3, 3)
+    return local.min(axis=0), local.max(axis=0)
+
+
+def _hand_at_home(scene: Scene) -> tuple[mujoco.MjData, np.ndarray]:
+    """Return the arm at home, its fingers open, and the (G,) geoms of the hand."""
     model, robot = scene.mujoco, scene.robot
     data = mujoco.MjData(model)
     robot.put(data, robot.home, width=robot.gripper.opening_m)
     mujoco.mj_kinematics(model, data)
     hand = int(model.site(robot.tool).bodyid[0])
-    geoms = np.flatnonzero((model.geom_bodyid == hand) | (model.body_parentid[model.geom_bodyid] == hand))
-    points = _boxes(data, geoms).reshape(-1, 3)
-    tool = data.site(robot.tool)
-    local = (points - tool.xpos) @ tool.xmat.reshape(3, 3)
-    return local.min(axis=0), local.max(axis=0)
+    return data, np.flatnonzero((model.geom_bodyid == hand) | (model.body_parentid[model.geom_bodyid] == hand))
 
 
 def _boxes(data: mujoco.MjData, geoms: np.ndarray) -> np.ndarray:
@@ -246,6 +292,11 @@ def axes_of(view: mujoco.MjvCamera) -> np.ndarray:
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])
     ahead = np.array([np.cos(pitch) * np.cos(heading), np.cos(pitch) * np.sin(heading), np.sin(pitch)])
     return np.array([right, np.cross(right, ahead), ahead])
+
+
+def _eased(share: float) -> float:
+    """Return a share of a way after a share of the time, at rest at both ends."""
+    return share * share * (3 - 2 * share)
 
 
 def _nearest_eye(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:

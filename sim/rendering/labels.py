@@ -24,6 +24,9 @@ PLATE = (24, 20, 18, 205)
 OVERSAMPLING = 3
 """Plates are drawn so many times as large and then reduced, for smooth edges."""
 
+ROUNDING_PX = 1.0
+"""Names stand at whole pixels: by so much their distance from what they name may vary as the camera moves."""
+
 STEPS, DIRECTIONS = 7, 16
 """A name that finds no free place is tried so many half heights farther, in so many directions."""
 
@@ -85,7 +88,7 @@ def draw_labels(
     picture = Image.fromarray(frame)
     draw = ImageDraw.Draw(picture)
     for name, box in placed.items():
-        if np.linalg.norm(_nearest(box, anchors[name]) - anchors[name]) > box[3] - box[1]:
+        if np.linalg.norm(_nearest(box, anchors[name]) - anchors[name]) > box[3] - box[1] + ROUNDING_PX:
             x, y = map(float, targets[name])
             line = (x, y, *map(float, _nearest(box, targets[name])))
             draw.line(line, fill=PLATE[:3], width=4)

@@ -53,6 +53,7 @@ class Painter:
         size: tuple[int, int] | None = None,
         quality: Quality = DRAFT,
         camera: str = "fixed",
+        opening: float = 0.0,
     ) -> None:
         """Make the OpenGL context.
 
@@ -62,10 +63,11 @@ class Painter:
             quality: how much work a picture is worth.
             camera: name of a `sim.rendering.cameras.Camera`; with `+` and one of `sim.rendering.inset.INSETS` after
                 it, that view is in a corner.
+            opening: as for `sim.rendering.cameras.Camera`.
         """
         size = size or quality.size
         name, _, inset = camera.partition("+")
-        self._scene, self._quality, self._camera = scene, quality, Camera(scene, name, size)
+        self._scene, self._quality, self._camera = scene, quality, Camera(scene, name, size, opening=opening)
         self._inset_box = inset_box(scene, self._camera) if inset else None
         if self._inset_box:
             left, top, right, bottom = self._inset_box
@@ -130,6 +132,8 @@ class Painter:
 
     def _clear_table(self) -> None:
         """Remove the printed names from the table: labels are written over the picture instead."""
+        if not self._scene.markings:
+            return
         markings = [replace(marking, text="") for marking in self._scene.markings]
         start = int(self._model.texture(TABLE_TOP).adr[0])
         pixels = picture(self._scene.table, markings).ravel()

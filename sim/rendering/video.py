@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,9 @@ from sim.world.scene import Scene
 
 LAST_FRAME_S = 1.5
 """How long the last state stays on the screen, s."""
+
+OPENING_S = 2.0
+"""Time in which the camera draws near, s; the hand needs as long to come from home to what it handles."""
 
 LAMP_TIME_CONSTANT_S = 0.15
 """Time constant with which a lamp comes on and goes off, s."""
@@ -87,7 +90,17 @@ def render_video(
     path.parent.mkdir(parents=True, exist_ok=True)
     frames = _frames(scene, rollout, fps)
     scene = with_strays(scene, rollout.qpos[:: round(REST_S * FRAME_RATE)])
-    render = partial(_render_part, scene, captions, fps=fps, size=size or quality.size, quality=quality, camera=camera)
+    opening = OPENING_S * fps / len(frames)
+    render = partial(
+        _render_part,
+        scene,
+        captions,
+        fps=fps,
+        size=size or quality.size,
+        quality=quality,
+        camera=camera,
+        opening=opening,
+    )
     # joblib would do the work of a single process in this one, which has to survive a faulty driver.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
     count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
@@ -95,9 +108,7 @@ def render_video(
     with tempfile.TemporaryDirectory(prefix=".video-", dir=path.parent) as folder:
         parts = {Path(folder, f"{first}.mp4"): frames[first:end] for first, end in pairwise(bounds)}
         jobs = [delayed(render)(part, shown) for part, shown in parts.items()]
-        done = 0
-        for rendered in _in_processes(jobs, workers):
-            done += rendered
+        for done in accumulate(_in_processes(jobs, workers)):
             if progress:
                 progress(done, len(frames))
         whole = Path(folder, "whole.mp4")
@@ -190,6 +201,7 @@ def _render_part(
     size: tuple[int, int],
     quality: Quality,
     camera: str,
+    opening: float,
 ) -> int:
     """Render consecutive frames into a video of their own, with one thread, and return how many there are."""
     os.environ["LP_NUM_THREADS"] = "1"
@@ -201,11 +213,12 @@ def _render_part(
     shown, (width, height) = None, size
     above = height - strip_height(height) if captions else height
     with (
-        Painter(scene, size=(width, above), quality=quality, camera=camera) as painter,
+        Painter(scene, size=(width, above), quality=quality, camera=camera, opening=opening) as painter,
         mediapy.VideoWriter(path, size[::-1], fps=fps, crf=quality.rate, ffmpeg_args=encoding) as video,
     ):
         for frame in frames:
-            state = (frame.qpos.tobytes(), frame.glow, frame.share if camera.startswith("orbit") else 0.0)
+            moving = frame.share < opening or camera.startswith("orbit")
+            state = (frame.qpos.tobytes(), frame.glow, frame.share if moving else None)
             if state != shown:
                 bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)
                 shown = state

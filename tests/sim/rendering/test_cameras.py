@@ -16,12 +16,13 @@ from sim.rendering.cameras import (
     SWING_DEG,
     Camera,
     camera_names,
+    home_points,
     label_anchors,
     label_offsets,
     read_view,
     with_strays,
 )
-from sim.rendering.labels import label_boxes
+from sim.rendering.labels import draw_labels, label_boxes
 from sim.robots.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M
 from sim.world.scene import Scene, build_scene, initial_state
@@ -77,6 +78,21 @@ def test_all_that_is_handled_stays_in_the_picture(
 ) -> None:
     pixels = Camera(scenes[name], camera, size).pixels(handled(scenes[name]), share)
     assert (pixels > 0).all() and (pixels < size).all()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_camera_draws_near_from_where_it_sees_the_hand_at_home(scenes: dict[str, Scene], name: str) -> None:
+    scene, points = scenes[name], handled(scenes[name])
+    camera = Camera(scene, "fixed", SIZE, opening=0.1)
+    shares = np.linspace(0.0, 0.1, 6)
+    for share in shares:
+        pixels = camera.pixels(points, share)
+        assert (pixels > 0).all() and (pixels < SIZE).all()
+    hand = camera.pixels(home_points(scene))
+    assert (hand > 0).all() and (hand < SIZE).all()
+    widths = [np.ptp(camera.pixels(points, share)[:, 0]) for share in shares]
+    assert (np.diff(widths) > 0).all()
+    assert np.allclose(camera.pixels(points, 0.1), Camera(scene, "fixed", SIZE).pixels(points))
 
 
 def test_an_object_that_lies_off_every_location_is_in_the_picture(scenes: dict[str, Scene]) -> None:
@@ -148,6 +164,17 @@ def test_the_wrist_sees_what_is_between_the_fingers_from_above(scenes: dict[str,
     # Past the palm, 3 cm to the side of the tool and 4 cm above it.
     edge = tool.xpos + tool.xmat.reshape(3, 3) @ [0.03, 0.0, -0.045] - eye.xpos
     assert np.arctan2(edge @ axes[:, 1], -edge @ axes[:, 2]) > np.radians(8)
+
+
+def test_a_line_to_a_location_does_not_come_and_go_as_the_camera_moves() -> None:
+    frame, target = np.zeros((*SIZE[::-1], 3), np.uint8), np.array([100.0, 100.0])
+    for heights, with_line in ((1.5, False), (2.0, True)):
+        for at in np.linspace(0.0, 2.0, 9):
+            anchor = {"stove": np.array([400.0, 300.0]) + at}
+            (left, top, right, bottom) = label_boxes(anchor, {"stove": np.zeros(2)}, SIZE)["stove"]
+            offset = {"stove": np.array([0.0, heights * (bottom - top)])}
+            drawn = draw_labels(frame, label_boxes(anchor, offset, SIZE), anchor, {"stove": target})
+            assert bool(drawn[100, 100].any()) == with_line, (heights, at)
 
 
 def test_a_camera_may_be_anywhere(scenes: dict[str, Scene]) -> None:

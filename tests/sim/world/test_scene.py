@@ -11,8 +11,9 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from sim.errors import SimulationError
 from sim.robots.panda import PANDA
 from sim.world.layout import arrange
+from sim.world.objects import start_slots
 from sim.world.places import FLOOR, TableLayout
-from sim.world.scene import Scene, build_scene, initial_state, start_slots
+from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M
 
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}

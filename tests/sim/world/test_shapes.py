@@ -15,7 +15,7 @@ from sim.perception.sensors import object_pose, true_poses
 from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene, initial_state
-from sim.world.shapes import CUBE_EDGE_M, MASSES_KG, shape_of
+from sim.world.shapes import CUBE_EDGE_M, MASSES_KG, opening, shape_of
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
@@ -79,8 +79,8 @@ def test_every_kind_and_extreme_size_is_taken_and_put_down_everywhere(name: str)
 def test_the_hand_closes_along_y_unless_only_x_fits(obj: Object, half: list[float], widths: list[float]) -> None:
     shape = shape_of(obj, PANDA.gripper)
     assert shape.half == pytest.approx(half)
-    assert [grip.width for grip in shape.grips] == pytest.approx(widths)
-    assert all(grip.width + 0.01 <= grip.opening <= PANDA.gripper.opening_m for grip in shape.grips)
+    assert shape.widths == pytest.approx(widths)
+    assert all(width + 0.01 <= opening(width) <= PANDA.gripper.opening_m for width in shape.widths)
 
 
 def test_masses_follow_the_volume_within_limits() -> None:

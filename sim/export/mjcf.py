@@ -1,0 +1,82 @@
+"""A scene as MJCF, MuJoCo's own format: one XML file and the meshes and pictures that it names."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from PIL import Image
+
+from sim.world.scene import Scene, initial_state
+
+ASSETS = "assets"
+"""Folder of meshes and pictures."""
+
+START = "start"
+"""Keyframe with the arm at home and the objects where they start."""
+
+
+def encode_mjcf(scene: Scene) -> dict[str, bytes]:
+    """Return the files of a scene by their paths; `scene.xml` is the last, and names the others."""
+    spec, files = scene.spec.copy(), {}
+    for i, mesh in enumerate(spec.meshes):
+        ending = Path(mesh.file).suffix if mesh.file else ".obj"
+        path = f"{ASSETS}/{i:03}_{_plain(mesh.name)}{ending}"
+        files[path] = Path(mesh.file).read_bytes() if mesh.file else _obj(mesh)
+        _move(mesh, path)
+    for i, texture in enumerate(spec.textures):
+        if texture.file or len(texture.data):
+            path = f"{ASSETS}/{i:03}_{_plain(texture.name)}{Path(texture.file).suffix or '.png'}"
+            files[path] = Path(texture.file).read_bytes() if texture.file else _png(texture)
+            texture.file, texture.data, texture.content_type = path, b"", ""
+    for i, field in enumerate(spec.hfields):
+        if field.file:
+            path = f"{ASSETS}/{i:03}_{_plain(field.name)}{Path(field.file).suffix}"
+            files[path] = Path(field.file).read_bytes()
+            field.file = path
+    spec.meshdir = spec.texturedir = spec.modelfiledir = ""
+    start = initial_state(scene)
+    spec.add_key(name=START, qpos=start.qpos, ctrl=start.ctrl)
+    spec.assets = files
+    spec.compile()
+    files["scene.xml"] = spec.to_xml().encode()
+    return files
+
+
+def _move(mesh: mujoco.MjsMesh, path: str) -> None:
+    """Let a mesh come from a file instead of from memory."""
+    mesh.file, mesh.content_type = path, ""
+    mesh.uservert, mesh.usernormal, mesh.usertexcoord = [], [], []
+    mesh.userface, mesh.userfacenormal, mesh.userfacetexcoord = [], [], []
+
+
+def _plain(name: str) -> str:
+    """Return a name that every file system takes."""
+    return "".join(letter if letter.isalnum() else "_" for letter in name) or "part"
+
+
+def _png(texture: mujoco.MjsTexture) -> bytes:
+    """Return a picture from memory."""
+    pixels = np.frombuffer(texture.data, dtype=np.uint8)
+    pixels = pixels.reshape(texture.height, texture.width, texture.nchannel)
+    file = io.BytesIO()
+    Image.fromarray(pixels.squeeze()).save(file, format="PNG")
+    return file.getvalue()
+
+
+def _obj(mesh: mujoco.MjsMesh) -> bytes:
+    """Return a mesh from memory as a Wavefront file, with its normals and texture coordinates."""
+    vertices, normals = np.reshape(mesh.uservert, (-1, 3)), np.reshape(mesh.usernormal, (-1, 3))
+    uv = np.reshape(mesh.usertexcoord, (-1, 2))
+    corners = [np.reshape(mesh.userface, (-1, 3)) + 1]
+    corners.append(np.reshape(mesh.userfacetexcoord, (-1, 3)) + 1 if len(uv) else np.zeros_like(corners[0]))
+    corners.append(np.reshape(mesh.userfacenormal, (-1, 3)) + 1 if len(normals) else np.zeros_like(corners[0]))
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    # MuJoCo's texture coordinates have v downwards.
+    lines += [f"vt {u:.9g} {1 - v:.9g}" for u, v in uv]
+    lines += [f"vn {x:.7g} {y:.7g} {z:.7g}" for x, y, z in normals]
+    for triangle in np.stack(corners, axis=-1):
+        lines.append("f " + " ".join("/".join(str(n) if n else "" for n in corner).rstrip("/") for corner in triangle))
+    return ("\n".join(lines) + "\n").encode()

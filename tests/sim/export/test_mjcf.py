@@ -1,0 +1,66 @@
+"""Scenes as MJCF: what MuJoCo reads is what is simulated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from scenario_texts import cup_scenario
+
+from prefplan.scenario.decode import loads
+from sim.export.mjcf import encode_mjcf
+from sim.world.scene import Scene, build_scene, initial_state
+
+SHELF = """[model.fixtures]
+shelf = { kind = "shelf", at = [0.65, 0.35, 0], size = [0.2, 0.3, 0.4], yaw = 180, boards = [0.2] }
+[model.robot]
+at = [0, 0.05, 0.1]
+yaw = 10
+[model.locations]"""
+
+COUNTS = ("nq", "nv", "nu", "nbody", "ngeom", "nmesh", "ntex", "nmat", "nlight", "ncam", "npair", "nsite")
+
+ARRAYS = (
+    *(
+        "body_mass",
+        "body_pos",
+        "body_quat",
+        "body_inertia",
+        "body_gravcomp",
+        "dof_armature",
+        "dof_damping",
+        "jnt_range",
+    ),
+    *("geom_pos", "geom_quat", "geom_size", "geom_friction", "geom_contype", "geom_conaffinity", "geom_solref"),
+    *("actuator_gainprm", "actuator_biasprm", "actuator_forcerange", "pair_friction", "jnt_actfrcrange"),
+    *("mesh_vert", "mesh_texcoord", "mat_rgba", "geom_matid", "light_pos", "light_active", "tex_data", "site_pos"),
+)
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, mujoco.MjModel]:
+    scene = build_scene(loads(cup_scenario().replace("[model.locations]", SHELF)).model)  # type: ignore[arg-type]
+    folder: Path = tmp_path_factory.mktemp("scene")
+    for name, data in encode_mjcf(scene).items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(data)
+    return scene, mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
+
+
+def test_it_is_the_same_model(exported: tuple[Scene, mujoco.MjModel]) -> None:
+    ours, theirs = exported[0].mujoco, exported[1]
+    assert {name: getattr(theirs, name) for name in COUNTS} == {name: getattr(ours, name) for name in COUNTS}
+    for name in ARRAYS:
+        assert np.allclose(getattr(theirs, name), getattr(ours, name), rtol=1e-5, atol=1e-5), name
+    for name in ("timestep", "impratio", "integrator", "cone", "jacobian", "solver"):
+        assert getattr(theirs.opt, name) == getattr(ours.opt, name)
+
+
+def test_its_keyframe_is_the_start(exported: tuple[Scene, mujoco.MjModel]) -> None:
+    scene, model = exported
+    start = initial_state(scene)
+    assert model.key("start").qpos == pytest.approx(start.qpos, abs=1e-5)
+    assert model.key("start").ctrl == pytest.approx(start.ctrl, abs=1e-5)
+    assert [model.joint(i).name for i in range(model.njnt)] == [scene.mujoco.joint(i).name for i in range(model.njnt)]

@@ -1,0 +1,120 @@
+"""Objects from mesh files: their parts, what is said of bad ones, and one that is carried."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from forged_logs import log_of_run
+from scenario_texts import cup_scenario
+
+from prefplan.errors import PrefplanError
+from prefplan.models.manipulation.description import Object
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import Scenario, load
+from sim.errors import SimulationError
+from sim.evidence.certificate import certify
+from sim.evidence.replay import RecordedWorld
+from sim.evidence.scenario_checks import check_scenario
+from sim.external import meshes
+from sim.external.meshes import mesh_of
+from sim.geometry.mjcf import solid_geoms
+from sim.world.scene import build_scene
+
+TUBE = trimesh.creation.annulus(0.018, 0.028, 0.05, sections=12)
+
+
+@pytest.fixture(autouse=True)
+def no_kept_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    meshes._loaded.cache_clear()
+
+
+def scenario_with(folder: Path, keys: str) -> Scenario:
+    path = folder / "cup.toml"
+    path.write_text(cup_scenario().replace('cup = { start = "desk"', f'cup = {{ start = "desk", kind = "mesh", {keys}'))
+    return load(path)
+
+
+def model_of(scenario: Scenario) -> ManipulationModel:
+    assert isinstance(scenario.model, ManipulationModel)
+    return scenario.model
+
+
+def test_a_convex_mesh_is_one_part_about_the_middle_of_its_box(tmp_path: Path) -> None:
+    solid = trimesh.creation.icosphere(2, 25.0)
+    solid.apply_translation([100.0, 0.0, 30.0])
+    solid.export(tmp_path / "ball.obj")
+    found = mesh_of(Object("o", "a", kind="mesh", file="ball.obj", scale=0.001), tmp_path)
+    assert found.size == pytest.approx([0.05] * 3, abs=1e-3)
+    assert len(found.parts) == 1 and found.warning is None
+    assert found.drawn.bounds.mean(axis=0) == pytest.approx([0, 0, 0], abs=1e-9)
+
+
+def test_a_hole_stays_free_and_parts_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    TUBE.export(tmp_path / "tube.stl")
+    tube = Object("o", "a", kind="mesh", file="tube.stl")
+    parts = mesh_of(tube, tmp_path).parts
+    assert not any(part.contains([[0.0, 0.0, 0.0]])[0] for part in parts)
+    assert sum(part.volume for part in parts) == pytest.approx(TUBE.volume, rel=0.25)
+    meshes._loaded.cache_clear()
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    again = mesh_of(tube, tmp_path).parts
+    assert [part.volume for part in again] == [part.volume for part in parts]
+
+
+def test_an_open_mesh_collides_as_its_hull_and_that_is_said(tmp_path: Path) -> None:
+    leaky = TUBE.copy()
+    leaky.update_faces(np.arange(len(leaky.faces)) > 3)
+    leaky.export(tmp_path / "open.stl")
+    scene = build_scene(model_of(scenario_with(tmp_path, 'file = "open.stl"')), meshes=False)
+    assert scene.warnings == ("objects.cup: its surface is not closed, so that it collides as its convex hull",)
+    assert len(solid_geoms(scene.mujoco, "cup")) == 1
+
+
+def test_a_mesh_has_its_mass_and_lies_along_the_line_on_which_it_is_taken(tmp_path: Path) -> None:
+    trimesh.creation.box([0.1, 0.04, 0.05]).export(tmp_path / "bar.stl")
+    scene = build_scene(model_of(scenario_with(tmp_path, 'file = "bar.stl", mass = 0.3')), meshes=False)
+    assert scene.mujoco.body("cup").mass[0] == pytest.approx(0.3)
+    assert scene.shapes["cup"].half == pytest.approx([0.02, 0.05, 0.025])
+    (geom,) = solid_geoms(scene.mujoco, "cup")
+    assert 2 * np.sort(scene.mujoco.geom_aabb[geom, 3:]) == pytest.approx([0.04, 0.05, 0.1], abs=1e-6)
+
+
+def test_it_is_carried_and_its_log_stands_alone(tmp_path: Path) -> None:
+    TUBE.convex_hull.export(tmp_path / "tube.stl")
+    scenario = scenario_with(tmp_path, 'file = "tube.stl"')
+    log = log_of_run(scenario, seed=3)
+    assert log.about.claims.completed
+    assert check_scenario(log, scenario).holds
+    TUBE.convex_hull.apply_scale(1.01).export(tmp_path / "tube.stl")
+    assert "tube.stl" in check_scenario(log, scenario).words
+    (tmp_path / "tube.stl").unlink()
+    assert certify(log).refuted == ()
+    world = RecordedWorld(log)
+    world.show(len(log.times) - 1)
+    assert set(world.resting(None)) == {"cup"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ('file = "none.stl"', "objects.cup.file: {}/none.stl: no such file or directory"),
+        ('file = "cup.toml"', "objects.cup.file: 'cup.toml' is neither an STL nor an OBJ file"),
+        ('file = "bad.stl"', "objects.cup.file: {}/bad.stl: no mesh can be read from it"),
+        ('file = "tube.stl", scale = 10', "objects.cup.scale: 0.56 m wide, but the hand takes what is"),
+        ("mass = 1", "objects.cup.file: missing; an STL or OBJ file beside the scenario"),
+        ('file = "tube.stl", mass = 0', "model.objects.cup.mass: must be positive, not 0"),
+        ('file = "tube.stl", size = [1, 2, 3]', "model.objects.cup.size: a mesh is as large as its file says"),
+    ],
+)
+def test_what_is_no_mesh_is_refused(tmp_path: Path, keys: str, message: str) -> None:
+    (tmp_path / "bad.stl").write_text("no mesh")
+    TUBE.export(tmp_path / "tube.stl")
+    with pytest.raises(PrefplanError) as caught:
+        build_scene(model_of(scenario_with(tmp_path, keys)), meshes=False)
+    assert isinstance(caught.value, SimulationError) or "model." in message
+    assert message.format(tmp_path) in str(caught.value)

@@ -1,0 +1,170 @@
+"""A scene of the user's own: what it is built from, what is refused, and a run in it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from forged_logs import log_of_run
+from scenario_texts import TIDY
+
+from prefplan.errors import PrefplanError
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import Scenario, load
+from sim.evidence.certificate import certify
+from sim.evidence.replay import RecordedWorld
+from sim.geometry.mjcf import solid_geoms
+from sim.rendering.cameras import camera_names
+from sim.world.randomization import Perturbation, perturbed
+from sim.world.scene import Scene, build_scene, initial_state
+
+LAB = """
+<mujoco model="lab">
+  <compiler meshdir="meshes" angle="degree"/>
+  <asset><mesh name="cone" file="cone.stl"/></asset>
+  <default><geom rgba="0.7 0.6 0.5 1"/></default>
+  <include file="parts.xml"/>
+  <worldbody>
+    <light name="lamp" pos="0 0 3"/>
+    <geom name="floor" type="plane" size="3 3 0.1"/>
+    <body name="bench" pos="0.3 0 0.35">
+      <geom type="box" size="0.6 0.8 0.35"/>
+      <site name="left" pos="0.2 0.2 0.355"/>
+      <site name="right" pos="0.2 -0.2 0.35"/>
+      <site name="afloat" pos="0.2 -0.2 0.5"/>
+    </body>
+    <body name="cup" pos="1 0 1" euler="0 0 30">
+      <freejoint/>
+      <geom type="box" size="0.03 0.02 0.02" pos="0.1 0 0.02"/>
+      <geom type="cylinder" size="0.01 0.01" pos="0.1 0 0.045"/>
+    </body>
+    <body name="cone" pos="0.9 0.5 0.75"><freejoint/><geom type="mesh" mesh="cone"/></body>
+    <camera name="side" pos="1 -1 1"/>
+  </worldbody>
+  <actuator><position joint="slide" kp="10"/></actuator>
+</mujoco>
+"""
+
+PARTS = """
+<mujoco>
+  <worldbody>
+    <body name="drawer" pos="0.3 0.7 0.8">
+      <joint name="slide" type="slide"/>
+      <geom type="box" size="0.05 0.05 0.05"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+SCENARIO = """
+[model]
+kind = "manipulation"
+start = "home"
+scene = "lab.xml"
+costs = { transit = 1, grasp = 1, transport = 1, release = 1 }
+[model.robot]
+at = [0, 0, 0.7]
+[model.locations]
+desk = { site = "left" }
+tray = { site = "right" }
+rest = { at = [0.6, 0, 0.7], kind = "bin" }
+[model.objects]
+cup = { start = "desk", body = "cup" }
+"""
+
+
+def write(folder: Path, *changes: tuple[str, str]) -> Scenario:
+    (folder / "meshes").mkdir(parents=True, exist_ok=True)
+    trimesh.creation.cone(0.03, 0.05, sections=8).export(folder / "meshes" / "cone.stl")
+    (folder / "lab.xml").write_text(LAB)
+    (folder / "parts.xml").write_text(PARTS)
+    text = SCENARIO + TIDY
+    for old, new in changes:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    (folder / "lab.toml").write_text(text)
+    return load(folder / "lab.toml")
+
+
+def scene_in(scenario: Scenario) -> Scene:
+    assert isinstance(scenario.model, ManipulationModel)
+    return build_scene(scenario.model, meshes=False)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    return scene_in(write(tmp_path_factory.mktemp("lab")))
+
+
+def test_locations_are_where_the_scene_has_them_on_what_carries_them(lab: Scene) -> None:
+    heights = {name: row[0].position[2] for name, row in lab.slots.items()}
+    assert heights == pytest.approx({"desk": 0.7, "tray": 0.7, "rest": 0.703}, abs=1e-4)
+    assert lab.slots["desk"][0].position[:2] == pytest.approx([0.5, 0.2])
+
+
+def test_a_body_becomes_an_object_about_the_middle_of_its_box(lab: Scene) -> None:
+    assert lab.shapes["cup"].half == pytest.approx([0.02, 0.03, 0.0275], abs=1e-4)
+    data = initial_state(lab)
+    solid = solid_geoms(lab.mujoco, "cup")
+    assert len(solid) == 2
+    lowest = data.geom_xpos[solid[0]][2] - 0.02
+    assert lowest == pytest.approx(0.7, abs=1e-4)
+    assert data.geom_xpos[solid[0]][:2] == pytest.approx([0.5, 0.2], abs=1e-4)
+
+
+def test_only_objects_move_and_that_is_said(lab: Scene) -> None:
+    free = lab.mujoco.jnt_type == mujoco.mjtJoint.mjJNT_FREE
+    assert [lab.mujoco.joint(int(i)).name for i in np.flatnonzero(free)] == ["cup"]
+    assert lab.warnings == ("scene: only what is an object moves; held still: cone, drawer",)
+    assert lab.mujoco.nu == len(lab.robot.joints) + 1
+
+
+def test_its_cameras_and_lights_count(lab: Scene) -> None:
+    assert "side" in camera_names(lab)
+    assert not lab.mujoco.light("studio_key").active and lab.mujoco.light("lab/lamp").active
+    assert not any("table" in lab.mujoco.geom(i).name for i in range(lab.mujoco.ngeom))
+
+
+def test_it_is_compiled_again_with_other_centres_of_mass(lab: Scene) -> None:
+    other = perturbed(lab, Perturbation(centre=0.005), seed=1)
+    assert other.mujoco.nmesh == lab.mujoco.nmesh
+    assert not np.allclose(other.mujoco.body("cup").ipos, lab.mujoco.body("cup").ipos)
+
+
+def test_a_plan_is_carried_out_there_and_its_log_stands_alone(tmp_path: Path) -> None:
+    scenario = write(tmp_path / "deep" / "folder", ('"lab.xml"', '"../folder/lab.xml"'))
+    log = log_of_run(scenario, seed=1)
+    assert log.about.claims.completed
+    shutil.rmtree(tmp_path / "deep")
+    assert certify(log).refuted == ()
+    world = RecordedWorld(log)
+    world.show(len(log.times) - 1)
+    assert set(world.resting(None)) == {"cup"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"lab.xml"', '"lob.xml"', "scene: {0}/lob.xml: no such file"),
+        ('"lab.xml"', '"lab.toml"', "scene: {0}/lab.toml: "),
+        ('site = "left"', 'site = "lift"', "desk.site: {0}/lab.xml has no site 'lift' (did you mean 'left'?)"),
+        ('site = "left"', 'site = "afloat"', "locations.desk: nothing in {0}/lab.xml carries it"),
+        ('body = "cup"', 'body = "cap"', "objects.cup.body: {0}/lab.xml has no body 'cap' (did you mean 'cup'?)"),
+        (
+            'body = "cup"',
+            'body = "bench"',
+            "objects.cup.body: 'bench' of {0}/lab.xml has no free joint; those with one: cup, cone",
+        ),
+        ("at = [0, 0, 0.7]", "at = [0, 0, 0.1]", "robot: at home, it would be inside 'bench' in {0}/lab.xml"),
+        ('scene = "lab.xml"', "", "model.locations.desk.site: only with `scene`, a MJCF file beside the scenario"),
+        ('site = "left"', 'site = "left", at = [0, 1]', "locations.desk: needs only one of 'at', 'on' and 'site'"),
+    ],
+)  # fmt: skip
+def test_what_is_missing_is_named_with_the_file(tmp_path: Path, old: str, new: str, message: str) -> None:
+    with pytest.raises(PrefplanError) as caught:
+        scene_in(write(tmp_path, (old, new)))
+    assert message.format(tmp_path) in str(caught.value)
