@@ -28,14 +28,16 @@ from sim.world.scene import Scene
 SCENARIO = "case_study_3"
 
 OUT = Path("out", SCENARIO)
-"""Where the videos and the report go."""
-
-PAGE = OUT / "index.html"
-"""The report."""
+"""Where the videos and the report go, unless said otherwise."""
 
 
-def main(*, quiet: bool = False) -> int:
-    """Plan, carry both plans out, and return the exit status; `quiet` shows results without progress."""
+def main(out: Path = OUT, *, quiet: bool = False) -> int:
+    """Plan, carry both plans out, and return the exit status.
+
+    Args:
+        out: folder for the videos and the report, made if missing.
+        quiet: show results without progress.
+    """
     console = Console(highlight=False)
     scenario = scenarios.find(SCENARIO)
     front = pareto_front(scenario.problem())
@@ -45,13 +47,13 @@ def main(*, quiet: bool = False) -> int:
     compare_plans(study, scenario, front)
     study.show(console)
     scene = scene_of(scenario)
-    make_folder(OUT)
+    make_folder(out)
     outcomes, recordings = [], {}
     for name, number in {"cost": 0, "preference": len(front) - 1}.items():
         plan = front[number]
         console.print(f"\nCarrying out the {name}-optimal plan (cost {output.number(plan.cost)})")
         with Bars(quiet=quiet) as bars:
-            outcome, recording = perform(scenario, scene, plan, name, tell=bars)
+            outcome, recording = perform(scenario, scene, plan, out / name, tell=bars)
         show_outcome(console, scenario, outcome)
         if recording is None:
             return INTERRUPTED
@@ -66,16 +68,18 @@ def main(*, quiet: bool = False) -> int:
             f"{what}: cost {output.number(outcome.plan.cost)}, penalty {output.number(outcome.plan.preference)}"
             for what, outcome in zip(("cheapest", "preferred"), outcomes, strict=True)
         ]
-        console.print(f"  {compose(videos, OUT / 'both.mp4', headings=headings)}")
-    write_page(scenario, front, recordings, OUT)
-    console.print(f"\nReport (open it in a browser)\n  {PAGE}")
+        console.print(f"  {compose(videos, out / 'both.mp4', headings=headings)}")
+    page = write_page(scenario, front, recordings, out)
+    console.print(f"\nReport (open it in a browser)\n  {page}")
     return DONE if all(outcome.rollout.completed for outcome in outcomes) else FAILED
 
 
-def perform(scenario: Scenario, scene: Scene, plan: Plan, name: str, *, tell: Tell) -> tuple[Outcome, Recording | None]:
-    """Carry a plan out, and leave a video and its recording in `OUT` unless it was interrupted."""
-    outcome = carry_out(scenario, scene, plan, video=OUT / f"{name}.mp4", tell=tell)
-    return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, OUT / name)
+def perform(
+    scenario: Scenario, scene: Scene, plan: Plan, path: Path, *, tell: Tell
+) -> tuple[Outcome, Recording | None]:
+    """Carry a plan out, and leave a video and its recording at a path without an ending unless it was interrupted."""
+    outcome = carry_out(scenario, scene, plan, video=path.with_suffix(".mp4"), tell=tell)
+    return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, path)
 
 
 if __name__ == "__main__":

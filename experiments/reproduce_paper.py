@@ -118,7 +118,7 @@ def unsatisfied_tasks(problem: pp.Problem, plan: str) -> list[str]:
     for action in plan:
         state, _ = problem.system.step(state, action)
         trace.append(problem.system.label(state))
-    return [task.name for task in problem.tasks if not is_satisfied(pp.parse(task.formula), trace)]
+    return [task.name for task in problem.tasks if not is_satisfied(task.tree, trace)]
 
 
 def _verdict(unsatisfied: list[str]) -> str:

@@ -15,6 +15,24 @@ from selenium.webdriver.support.ui import WebDriverWait
 TIMEOUT_S = 30
 """Longest wait for the browser."""
 
+SOFTWARE_GL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""Flags for WebGL without a graphics card."""
+
+
+def start_chrome(chromium: tuple[str, str], *flags: str) -> webdriver.Chrome:
+    """Return a headless browser.
+
+    Args:
+        chromium: the paths of the browser and of its driver.
+        flags: for the browser.
+    """
+    options = webdriver.ChromeOptions()
+    options.binary_location, driver = chromium
+    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", *flags):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+
 
 class Page:
     """A report that is open."""

@@ -148,6 +148,29 @@ cup = {{ start = "desk" }}
 
 CUP = cup_scenario()
 
+PAST_A_TOWER = """
+[model]
+kind = "manipulation"
+start = "home"
+costs = { transit = 1, grasp = 1, transport = 1, release = 1 }
+[model.locations]
+left = { at = [0.5, 0.2] }
+middle = { at = [0.5, 0.0] }
+shelf = { on = ["middle"] }
+top = { on = ["shelf"] }
+right = { at = [0.5, -0.2] }
+[model.objects]
+cup = { start = "left" }
+tin = { start = "middle", kind = "cylinder", size = [0.05, 0.06] }
+box = { start = "shelf" }
+can = { start = "top", kind = "cylinder", size = [0.05, 0.06] }
+[[tasks]]
+name = "over"
+formula = "F cup_right"
+[preference]
+kind = "order"
+"""
+
 RELAXED_CUP = cup_scenario(
     """
 [[tasks]]

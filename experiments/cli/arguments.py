@@ -100,6 +100,44 @@ def add_max_cost(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_at_most(parser: argparse.ArgumentParser) -> None:
+    """Add bounds of costs and preferences by name."""
+    parser.add_argument(
+        "--at-most",
+        action=Bound,
+        type=named_number,
+        default=None,
+        metavar="NAME=VALUE",
+        help="bound on a cost or a preference by its name, such as energy=40; may be repeated",
+    )
+
+
+class Bound(argparse.Action):
+    """Collects bounds in a dictionary; of several on one name the last counts."""
+
+    def __call__(self, parser: Any, namespace: argparse.Namespace, values: Any, option_string: Any = None) -> None:
+        """Add a bound."""
+        name, value = values
+        setattr(namespace, self.dest, {**(getattr(namespace, self.dest) or {}), name: value})
+
+
+def add_max_preference(parser: argparse.ArgumentParser) -> None:
+    """Add the bound on the preference penalty."""
+    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference penalty")
+
+
+def add_within(parser: argparse.ArgumentParser) -> None:
+    """Add how close a front must come to the exact one."""
+    parser.add_argument(
+        "--within",
+        type=percentage,
+        default=Decimal(0),
+        metavar="P%",
+        help="leave out what other plans are good enough for: each best trade-off has one whose cost and penalty are "
+        "at most P %% larger (default: 0, the exact front)",
+    )
+
+
 def add_limits(parser: argparse.ArgumentParser, found: str) -> None:
     """Add the limits of a search, which ends with what it has `found` by then."""
     parser.add_argument("--max-seconds", type=seconds, metavar="S", help=f"stop after this time with {found}")
@@ -117,7 +155,7 @@ def add_plan(parser: argparse.ArgumentParser) -> None:
         metavar="cost|preference|INDEX",
         help="which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
     )
-    parser.add_argument("--max-preference", type=number, metavar="M", help="bound on the plan's preference penalty")
+    add_max_preference(parser)
     add_max_cost(parser)
 
 
@@ -148,9 +186,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--robot",
         metavar="NAME",
-        default="default",
-        help="default: the Panda that ships; menagerie: that of MuJoCo Menagerie, which is fetched once with git "
-        "(default: default)",
+        help="one of those that `prefplan robots` lists (default: the scenario's, or panda)",
     )
 
 
@@ -230,6 +266,19 @@ def number(text: str) -> Decimal:
     if not value.is_finite() or value < 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number >= 0")
     return value
+
+
+def named_number(text: str) -> tuple[str, Decimal]:
+    """Return a name and a number >= 0, such as `energy=40`."""
+    name, separator, value = text.partition("=")
+    if not name or not separator:
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE, such as energy=40")
+    return name, number(value)
+
+
+def percentage(text: str) -> Decimal:
+    """Return a number of percent >= 0, with or without its sign."""
+    return number(text.removesuffix("%").rstrip())
 
 
 def seconds(text: str) -> float:

@@ -7,11 +7,15 @@ from typing import Unpack, cast
 
 from experiments.cli import output
 from experiments.cli.status import no_plan
-from prefplan.errors import PrefplanError
+from prefplan.errors import PrefplanError, choices
 from prefplan.exact_costs import Number, exact, inclusive
 from prefplan.front import Front, NoPlanError, Plan, UnfinishedError
-from prefplan.planner import PlanLimits, Planner
+from prefplan.models.transition_system import DEFAULT_COST
+from prefplan.planner import Planner
+from prefplan.preferences.objective import DEFAULT_PREFERENCE
+from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
+from prefplan.search.bounds import PlanLimits
 
 
 def chosen_plan(planner: Planner, options: argparse.Namespace) -> Plan:
@@ -35,7 +39,7 @@ def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) ->
 
     Args:
         planner: of the problem.
-        wanted: `cost`, `preference` or an index of the front.
+        wanted: `cost`, `preference`, the name of a cost or a preference, or an index of the front.
         **limits: those of `cheapest_plan`.
 
     Raises:
@@ -44,13 +48,12 @@ def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) ->
         PreferenceError: a bound on the cost is needed.
         PrefplanError: the front has no plan of that index, or that plan is not preferred enough.
     """
-    if wanted == "cost":
-        return planner.cheapest(**limits)
-    if wanted == "preference":
-        return planner.preferred(**limits)
+    if isinstance(wanted, str):
+        return planner.best(objective_name(planner.problem, wanted), **limits)
     bound = limits.get("max_preference")
     front = planner.front(
         max_cost=limits.get("max_cost"),
+        at_most=limits.get("at_most"),
         max_seconds=limits.get("max_seconds"),
         max_memory=limits.get("max_memory"),
     )
@@ -63,6 +66,22 @@ def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) ->
         found = f"its preference penalty is {output.number(plan.preference)}"
         raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan
+
+
+def objective_name(problem: Problem, name: str) -> str:
+    """Return the name of an objective; `cost` and `preference` are the first of each.
+
+    Raises:
+        PrefplanError: there is no such objective.
+    """
+    names = problem.objective_names
+    if name in names:
+        return name
+    if name == DEFAULT_COST:
+        return names[0]
+    if name == DEFAULT_PREFERENCE and problem.preferences:
+        return problem.preferences[0].name
+    raise PrefplanError(f"--objective: unknown objective {name!r} {choices(name, names)}")
 
 
 def plan_at(front: Front, index: int, option: str) -> Plan:

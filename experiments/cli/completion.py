@@ -8,6 +8,8 @@ from typing import Any
 import shtab
 
 from experiments import scenarios
+from prefplan.models.transition_system import DEFAULT_COST
+from prefplan.preferences.objective import DEFAULT_PREFERENCE
 
 SHELLS = ("bash", "zsh", "fish", "tcsh")
 
@@ -56,4 +58,21 @@ end
         "fish": "(_prefplan_scenarios)",
         "tcsh": f"({names})",
         "preamble": {"bash": bash, "zsh": zsh, "fish": fish},
+    }
+
+
+def objectives() -> dict[str, Any]:
+    """Return how the name of a cost or a preference is completed: by those that every scenario has."""
+    names = f"{DEFAULT_COST} {DEFAULT_PREFERENCE}"
+    bash = f"""
+_prefplan_objectives() {{
+  compgen -W "{names}" -- "$1"
+}}
+"""
+    return {
+        "bash": "_prefplan_objectives",
+        "zsh": f"({names})",
+        "fish": names,
+        "tcsh": f"({names})",
+        "preamble": {"bash": bash},
     }

@@ -39,7 +39,9 @@ def plan_json(plan: Plan) -> dict[str, Any]:
     """Return one point of a front as in the documented JSON."""
     return {
         "cost": plan.cost,
-        "preference": plan.preference,
+        "preference": plan.preference if plan.preferences or not plan.costs else None,
+        "costs": plan.costs,
+        "preferences": plan.preferences,
         "task_costs": plan.task_costs,
         "violation_costs": plan.violation_costs,
         "plan": list(plan.actions),
@@ -48,6 +50,8 @@ def plan_json(plan: Plan) -> dict[str, Any]:
 
 
 def _purchase_json(purchase: Purchase) -> dict[str, Any]:
+    if purchase.rule:
+        return {"rule": purchase.task, "step": purchase.step, "cost": purchase.cost}
     what = {"skip": True} if purchase.assume is None else {"assume": purchase.assume}
     return {"task": purchase.task, "step": purchase.step, **what, "cost": purchase.cost}
 
@@ -70,7 +74,8 @@ def print_json(value: dict[str, Any]) -> None:
 
 def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
     """Return a front as the documented JSON object."""
-    result = _heading(scenario) | {"complete": front.complete, "front": [plan_json(plan) for plan in front]}
+    result = _heading(scenario) | {"complete": front.complete, "within": front.within}
+    result["front"] = [plan_json(plan) for plan in front]
     if front.reason:
         result["reason"] = asdict(front.reason)
     if front.ended:
@@ -90,6 +95,7 @@ def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) ->
         "plan": error.best and plan_json(error.best),
         "ended": error.ended,
         "complete_below": error.complete_below,
+        "within": error.within,
         "stats": stats_json(stats),
     }
 
@@ -98,6 +104,7 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         "tasks": [task.name for task in scenario.tasks],
+        **({"rules": [rule.name for rule in scenario.rules]} if scenario.rules else {}),
         "contract": scenario.problem().measure.contract,
         "claimed": scenario.problem().measure.claimed,
         "resolution": scenario.problem().resolution,
@@ -108,10 +115,12 @@ def relaxed(plan: Plan) -> list[str]:
     """Return a line for every relaxation that a plan uses."""
     lines = []
     for bought in plan.relaxations:
-        if bought.assume is None:
+        when = f"after action {bought.step}" if bought.step else "at the start"
+        if bought.rule:
+            lines.append(f"  the rule {bought.task} is broken {when}, for {number(bought.cost)}")
+        elif bought.assume is None:
             lines.append(f"  {bought.task} is skipped, for {number(bought.cost)}")
         else:
-            when = f"after action {bought.step}" if bought.step else "at the start"
             lines.append(f"  {bought.task} assumes {bought.assume} {when}, for {number(bought.cost)}")
     return lines
 
@@ -121,31 +130,39 @@ def assumptions(problem: Problem) -> list[str]:
     notes = []
     if problem.resolution is not None:
         notes.append(f"Costs are rounded to multiples of {number(problem.resolution)}; the front is exact for those.")
-    if problem.measure.claimed:
-        notes.append(
-            f"That the preference is {problem.measure.contract} is a claim of the scenario, tried on random costs only."
-        )
+    for objective in problem.objectives:
+        if objective.measure.claimed:
+            called = "the preference" if problem.is_bi_objective else objective.name
+            claim = f"That {called} is {objective.measure.contract} is a claim of the scenario"
+            notes.append(f"{claim}, tried on random costs only.")
     return notes
 
 
 def show_front(console: Console, scenario: Scenario, front: Front) -> None:
     """Print a front as a table, the plans below it."""
-    table = Table(title=f"{escape(scenario.name)}: Pareto front of cost and preference penalty", title_justify="left")
+    problem = scenario.problem()
+    what, columns = "cost and preference penalty", ["cost", "penalty"]
+    if not problem.is_bi_objective:
+        columns = list(problem.objective_names)
+        what = f"{', '.join(columns[:-1])} and {columns[-1]}"
+    table = Table(title=f"{escape(scenario.name)}: Pareto front of {what}", title_justify="left")
     table.add_column("#", justify="right")
-    table.add_column("cost", justify="right", style="bold")
-    table.add_column("penalty", justify="right", style="bold")
+    for name in columns:
+        table.add_column(name, justify="right", style="bold")
     for task in scenario.tasks:
         table.add_column(task.name, justify="right")
     for i, plan in enumerate(front):
-        table.add_row(
-            str(i), number(plan.cost), number(plan.preference), *(number(c) for c in plan.task_costs.values())
-        )
+        table.add_row(str(i), *map(number, (*plan.objectives.values(), *plan.task_costs.values())))
     console.print(table)
+    first = "total cost" if problem.is_bi_objective else f"total {problem.cost_names[0]}"
     console.print(
-        f"A task's column is its cost: the total cost until it was satisfied. {front.stats.seconds:.2f} s, "
+        f"A task's column is its cost: the {first} until it was satisfied. {front.stats.seconds:.2f} s, "
         f"{front.stats.expanded} labels expanded.",
         style="dim",
     )
+    if front.complete and front.within:
+        told = f"Every best trade-off has a plan here whose cost and penalty are at most {front.within} % larger."
+        console.print(told, style="dim")
     for note in assumptions(scenario.problem()):
         console.print(note, style="dim")
     for i, plan in enumerate(front):
@@ -156,6 +173,8 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
 def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     """Print one plan with its costs and the cost of each task."""
     worth = f"cost {number(plan.cost)}, preference penalty {number(plan.preference)}"
+    if not scenario.problem().is_bi_objective:
+        worth = ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())
     console.print(f"{scenario.name}: {worth}", style="bold")
     for name, cost in plan.task_costs.items():
         console.print(f"  {name} satisfied at cost {number(cost)}")

@@ -6,6 +6,7 @@ import re
 from itertools import dropwhile, takewhile
 
 from prefplan.models.graph import GraphModel
+from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Model
 
@@ -13,7 +14,7 @@ from prefplan.scenario.decode import Model
 def kind_of(model: Model) -> str:
     """Return a model's kind as scenario files call it."""
     match model:
-        case GraphModel():
+        case GraphModel() | GraphFileModel():
             return "graph"
         case GridModel():
             return "grid"

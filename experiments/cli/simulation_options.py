@@ -17,8 +17,8 @@ from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.inset import INSETS
 from sim.rendering.quality import QUALITIES, Quality
-from sim.robots.catalogue import ROBOTS
-from sim.world.randomization import Perturbation, read_perturbation
+from sim.robots.catalogue import OLD_NAMES, ROBOTS
+from sim.world.randomization import KEYS, Perturbation, read_perturbation
 from sim.world.scene import Scene
 
 
@@ -53,13 +53,19 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
 
 
 def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
-    """Return the sensor with the error `--noise`, mm; None without the option."""
+    """Return the sensor with the error `--noise`, mm; None without the option.
+
+    Raises:
+        PrefplanError: it is larger than anything that the certificate accepts.
+    """
+    if noise and noise > (greatest := KEYS["noise"].greatest):
+        raise PrefplanError(f"--noise {noise}: must be at most {greatest} mm")
     return NoisySensor(float(noise) / 1000, seed=seed or 0) if noise else None
 
 
-def robot_of(name: str) -> str:
-    """Return the value of `--robot`."""
-    return checked("--robot", name, ROBOTS)
+def robot_of(name: str | None) -> str | None:
+    """Return the value of `--robot`; None without the option."""
+    return name if name is None or name in OLD_NAMES else checked("--robot", name, ROBOTS)
 
 
 class Look(TypedDict):

@@ -11,7 +11,7 @@ import prefplan
 from experiments.cli.arguments import Command, Parser, add_quiet
 from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from experiments.commands.execution import demo, export, film, measure, report, run, sweep, verify, view
-from experiments.commands.machine import completion, doctor
+from experiments.commands.machine import completion, doctor, robots
 from experiments.commands.planning import automaton, check, draw, front, init, plan
 from experiments.commands.planning import list as list_command
 from prefplan.errors import PrefplanError
@@ -34,6 +34,7 @@ COMMANDS = (
     measure,
     automaton,
     draw,
+    robots,
     doctor,
     completion,
 )

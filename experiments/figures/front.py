@@ -12,6 +12,7 @@ from matplotlib.transforms import Bbox
 
 from experiments.cli.output import number
 from experiments.figures.figures import drawing, write_figure
+from experiments.figures.objectives import draw_objectives, draw_parallel, figure_size
 from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
@@ -37,10 +38,16 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     Raises:
         PrefplanError: the file cannot be written.
     """
+    count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
+    if not scenario.problem().is_bi_objective:
+        with drawing(size=figure_size(front), layout=True) as figure:
+            draw_objectives(figure, front)
+            figure.suptitle(f"{scenario.name}: {count}; lower is better")
+            write_figure(figure, path)
+        return
     with drawing(size=SIZE, layout=True) as figure:
         axes = figure.subplots()
         draw_front(axes, scenario, front)
-        count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
         axes.set_title(f"{scenario.name}: {count}")
         # Inside the axes it could cover the border of the front, and its marker would look like a plan.
         figure.legend(loc="outside lower center", ncols=4)
@@ -48,7 +55,13 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
 
 
 def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = False) -> None:
-    """Draw a front: its points, the region that they dominate, and the ideal point; if `brief` with indices only."""
+    """Draw a front: its points, the region that they dominate, and the ideal point; if `brief` with indices only.
+
+    One of several costs or preferences is drawn in parallel coordinates.
+    """
+    if not scenario.problem().is_bi_objective:
+        draw_parallel(axes, front)
+        return
     costs, mu = (
         np.array(values, dtype=float) for values in zip(*((plan.cost, plan.preference) for plan in front), strict=True)
     )

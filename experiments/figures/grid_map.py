@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import textwrap
+from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import cycle
-from typing import Any, cast
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import accumulate, cycle
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.text import Text
 
-from experiments.figures.figures import drawing, inline_svg
 from experiments.figures.label_placement import Label, Obstacles, gap, leader, place
 from experiments.figures.trail import Cell, Trail, trail
+from prefplan.exact_costs import exact
 from prefplan.front import Plan
 from prefplan.models.grid import Box, GridModel
 
 AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")
 """Colours of regions, in turn: `light` of P. Tol, "Colour Schemes", SRON technical note, 2021."""
+
+GROUNDS = ("#efe6d3", "#dcdfe6", "#f3f0ea", "#e3ead8")
+"""Colours of terrains, in turn: pale, so that regions on them stand out."""
 
 PATH, GOOD, START_COLOR = "#222255", "#117733", "#bb5566"
 """Colours of the path, of satisfied tasks and of the start; people who see few colours can tell them apart."""
@@ -28,11 +34,8 @@ PATH, GOOD, START_COLOR = "#222255", "#117733", "#bb5566"
 PANEL = 3.1
 """Width of a panel with a map, inches."""
 
-SIDE = 4.5
-"""Longer side of a map that stands alone, inches."""
-
-FONT_SIZE, SMALL_FONT_SIZE = 9.0, 7.5
-"""Size of text on a map that stands alone and in a panel, points."""
+SMALL_FONT_SIZE = 7.5
+"""Size of text on a map in a panel, points."""
 
 MOST_LETTERS = 20
 """Most letters in a line of tasks' names."""
@@ -62,19 +65,28 @@ SHEET = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.8, "line
 """Background of text on a map."""
 
 
-def svg(model: GridModel, plan: Plan) -> str:
-    """Return a map with the path of a plan as inline SVG; the grid fills it.
+@dataclass(frozen=True)
+class GridMap:
+    """The map of a grid, see `experiments.figures.maps.PlanMap`."""
 
-    Its parts have the classes `ground`, `grid`, `region`, `obstacle`, `path`, `arrow`, `name`, `start`, `goal`, `task`,
-    `leader`.
-    """
-    cell = SIDE / max(model.size)
-    with drawing(size=(cell * model.size[0], cell * model.size[1])) as figure:
-        axes = figure.add_axes((0, 0, 1, 1))
-        draw_map(axes, model, plan)
-        figure.draw_without_rendering()
-        label_map(axes, model, plan, font_size=FONT_SIZE)
-        return inline_svg(figure, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
+    model: GridModel
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height, cells."""
+        return self.model.size
+
+    def draw(self, axes: Axes, plan: Plan) -> None:
+        """Draw the map with a plan, without text."""
+        draw_map(axes, self.model, plan)
+
+    def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE) -> None:
+        """Write names on the map."""
+        label_map(axes, self.model, plan, font_size=font_size)
+
+    def path(self, plan: Plan) -> np.ndarray:
+        """Return the (S, 2) points of a plan's states."""
+        return path_of(plan).states
 
 
 def draw_map(axes: Axes, model: GridModel, plan: Plan) -> None:
@@ -90,6 +102,8 @@ def draw_map(axes: Axes, model: GridModel, plan: Plan) -> None:
     if width * height <= MOST_CELLS:
         axes.vlines(np.arange(0.5, width - 1), -0.5, height - 0.5, "#dddddd", linewidth=0.4, zorder=1, gid="grid")
         axes.hlines(np.arange(0.5, height - 1), -0.5, width - 0.5, "#dddddd", linewidth=0.4, zorder=1, gid="grid")
+    for colour, terrain in zip(cycle(GROUNDS), model.terrain.values(), strict=False):
+        _draw_area(axes, terrain.boxes, color=colour, gid="terrain")
     for colour, boxes in zip(cycle(AREAS), model.regions.values(), strict=False):
         _draw_area(axes, boxes, color=colour, alpha=0.75, gid="region")
     for boxes in model.obstacles.values():
@@ -108,25 +122,54 @@ def label_map(axes: Axes, model: GridModel, plan: Plan, *, font_size: float = SM
     No label overlaps another one or leaves the map; one for which no space is left is not written.
     """
     path, mark = path_of(plan), mark_size(model)
-    named = [(name, "name", _rectangle(max(boxes, key=_area))) for name, boxes in model.regions.items()]
+    named = [Named(name, "name", _rectangle(max(boxes, key=_area)), True) for name, boxes in model.regions.items()]
+    for name, ground in model.terrain.items():
+        named.append(Named(name, "terrain", _rectangle(max(ground.boxes, key=_area)), True))
     for step, tasks in goals(model, plan).items():
-        lines = textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
-        named.append((lines, "task", _square(path.states[step], mark)))
+        named.append(Named(task_lines(tasks), "task", square(path.states[step], mark), False))
+    dots = [square(model.start, START_SIZE * mark), *(one.target for one in named if one.kind == "task")]
+    write_names(axes, named, dots=dots, path=_sampled(path), font_size=font_size)
+
+
+class Named(NamedTuple):
+    """Text on a map: of the kind `name`, `terrain` or `task`, for a (4,) rectangle, in which it may lie or not."""
+
+    text: str
+    kind: str
+    target: np.ndarray
+    inside: bool
+
+
+def task_lines(tasks: Sequence[str]) -> str:
+    """Return the names of tasks, some on each line."""
+    return textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
+
+
+def write_names(
+    axes: Axes, named: Sequence[Named], *, dots: Sequence[np.ndarray], path: np.ndarray, font_size: float
+) -> None:
+    """Write names on a map whose axes have their final place, where there is space.
+
+    Args:
+        axes: of the map.
+        named: the names.
+        dots: (4,) rectangles that names should not cover.
+        path: (P, 2) points that they should not cover.
+        font_size: of the text, points.
+    """
     to_pixels = axes.transData.transform
-    texts = [_write(axes, text, kind, font_size) for text, kind, _ in named]
+    texts = [_write(axes, one.text, one.kind, font_size) for one in named]
     extents = [text.get_window_extent() for text in texts]
-    targets = [to_pixels(target.reshape(2, 2)).ravel() for _, _, target in named]
+    targets = [to_pixels(one.target.reshape(2, 2)).ravel() for one in named]
     labels = [
-        Label((extent.width + 2 * PAD, extent.height + 2 * PAD), target, kind == "name")
-        for extent, target, (_, kind, _) in zip(extents, targets, named, strict=True)
+        Label((extent.width + 2 * PAD, extent.height + 2 * PAD), target, one.inside)
+        for extent, target, one in zip(extents, targets, named, strict=True)
     ]
-    dots = [_square(model.start, START_SIZE * mark), *(target for _, kind, target in named if kind == "task")]
+    areas = [target for target, one in zip(targets, named, strict=True) if one.inside and one.kind == "name"]
     obstacles = Obstacles(
-        to_pixels(_sampled(path)),
+        to_pixels(path),
         np.array([to_pixels(dot.reshape(2, 2)).ravel() for dot in dots]),
-        np.array([target for target, (_, kind, _) in zip(targets, named, strict=True) if kind == "name"]).reshape(
-            -1, 4
-        ),
+        np.array(areas).reshape(-1, 4),
     )
     frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
     line = font_size * axes.figure.dpi / POINTS
@@ -142,7 +185,9 @@ def label_map(axes: Axes, model: GridModel, plan: Plan, *, font_size: float = SM
 
 
 def _write(axes: Axes, text: str, kind: str, font_size: float) -> Text:
-    style = {"color": GOOD, "weight": "bold", "zorder": 6} if kind == "task" else {"zorder": 4}
+    style: dict[str, Any] = {"color": GOOD, "weight": "bold", "zorder": 6} if kind == "task" else {"zorder": 4}
+    if kind == "terrain":
+        kind, style["style"] = "name", "italic"
     found = axes.text(0, 0, text, fontsize=font_size, va="bottom", bbox=SHEET, gid=kind, parse_math=False, **style)
     found.set_in_layout(False)
     return found
@@ -152,7 +197,8 @@ def _rectangle(box: Box) -> np.ndarray:
     return np.array(box) + [-0.5, -0.5, 0.5, 0.5]
 
 
-def _square(middle: Sequence[float], radius: float) -> np.ndarray:
+def square(middle: Sequence[float] | np.ndarray, radius: float) -> np.ndarray:
+    """Return the (4,) rectangle around a mark."""
     return np.array([*middle, *middle]) + radius * np.array([-1, -1, 1, 1])
 
 
@@ -188,13 +234,15 @@ def _draw_path(axes: Axes, path: Trail, size: float) -> None:
 def goals(model: GridModel, plan: Plan) -> dict[int, list[str]]:
     """Return the tasks that a plan satisfies, by the number of actions taken until then.
 
-    Every move costs the same, so that the number follows from the cost of the task; free moves give no tasks.
+    The number follows from the cost of the task; free moves give no tasks.
     """
+    path = cast(Sequence[Cell], plan.states[1:])
+    spent = list(accumulate((exact(model.cost_of_entering(cell)) for cell in path), initial=Fraction(0)))
     dropped = {bought.task for bought in plan.relaxations if bought.assume is None}
     found: dict[int, list[str]] = defaultdict(list)
     for task, cost in plan.task_costs.items():
-        if task not in dropped and model.cost:
-            found[round(float(cost) / float(model.cost))].append(task)
+        if task not in dropped and spent[-1]:
+            found[bisect_left(spent, exact(cost))].append(task)
     return dict(found)
 
 

@@ -111,8 +111,9 @@ def _candidates(label: Label, frame: np.ndarray) -> np.ndarray:
 
 def _overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return for (R, 4) and (S, 4) rectangles which overlap, (R, S)."""
-    pairs: np.ndarray = (one[:, None, :2] < other[:, 2:]) & (other[:, :2] < one[:, None, 2:])
-    return np.asarray(pairs.all(axis=2))
+    one = one[:, None]
+    beside = (one[..., 0] < other[:, 2]) & (other[:, 0] < one[..., 2])
+    return np.asarray(beside & (one[..., 1] < other[:, 3]) & (other[:, 1] < one[..., 3]))
 
 
 def _penalties(rectangles: np.ndarray, label: Label, obstacles: Obstacles, line: float) -> np.ndarray:

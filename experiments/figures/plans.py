@@ -1,4 +1,4 @@
-"""Every plan of a front on a grid as a panel of one figure: its path on the map."""
+"""Every plan of a front as a panel of one figure: its path on the map."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 from experiments.cli.output import number, relaxed
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
-from experiments.figures.grid_map import PANEL, draw_map, label_map
+from experiments.figures.grid_map import PANEL
+from experiments.figures.maps import map_of
 from prefplan.errors import PrefplanError
-from prefplan.front import Front
-from prefplan.models.grid import GridModel
+from prefplan.front import Front, Plan
 from prefplan.scenario.decode import Scenario
 
 MOST_PLANS = 23
@@ -21,14 +21,14 @@ COLUMNS = 4
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
-    """Write a map for each plan of a front on a grid, and the front, like the paper's Figures 3 and 4.
+    """Write a map for each plan of a front, and the front, like the paper's Figures 3 and 4.
 
     Raises:
-        PrefplanError: the model is no grid, there are too many plans, or the file cannot be written.
+        PrefplanError: the model has no map, there are too many plans, or the file cannot be written.
     """
-    model = scenario.model
-    if not isinstance(model, GridModel):
-        raise PrefplanError(f"{scenario.path}: model.kind: only the plans of a grid model can be drawn on a map")
+    plan_map = map_of(scenario)
+    if plan_map is None:
+        raise PrefplanError(f"{scenario.path}: model: only a grid or a graph with coordinates can be drawn as a map")
     if len(front) > MOST_PLANS:
         raise PrefplanError(
             f"{scenario.path}: the front has {len(front)} plans, and up to {MOST_PLANS} can be drawn in one picture; "
@@ -36,20 +36,26 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         )
     columns = min(COLUMNS, math.ceil((len(front) + 1) / 2))
     rows = math.ceil((len(front) + 1) / columns)
-    shape = min(1.6, max(0.6, model.size[1] / model.size[0]))
+    shape = min(1.6, max(0.6, plan_map.size[1] / plan_map.size[0]))
     most = max(len(plan.relaxations) for plan in front)
     size = (columns * PANEL, rows * (PANEL * shape + 0.35 + 0.14 * most))
     with drawing(size=size, layout=True) as figure:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for i, (axes, plan) in enumerate(zip(panels, front, strict=False)):
-            draw_map(axes, model, plan)
+            plan_map.draw(axes, plan)
             axes.set_xlabel("\n".join(line.strip() for line in relaxed(plan)), fontsize=7.5)
-            axes.set_title(f"{i}: cost {number(plan.cost)}, μ = {number(plan.preference)}")
+            axes.set_title(f"{i}: {_worth(scenario, plan)}")
         draw_front(panels[len(front)], scenario, front, brief=True)
         panels[len(front)].set_title("Pareto front")
         for axes in panels[len(front) + 1 :]:
             axes.set_axis_off()
         figure.draw_without_rendering()
         for axes, plan in zip(panels, front, strict=False):
-            label_map(axes, model, plan)
+            plan_map.label(axes, plan)
         write_figure(figure, path)
+
+
+def _worth(scenario: Scenario, plan: Plan) -> str:
+    if scenario.problem().is_bi_objective:
+        return f"cost {number(plan.cost)}, μ = {number(plan.preference)}"
+    return ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any, cast
 
 from experiments.cli.output import number, plan_json
 from experiments.figures.front import cost_unit
-from experiments.figures.grid_map import path_of
+from experiments.figures.maps import PlanMap, map_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.pictures import graph_data
@@ -19,7 +19,9 @@ from prefplan.exact_costs import to_number
 from prefplan.front import Front, Plan
 from prefplan.ledger import Ledger
 from prefplan.models.grid import GridModel
-from prefplan.problem import Problem, Task
+from prefplan.preferences.kinds import Preference, WeightedSum
+from prefplan.preferences.objective import PreferenceObjective
+from prefplan.problem import Problem, Rule, Task
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
@@ -44,20 +46,24 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         recordings: of some of the plans, by their number on the front.
     """
     problem = scenario.problem()
+    plan_map = map_of(scenario)
     named = titles(scenario)
     plans = [
-        NamedPlan(plan, Ledger.of_plan(problem, plan), f"plan {i}" if i else "the cheapest")
+        NamedPlan(plan, Ledger.of_plan(problem, plan), f"plan {i}" if i or len(plan.objectives) > 2 else "the cheapest")
         for i, plan in enumerate(front)
     ]
     return {
         "scenario": scenario.name,
         "cost_unit": cost_unit(scenario),
-        "map": {"size": list(scenario.model.size)} if isinstance(scenario.model, GridModel) else None,
+        "objectives": None if problem.is_bi_objective else list(problem.objective_names),
+        "upwards": len(problem.cost_names) if problem.preferences else 1,
+        "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [
             _task(task, named[task.name], automaton.accepting, automaton.dead)
             for task, automaton in zip(problem.tasks, problem.automata, strict=True)
         ],
-        "plans": [_plan(scenario, plans, i, recordings.get(i), _rank(front, i)) for i in range(len(plans))],
+        "rules": [_rule(rule) for rule in problem.rules],
+        "plans": [_plan(scenario, plan_map, plans, i, recordings.get(i), _rank(front, i)) for i in range(len(plans))],
     }
 
 
@@ -69,14 +75,46 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> tuple[Check, ...
         plan: what the search says.
         ledger: gives the labels and the costs of the plan's actions; its automata are not used.
     """
+    exists = Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
+    if not problem.is_bi_objective:
+        return exists, *_check_several(problem, plan, ledger)
     said = {key: plan_json(plan)[key] for key in ("cost", "preference", "task_costs", "violation_costs")}
     claims = Claims(completed=True, relaxations=plan.relaxations, **said)
-    exists = Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
-    return exists, *judge(claims, problem.tasks, problem.preference, ledger.labels, ledger.costs).checks
+    verdict = judge(claims, problem.tasks, problem.preference, ledger.labels, ledger.costs, rules=problem.rules)
+    return exists, *verdict.checks
+
+
+def _check_several(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
+    """Yield the checks of each cost, and of each preference in the cost that it counts in."""
+    columns = [ledger.costs, *ledger.more_costs.values()]
+    for d, (name, cost) in enumerate(plan.costs.items()):
+        own = [(o, n.preference) for o, n in zip(problem.objectives, problem.preferences, strict=True) if o.cost == d]
+        unweighed: list[tuple[PreferenceObjective | None, Preference]] = [(None, WeightedSum({}))]
+        for k, (objective, preference) in enumerate(own or unweighed):
+            claims = Claims(
+                completed=True,
+                cost=cast(float, cost),
+                task_costs=cast("dict[str, int | float]", ledger.task_costs(d)),
+                violation_costs=cast("dict[str, int | float]", plan.violation_costs),
+                preference=cast(float, plan.preferences[objective.name]) if objective else 0,
+                relaxations=plan.relaxations,
+            )
+            verdict = judge(claims, problem.tasks, preference, ledger.labels, columns[d], rules=problem.rules)
+            for check in verdict.checks:
+                if check.name == "preference":
+                    if objective:
+                        yield replace(check, name=objective.name)
+                elif k == 0 and (d == 0 or "cost" in check.name):
+                    yield replace(check, name=check.name.replace("total cost", f"total {name}"))
 
 
 def _rank(front: Front, i: int) -> str | None:
     """Return what a point of a front is, if it lies at an end; the far end of an unfinished front is not known."""
+    if len(front.objectives) > 2:
+        least = [
+            name for name in front.objectives if front[i].objectives[name] == min(p.objectives[name] for p in front)
+        ]
+        return f"least {', '.join(least)}" if least and front.complete else None
     if len(front) == 1:
         return "the best in both" if front.complete else None
     if i == len(front) - 1 and front.complete:
@@ -85,11 +123,16 @@ def _rank(front: Front, i: int) -> str | None:
 
 
 def _plan(
-    scenario: Scenario, plans: Sequence[NamedPlan], i: int, recording: Recording | None, rank: str | None
+    scenario: Scenario,
+    plan_map: PlanMap | None,
+    plans: Sequence[NamedPlan],
+    i: int,
+    recording: Recording | None,
+    rank: str | None,
 ) -> dict[str, Any]:
     problem, (plan, planned) = scenario.problem(), (plans[i].plan, plans[i].ledger)
     shown, run = planned, None
-    period = MOVE_TIME_S if isinstance(scenario.model, GridModel) else ACTION_TIME_S
+    period = MOVE_TIME_S if plan_map else ACTION_TIME_S
     times = [(k * period, (k + 1) * period) for k in range(len(plan.actions))]
     if recording is not None:
         shown, run = _observed(problem, planned, recording), _run(recording, plan)
@@ -101,14 +144,15 @@ def _plan(
         "index": i,
         **plan_json(plan),
         "rank": rank,
+        "worth": None if problem.is_bi_objective else [list(pair) for pair in plan.objectives.items()],
         "explanations": explained or [_explanation(explain_cheapest(scenario, plans[0]), None)],
-        "shares": [asdict(share) for share in shares(scenario.preference, plan)],
+        "shares": [asdict(share) for share in shares(scenario.preference, plan)] if problem.is_bi_objective else [],
         "order": list(planned.order),
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
-        "path": path_of(plan).states.tolist() if isinstance(scenario.model, GridModel) else None,
-        "graph": graph_data(scenario, plan),
-        "map_words": _map_words(scenario, planned),
+        "path": plan_map.path(plan).tolist() if plan_map else None,
+        "graph": None if plan_map else graph_data(scenario, plan),
+        "map_words": _map_words(scenario, planned) if plan_map else None,
         "checks": [asdict(check) for check in check_plan(problem, plan, planned)],
         "run": run,
     }
@@ -168,14 +212,23 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
     }
 
 
-def _map_words(scenario: Scenario, planned: Ledger) -> str | None:
+def _map_words(scenario: Scenario, planned: Ledger) -> str:
     """Return what a plan's map shows, for readers who cannot see it."""
-    if not isinstance(scenario.model, GridModel):
-        return None
-    width, height = scenario.model.size
+    ground = "Map"
+    if isinstance(scenario.model, GridModel):
+        ground += " of {} by {} cells".format(*scenario.model.size)
     passed = ", ".join(landmarks(planned)) or "no region of a task"
     moves = "1 move" if len(planned.actions) == 1 else f"{len(planned.actions)} moves"
-    return f"Map of {width} by {height} cells with the robot's path of {moves} through {passed}."
+    return f"{ground} with the robot's path of {moves} through {passed}."
+
+
+def _rule(rule: Rule) -> dict[str, str]:
+    price = "" if rule.skip is None else f"; it may be broken once, for {number(rule.skip)}"
+    return {
+        "name": rule.name,
+        "formula": " ".join(rule.formula.split()),
+        "words": f"never: {words_of(rule.broken)}{price}",
+    }
 
 
 def _task(task: Task, title: str, accepting: int | None, dead: int | None) -> dict[str, Any]:
@@ -189,7 +242,7 @@ def _task(task: Task, title: str, accepting: int | None, dead: int | None) -> di
         "name": task.name,
         "title": title,
         "formula": " ".join(task.formula.split()),
-        "words": words_of(task.formula),
+        "words": words_of(task.tree),
         "accepting": accepting,
         "dead": dead,
         "offers": offers,

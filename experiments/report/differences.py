@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby, takewhile
 
 from prefplan.ledger import Ledger
-from prefplan.logic.formula import parse, propositions_of
+from prefplan.logic.formula import propositions_of
 from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Model
@@ -63,7 +63,7 @@ def landmarks(plan: Ledger) -> tuple[str, ...]:
 
 
 def _mentioned(plan: Ledger) -> frozenset[str]:
-    return frozenset[str]().union(*(propositions_of(parse(task.formula)) for task in plan.problem.tasks))
+    return frozenset[str]().union(*(propositions_of(task.tree) for task in plan.problem.tasks))
 
 
 def _advancing(plan: Ledger) -> set[int]:

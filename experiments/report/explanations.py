@@ -13,6 +13,7 @@ from experiments.runs.formula_words import at_words, titles
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.ledger import Ledger
+from prefplan.models.graph import GraphModel
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.preferences.kinds import Order
@@ -34,6 +35,10 @@ class NamedPlan:
 def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
     """Explain what the cheapest plan costs, and which tasks add to its preference penalty."""
     plan, name = cheapest.plan, titles(scenario)
+    if not scenario.problem().is_bi_objective:
+        first, *others = plan.objectives.items()
+        beside = [f"{objective} {number(value)}" for objective, value in others]
+        return f"No plan takes less {first[0]}.", [f"Beside that: {_all(beside)}."]
     headline = "No plan costs less" if plan.actions else "Nothing has to be done: this plan costs nothing"
     details = list[str]()
     if exact(plan.preference) == 0:
@@ -58,6 +63,8 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
         other: the cheaper one, of a greater preference penalty.
     """
     name = titles(scenario)
+    if not scenario.problem().is_bi_objective:
+        return _explain_several(scenario, plan, other, name)
     extra = number(_minus(plan.plan.cost, other.plan.cost))
     means = _means(scenario.model, plan.ledger, other.ledger)
     gains, losses = _gains(scenario, plan, other, name)
@@ -72,6 +79,18 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
     return headline, details
 
 
+def _explain_several(scenario: Scenario, plan: NamedPlan, other: NamedPlan, name: Mapping[str, str]) -> Explanation:
+    """Explain how a plan differs from another one in several costs and preferences."""
+    changes = {key: _minus(value, other.plan.objectives[key]) for key, value in plan.plan.objectives.items()}
+    more = [f"{number(change)} more {key}" for key, change in changes.items() if change > 0]
+    less = [f"{number(to_number(-exact(change)))} less {key}" for key, change in changes.items() if change < 0]
+    means = _means(scenario.model, plan.ledger, other.ledger).rstrip(",")
+    gained = f", for {_all(less)}" if less and more else _all(less)
+    headline = f"{_all(more)}{gained} than {other.name}" if more or less else f"as good as {other.name}"
+    headline = headline[0].upper() + headline[1:] + (f": {means}." if means else ".")
+    return headline, [*_times(plan, other, name), *_actions(scenario.model, plan.ledger, other.ledger)]
+
+
 def _means(model: Model, plan: Ledger, other: Ledger) -> str:
     """Return what a plan does differently, as a clause; empty where there is nothing to say."""
     mine, theirs = plan.actions, other.actions
@@ -80,12 +99,16 @@ def _means(model: Model, plan: Ledger, other: Ledger) -> str:
         spared = [parking for parking in set_aside(model, other, plan) if parking.obj == parked[0].obj]
         instead = f" instead of {at_words(spared[0].place, model)}" if spared else ""
         return _parked(parked[:1] if spared else parked, model) + instead
-    if isinstance(model, GridModel):
+    if isinstance(model, GridModel | GraphModel):
         here, there = landmarks(plan), landmarks(other)
         alike = common(here, there)
+        first, then = ("it goes first to", "it goes to")
+        if isinstance(model, GraphModel):
+            first, then = ("it first reaches", "it reaches")
         if alike < len(here):
-            after = f"after {here[alike - 1]} it goes" if alike else "it goes first"
-            return f"{after} to {here[alike]}" + (f" instead of {there[alike]}," if alike < len(there) else "")
+            reaches = f"after {here[alike - 1]} {then}" if alike else first
+            return f"{reaches} {here[alike]}" + (f" instead of {there[alike]}," if alike < len(there) else "")
+    if isinstance(model, GridModel):
         moves = len(mine) - len(theirs)
         return f"it makes {moves} more {'move' if moves == 1 else 'moves'}" if moves > 0 else ""
     if isinstance(model, ManipulationModel):
@@ -152,9 +175,12 @@ def _relaxed(plan: Plan, other: Plan, name: Mapping[str, str]) -> tuple[list[str
     """Return which tasks are relaxed for less, as clauses, and which for more."""
 
     def done(plan: Plan, task: str) -> str:
-        bought = [purchase.assume for purchase in plan.relaxations if purchase.task == task]
-        how = "skipped" if None in bought else "relaxed"
-        return f"{how} for {number(plan.violation_costs[task])}" if bought else "done as written"
+        bought = [purchase for purchase in plan.relaxations if purchase.task == task]
+        if not bought:
+            return "done as written" if task in plan.task_costs else "kept"
+        skipped = any(purchase.assume is None for purchase in bought)
+        how = "broken" if bought[0].rule else "skipped" if skipped else "relaxed"
+        return f"{how} for {number(plan.violation_costs[task])}"
 
     changes = {task: _minus(cost, other.violation_costs[task]) for task, cost in plan.violation_costs.items()}
     gains = [f"{name[t]} is {done(plan, t)} instead of {done(other, t)}" for t, change in changes.items() if change < 0]
@@ -200,4 +226,4 @@ def _minus(one: Number, other: Number) -> Number:
 
 
 def _all(clauses: Sequence[str]) -> str:
-    return clauses[0] if len(clauses) == 1 else f"{', '.join(clauses[:-1])} and {clauses[-1]}"
+    return "".join(clauses) if len(clauses) < 2 else f"{', '.join(clauses[:-1])} and {clauses[-1]}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,7 +83,7 @@ def write_page(
         missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
         notices = (missing, *notices)
     data = page_data(scenario, front, recordings) | {"scene": has_scene}
-    text = _render(scenario, front, data, notices)
+    text = _render(scenario, front, data, notices, folder / PARTS)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX
 
@@ -95,7 +95,7 @@ def _library() -> bytes:
     return f"(() => {{\n{bundle}\n}})();\n".encode()
 
 
-def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...]) -> str:
+def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...], parts: Path) -> str:
     problem = scenario.problem()
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda name: files(__package__).joinpath(PARTS, name).read_text("utf-8")),
@@ -109,22 +109,40 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         name=scenario.name,
         about=introduction(scenario.text),
         trade_off=_trade_off(front, data),
-        preference=in_words(scenario.preference, problem.names),
+        preferences=_preferences(scenario),
         front=front,
         reason=front.reason,
         tasks=data["tasks"],
         pictures=pictures.automata(problem),
-        maps=pictures.plans(scenario, front),
+        maps=pictures.plans(scenario, front, parts),
         notices=notices,
         data=data,
         scripts=SCRIPTS,
     )
 
 
+def _preferences(scenario: Scenario) -> list[str]:
+    """Return each preference in words, of several with its name and the cost in which it counts."""
+    problem = scenario.problem()
+    words = [in_words(named.preference, problem.names) for named in problem.preferences]
+    if problem.is_bi_objective:
+        return words
+    about = zip(problem.objectives, words, strict=True)
+    return [f"{one.name} (tasks' costs in {problem.cost_names[one.cost]}): {text}" for one, text in about]
+
+
+def _range(front: Front, objective: str) -> str:
+    """Return between what an objective lies."""
+    values = [plan.objectives[objective] for plan in front]
+    return f"{objective} from {number(min(values))} to {number(max(values))}"
+
+
 def _trade_off(front: Front, data: Mapping[str, Any]) -> str:
     """Return the difference between the ends of a front in a sentence; empty where there is no plan."""
     if len(front) < 2:
         return "One plan is best in both: no plan costs less, and no plan is preferred to it." if len(front) else ""
+    if data["objectives"]:
+        return f"{len(front)} plans: {'; '.join(map(partial(_range, front), front.objectives))}. Lower is better."
     headline = next(one["headline"] for one in data["plans"][-1]["explanations"] if one["against"] == 0)
     between = "" if len(front) == 2 else f" Between them, the best trade-offs are {len(front) - 2} other plans."
     return f"The preferred plan costs {headline}{between}"

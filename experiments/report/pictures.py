@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import re
 from html import escape
+from pathlib import Path
 from typing import Any
 
-from experiments.figures import grid_map
+from experiments.cli.files import write_bytes
+from experiments.cli.overview import kind_of
+from experiments.figures import maps
 from experiments.figures.diagrams import automaton, route
 from experiments.figures.diagrams.route import Route
 from experiments.figures.diagrams.system import SystemSizeError
 from prefplan.front import Front, Plan
 from prefplan.logic.dfa import Automaton
-from prefplan.models.graph import GraphModel
-from prefplan.models.grid import GridModel
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
+
+INLINE_PIXELS = re.compile(r"data:image/png;base64,([A-Za-z0-9+/=\s]+)")
 
 
 def automata(problem: Problem) -> dict[str, str]:
@@ -22,11 +28,14 @@ def automata(problem: Problem) -> dict[str, str]:
     return {task.name: _automaton(one) for task, one in zip(problem.tasks, problem.automata, strict=True)}
 
 
-def plans(scenario: Scenario, front: Front) -> dict[int, str]:
-    """Return the plans that can be drawn, as HTML, by their number on the front."""
-    model = scenario.model
-    if isinstance(model, GridModel):
-        return {i: grid_map.svg(model, plan) for i, plan in enumerate(front)}
+def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
+    """Return the plans that can be drawn, as HTML, by their number on the front.
+
+    Pixels of maps are written to the folder of the page's parts, beside the page.
+    """
+    plan_map = maps.map_of(scenario)
+    if plan_map is not None:
+        return {i: _with_files(maps.svg(plan_map, plan), folder) for i, plan in enumerate(front)}
     routes = {i: _route(scenario, plan) for i, plan in enumerate(front)}
     return {i: route.svg(found, title=_words(found)) for i, found in routes.items() if found is not None}
 
@@ -39,6 +48,19 @@ def graph_data(scenario: Scenario, plan: Plan) -> dict[str, Any] | None:
     return {"at": list(found.at), "note": found.note, "words": _words(found)}
 
 
+def _with_files(svg: str, folder: Path) -> str:
+    """Write the pixels of a picture to files, so that pictures of the same ground share one."""
+
+    def written(match: re.Match[str]) -> str:
+        pixels = base64.b64decode(match[1])
+        file = folder / f"{hashlib.sha256(pixels).hexdigest()[:12]}.png"
+        if not file.exists():
+            write_bytes(file, pixels)
+        return f"{folder.name}/{file.name}"
+
+    return INLINE_PIXELS.sub(written, svg)
+
+
 def _automaton(found: Automaton) -> str:
     """Return an automaton's picture, or a sentence where it has too many states for one."""
     try:
@@ -48,7 +70,7 @@ def _automaton(found: Automaton) -> str:
 
 
 def _route(scenario: Scenario, plan: Plan) -> Route | None:
-    if not isinstance(scenario.model, GraphModel):
+    if kind_of(scenario.model) != "graph":
         return None
     try:
         return route.route(scenario.problem().system, plan)

@@ -43,10 +43,13 @@ def in_words(preference: Preference, tasks: Sequence[str]) -> str:
     match preference:
         case Order(order):
             steps = [entry if isinstance(entry, str) else _in_any_order(entry) for entry in order or tasks]
+            ordered = {name for entry in order or tasks for name in ([entry] if isinstance(entry, str) else entry)}
+            others = [name for name in tasks if name not in ordered]
+            also = f" ({', '.join(others)} weigh nothing)" if others else ""
             return (
-                f"Preferred order of the tasks: {', '.join(steps)}. The preference penalty adds up, over the places in "
-                "this order, the delay of the task there: its cost minus that of the task actually done at that place. "
-                "0 means that the order is kept."
+                f"Preferred order of the tasks: {', '.join(steps)}{also}. The preference penalty adds up, over the "
+                "places in this order, the delay of the task there: its cost minus that of the task actually done at "
+                "that place. 0 means that the order is kept."
             )
         case WeightedSum(weights):
             why = "What is paid to relax tasks counts" if paid else "Early tasks are preferred"
@@ -105,7 +108,8 @@ def shares(preference: Preference, plan: Plan) -> tuple[Share, ...]:
 
 def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction]) -> tuple[Share, ...]:
     """Return the delay of each task for its place; members of a group take its places as they are done."""
-    times, found = sorted(costs.values()), list[Share]()
+    named = [name for entry in order for name in ([entry] if isinstance(entry, str) else entry)]
+    times, found = sorted(costs[name] for name in named), list[Share]()
     for entry in order:
         members = [entry] if isinstance(entry, str) else sorted(entry, key=costs.__getitem__)
         first, last = len(found), len(found) + len(members) - 1

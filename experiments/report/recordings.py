@@ -51,7 +51,7 @@ def record_all(
     folder: Path,
     *,
     seed: int | None = None,
-    robot: str = "default",
+    robot: str | None = None,
     quality: Quality = DRAFT,
     camera: str = "fixed",
     video: bool = True,
@@ -64,7 +64,7 @@ def record_all(
         plans: of its front, by number.
         folder: of the results, `plan_I` with several endings; it exists.
         seed: None for the nominal world.
-        robot: one of `sim.robots.catalogue.ROBOTS`.
+        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         quality: of the videos.
         camera: that they are seen from.
         video: whether to render videos.

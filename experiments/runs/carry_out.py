@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -51,17 +52,20 @@ class Conditions(TypedDict, total=False):
     choice: str | int
 
 
-def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fault] = ()) -> Scene:
+def scene_of(
+    scenario: Scenario, *, robot: str | None = None, faults: Sequence[Fault] = (), measuring: bool = False
+) -> Scene:
     """Return the scene of a scenario's manipulation model.
 
     Args:
         scenario: what is to be carried out.
-        robot: one of `sim.robots.catalogue.ROBOTS`.
+        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         faults: faults to inject; the scene gets a spare object for each `foreign` among them.
+        measuring: whether actions are only measured, of which there may be several costs.
 
     Raises:
-        ScenarioError: it has another kind of model, or a scene that the arm cannot work in; the message names the
-            file and the key.
+        ScenarioError: it has another kind of model, several costs or preferences, or a scene that the arm cannot work
+            in; the message names the file and the key.
         RobotError: the robot is not available.
     """
     if not isinstance(scenario.model, ManipulationModel):
@@ -69,11 +73,19 @@ def scene_of(scenario: Scenario, *, robot: str = "default", faults: Sequence[Fau
             f"{scenario.path}: model.kind: only a manipulation model can be carried out; try `prefplan front` or "
             "`prefplan plan` with this scenario"
         )
+    if not measuring and (len(scenario.model.cost_names) > 1 or len(scenario.preferences or (None,)) != 1):
+        raise ScenarioError(
+            f"{scenario.path}: only plans of one cost and one preference are carried out; try `prefplan front` or "
+            "`prefplan plan` with this scenario"
+        )
     try:
         spares = sum(fault.kind == "foreign" for fault in faults)
-        return build_scene(scenario.model, robot=robot, spares=spares)
+        scene = build_scene(scenario.model, robot=robot, spares=spares)
     except SimulationError as error:
         raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
+    for warning in scene.warnings:
+        print(f"prefplan: warning: {scenario.path}: model.{warning}", file=sys.stderr)
+    return scene
 
 
 def carry_out(

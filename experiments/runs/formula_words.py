@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from prefplan.logic.formula import TRUE, And, Formula, Literal, Next, Or, Truth, Until, parse
+from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.problem import Task
@@ -13,20 +13,23 @@ from prefplan.scenario.decode import Model, Scenario
 
 
 def titles(scenario: Scenario) -> dict[str, str]:
-    """Return the title of each task: its name, with the object it is about if no other task is about that one."""
+    """Return the title of each task and rule.
+
+    That of a task is its name, with the object it is about if no other task is about that one.
+    """
     subjects = {task.name: _subject(task, scenario.model) for task in scenario.tasks}
     count = Counter(subjects.values())
     return {
         name: f"{name} ({subject})" if subject not in (None, name) and count[subject] == 1 else name
         for name, subject in subjects.items()
-    }
+    } | {rule.name: f"the rule {rule.name}" for rule in scenario.rules}
 
 
 def _subject(task: Task, model: Model) -> str | None:
     """Return the one object that a task wants in some state, or None."""
     if not isinstance(model, ManipulationModel):
         return None
-    goals = _goals(parse(task.formula))
+    goals = _goals(task.tree)
     found = [obj.name for obj in model.objects if goals & {name for name, _ in model.propositions_of(obj.name)}]
     return found[0] if len(found) == 1 else None
 
@@ -34,7 +37,7 @@ def _subject(task: Task, model: Model) -> str | None:
 def _goals(formula: Formula) -> set[str]:
     """Return the propositions that have to become true."""
     match formula:
-        case Until(_, right):
+        case Until(_, right) | BoundedRelease(_, right):
             return _goals(right)
         case And(left, right) | Or(left, right):
             return _goals(left) | _goals(right)
@@ -53,7 +56,7 @@ def goal_words(task: Task, model: Model) -> str:
     Raises:
         FormulaError: the task's formula is not a co-safe formula.
     """
-    formula = parse(task.formula)
+    formula = task.tree
     subject = _subject(task, model)
     phrases: dict[str, str] = {}
     if isinstance(model, ManipulationModel):
@@ -77,7 +80,7 @@ def _goal_words(formula: Formula, phrases: Mapping[str, str]) -> str | None:
     match formula:
         case Literal(name, positive):
             return phrases.get(name, name) if positive else f"not {phrases.get(name, name)}"
-        case Until(_, right):
+        case Until(_, right, 0, None):
             return _goal_words(right, phrases)
         case Or():
             words = [_goal_words(member, phrases) for member in _members(formula, Or)]
@@ -94,15 +97,12 @@ def _goal_words(formula: Formula, phrases: Mapping[str, str]) -> str | None:
     return None
 
 
-def words_of(text: str) -> str:
+def words_of(formula: Formula) -> str:
     """Return what a formula asks for, e.g. `eventually (grocer and eventually p2)`.
 
-    It is in positive normal form: `a -> b` becomes `no a or b`.
-
-    Raises:
-        FormulaError: the text is not a co-safe formula.
+    It is in negation normal form: `a -> b` becomes `no a or b`.
     """
-    return _words(parse(text))
+    return _words(formula)
 
 
 def _words(formula: Formula) -> str:
@@ -117,8 +117,27 @@ def _words(formula: Formula) -> str:
             return " or ".join(_part(member) for member in _members(formula, Or))
         case Next(operand):
             return f"one action later {_part(operand)}"
-        case Until(left, right):
-            return f"eventually {_part(right)}" if left == TRUE else f"{_part(left)} until {_part(right)}"
+        case Until(left, right, low, high):
+            when = _steps(low, high)
+            if left != TRUE:
+                return f"{_part(left)} until {_part(right)}{when and f', {when}'}"
+            return f"{when or 'eventually'} {_part(right)}"
+        case BoundedRelease(left, right, low, high):
+            unless = "" if left == FALSE else f", until {_part(left)} as well"
+            return f"all the time {_steps(low, high)} {_part(right)}{unless}"
+
+
+def _steps(low: int, high: int | None) -> str:
+    """Return the bounds of a counting operator in words; nothing if it has none."""
+    if high is None:
+        return f"after at least {low} actions" if low else ""
+    return (
+        f"after {low} actions"
+        if low == high
+        else f"within {high} actions"
+        if not low
+        else f"{low} to {high} actions later"
+    )
 
 
 def _part(formula: Formula) -> str:

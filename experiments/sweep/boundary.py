@@ -16,7 +16,7 @@ from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
 from experiments.sweep.job import Record, Sweep
 from experiments.sweep.recorded import RECORDS, Tell, Workload, define, work
-from experiments.sweep.summary import confirmed, failure_reason, share, wilson
+from experiments.sweep.summary import share, wilson
 from prefplan.scenario.decode import Scenario
 from sim.world.randomization import KEYS
 
@@ -137,13 +137,13 @@ def decided(records: Sequence[Record], rollouts: int) -> bool:
 
 def fails(records: Sequence[Record], rollouts: int) -> bool:
     """Return whether fewer than `THRESHOLD` of so many rollouts are completed, whatever those without record give."""
-    failed = sum(not confirmed(record) for record in records)
+    failed = sum(not record["completed"] for record in records)
     return failed > math.floor((1 - THRESHOLD) * rollouts + 1e-9)
 
 
 def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str, Any]:
-    completed = sum(map(confirmed, records))
-    reasons = Counter(failure_reason(record) for record in records if not confirmed(record))
+    completed = sum(record["completed"] for record in records)
+    reasons = Counter(record["class"] for record in records if not record["completed"])
     return {
         "amount": amount,
         "completed": completed,

@@ -46,7 +46,7 @@ class Sweep:
         folder: where a replay of a rollout goes.
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
         max_preference: bound on their preference, or None.
-        robot: one of `sim.robots.catalogue.ROBOTS`.
+        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         resimulate: whether each rollout is simulated again from its log.
     """
 
@@ -60,7 +60,7 @@ class Sweep:
     folder: Path
     max_cost: Number | None = None
     max_preference: Number | None = None
-    robot: str = "default"
+    robot: str | None = None
     resimulate: bool = False
 
     def rollout_seed(self, number: int) -> int:
@@ -80,7 +80,7 @@ class Sweep:
                 *("prefplan", "run", self.given, "--plan", str(self.which)),
                 *(() if self.max_cost is None else ("--max-cost", str(self.max_cost))),
                 *(() if self.max_preference is None else ("--max-preference", str(self.max_preference))),
-                *(() if self.robot == "default" else ("--robot", self.robot)),
+                *(() if self.robot is None else ("--robot", self.robot)),
                 *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
                 *(word for fault in faults for word in ("--fault", str(fault))),
                 *("--out", str(self.folder / f"rollout_{number}")),
@@ -187,6 +187,6 @@ def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
 
 
 @lru_cache(maxsize=MAX_FAULTS + 1)
-def _scene(packed: bytes, robot: str, spares: int) -> Scene:
+def _scene(packed: bytes, robot: str | None, spares: int) -> Scene:
     """Return the scene with this many foreign objects, compiled once a process."""
     return build_scene(_unpacked(packed)[1], robot=robot, spares=spares)

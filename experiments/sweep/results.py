@@ -24,11 +24,12 @@ from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 from experiments.sweep.boundary import BoundarySearch, boundary_words
 from experiments.sweep.job import Record, Sweep, pack
 from experiments.sweep.recorded import RECORDS, Tell, Workload, define, work
-from experiments.sweep.summary import confirmed, failure_reason, share, wilson
+from experiments.sweep.summary import share, wilson
 from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
 from sim.execution.faults import SPELLINGS
+from sim.robots.catalogue import DEFAULT
 from sim.world.randomization import KEYS, Perturbation, read_perturbation
 
 SEED = 1
@@ -64,19 +65,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with Bars(quiet=options.quiet) as bars:
             for name in options.scenario or names():
-                measure(name, options.robot, workload, options.out / options.robot / name, found, tell=bars)
+                measure(
+                    name, options.robot, workload, options.out / (options.robot or DEFAULT) / name, found, tell=bars
+                )
     except KeyboardInterrupt:
         print("interrupted; the same command goes on", file=sys.stderr)
         status = INTERRUPTED
     except PrefplanError as error:
         print(f"error: {error}", file=sys.stderr)
         return BAD_INPUT
-    page = markdown(found, options.rollouts, options.robot)
+    page = markdown(found, options.rollouts, options.robot or DEFAULT)
     print(page)
     if status == DONE:
         make_folder(options.into)
         about = {"prefplan": version("prefplan"), "mujoco": version("mujoco")}
-        header = {**about, "seed": SEED, "robot": options.robot, "rollouts": options.rollouts}
+        header = {**about, "seed": SEED, "robot": options.robot or DEFAULT, "rollouts": options.rollouts}
         write_json(options.into / "sweeps.json", header | found)
         write_bytes(options.into / "sweeps.md", page.encode())
     return status
@@ -87,12 +90,12 @@ def names() -> list[str]:
     return [name for name in scenarios.names() if isinstance(scenarios.find(name).model, ManipulationModel)]
 
 
-def measure(name: str, robot: str, workload: Workload, folder: Path, found: Results, *, tell: Tell) -> None:
+def measure(name: str, robot: str | None, workload: Workload, folder: Path, found: Results, *, tell: Tell) -> None:
     """Add what is found of one scenario.
 
     Args:
         name: of the scenario.
-        robot: one of `sim.robots.catalogue.ROBOTS`.
+        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         workload: rollouts of each sweep, and where they are carried out.
         folder: where the records are kept.
         found: what was found so far.
@@ -126,10 +129,10 @@ def measure(name: str, robot: str, workload: Workload, folder: Path, found: Resu
 def summary(name: str, job: Sweep, records: Sequence[Record]) -> dict[str, Any]:
     """Return how many rollouts were completed; with a fault, of those in which it happened."""
     counted = [record for record in records if job.faults is None or record.get("happened")]
-    completed = sum(map(confirmed, counted))
-    failed = [record for record in counted if not confirmed(record)]
-    first = {failure_reason(record): record["replay"] for record in reversed(failed)}
-    reasons = Counter(map(failure_reason, failed))
+    completed = sum(record["completed"] for record in counted)
+    failed = [record for record in counted if not record["completed"]]
+    first = {record["class"]: record["replay"] for record in reversed(failed)}
+    reasons = Counter(record["class"] for record in failed)
     return {
         "scenario": name,
         "plan": job.which,

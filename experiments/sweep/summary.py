@@ -30,17 +30,6 @@ def wilson(count: int, total: int) -> list[float] | None:
     return [round(float(interval.low), 6), round(float(interval.high), 6)]
 
 
-def confirmed(record: Record) -> bool:
-    """Return whether a rollout was completed and its log confirms all that is said of it."""
-    return bool(record["completed"] and record["certified"])
-
-
-def failure_reason(record: Record) -> str:
-    """Return why a rollout is not confirmed as completed, without numbers."""
-    refuted = " and ".join(sorted({check.partition(":")[0] for check in record["refuted"]}))
-    return str(record["class"] or f"refuted by its log: {refuted}")
-
-
 def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts: int) -> dict[str, Any]:
     """Return the statistics of a sweep as the documented JSON object.
 

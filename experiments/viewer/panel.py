@@ -173,11 +173,11 @@ def plan_label(index: int, plan: Plan) -> str:
 
 
 def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:
-    """Return a drawing of the front, in which some plans have a colour, by index."""
+    """Return a drawing of the front, in which some plans have a colour, by index; a click on one clicks its row."""
     costs, preferences = [float(plan.cost) for plan in plans], [float(plan.preference) for plan in plans]
     points = [
-        {"x": _share(cost, costs), "y": _share(preference, preferences), "colour": colours.get(i)}
-        for i, (cost, preference) in enumerate(zip(costs, preferences, strict=True))
+        {"x": _share(x, costs), "y": _share(y, preferences), "colour": colours.get(i), "label": plan_label(i, plans[i])}
+        for i, (x, y) in enumerate(zip(costs, preferences, strict=True))
     ]
     return _template("front.html").render(points=points)
 

@@ -223,11 +223,12 @@ def watch(
 
 
 def dress(server: viser.ViserServer, title: str) -> None:
-    """Give the page its title and icon, in place of viser's."""
+    """Give the page its title and icon, in place of viser's, and points to click in the front."""
     icon = base64.b64encode(files(__package__).joinpath("icon.svg").read_bytes()).decode()
     link = json.dumps(f"data:image/svg+xml;base64,{icon}")
     source = f"document.title = {json.dumps(f'{title} - prefplan')};"
     source += f"document.querySelector('link[rel=icon]').href = {link};"
+    source += files(__package__).joinpath("page.js").read_text("utf-8")
     # viser has no call of its own for them; this is the message by which it loads its figures' scripts.
     server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
-from experiments.cli.arguments import Commands, add_command, add_no_open
+from experiments.cli.arguments import Commands, add_command, add_no_open, add_out
 from experiments.cli.browser import open_page
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import INTERRUPTED
@@ -13,8 +14,9 @@ from experiments.cli.status import INTERRUPTED
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     summary = "Plan the paper's manipulation case study, carry out both ends of its front, and open a page about it."
-    more = "It takes about two minutes on two cores. The videos and the page are in out/case_study_3."
-    parser = add_command(commands, demo, summary, "prefplan demo", "prefplan demo --no-open", more=more)
+    more = "It takes about two minutes on two cores. Both videos and the page are in one folder."
+    parser = add_command(commands, demo, summary, "prefplan demo", "prefplan demo --no-open --out demo", more=more)
+    add_out(parser, "out/case_study_3")
     add_no_open(parser)
 
 
@@ -22,9 +24,11 @@ def demo(options: argparse.Namespace) -> int:
     """Carry out `prefplan demo`."""
     with loading():
         from experiments import case_study_3
+        from experiments.report.page import INDEX
 
     tell_if_compiling(quiet=options.quiet)
-    status = case_study_3.main(quiet=options.quiet)
+    out: Path = options.out or case_study_3.OUT
+    status = case_study_3.main(out, quiet=options.quiet)
     if status != INTERRUPTED and not options.no_open:
-        open_page(case_study_3.PAGE.absolute().as_uri())
+        open_page((out / INDEX).absolute().as_uri())
     return status

@@ -1,13 +1,13 @@
-"""`prefplan export`: a run as a file for other programs."""
+"""`prefplan export`: a run, or the scene of a scenario, as files for other programs."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
 
 import shtab
 
+from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.completion import complete
 from experiments.cli.files import make_folder, write_bytes
@@ -15,45 +15,73 @@ from experiments.cli.start import loading
 from experiments.cli.status import DONE
 from prefplan.errors import PrefplanError
 
+FORMATS = ("glb", "mjcf")
+
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Write a run as an animated 3-D scene for Blender and other programs."
+    summary = "Write a run as an animated 3-D scene for Blender, or a scenario's scene for MuJoCo."
     examples = (
         "prefplan run case_study_3 --no-video && prefplan export out/case_study_3/cost.npz --to glb",
         "prefplan export out/case_study_3/preference.npz --to glb --out arm.glb --force",
+        "prefplan export case_study_3 --to mjcf",
     )
-    more = "glb: binary glTF 2.0, y upwards, in metres; the animation's time is the simulated time in seconds."
+    more = (
+        "glb: a run as binary glTF 2.0, y upwards, in metres; the animation's time is the simulated time in seconds.\n"
+        "mjcf: the scene that is simulated, a folder with scene.xml and its meshes; keyframe `start` is its start.\n"
+        "      It opens with: python -m mujoco.viewer --mjcf=out/case_study_3/mjcf/scene.xml"
+    )
     parser = add_command(commands, export, summary, *examples, more=more)
-    run = parser.add_argument("run", type=Path, metavar="RUN", help="log that `prefplan run` wrote, an .npz file")
-    complete(run, shtab.glob("*.npz"))
-    parser.add_argument("--to", choices=FORMATS, required=True, help="format of the file")
-    out = parser.add_argument("--out", type=Path, metavar="FILE", help="file to write (default: beside the log)")
+    source = parser.add_argument(
+        "source",
+        metavar="RUN_OR_SCENARIO",
+        help="glb: log that `prefplan run` wrote, an .npz file; mjcf: a scenario's name or file",
+    )
+    complete(source, shtab.FILE)
+    parser.add_argument("--to", choices=FORMATS, required=True, help="format of what is written")
+    out = parser.add_argument(
+        "--out", type=Path, metavar="PATH", help="file, or folder for mjcf (default: beside the log, out/NAME/mjcf)"
+    )
     complete(out, shtab.FILE)
-    parser.add_argument("--force", action="store_true", help="replace FILE if it exists")
+    parser.add_argument("--force", action="store_true", help="replace what is there already")
 
 
 def export(options: argparse.Namespace) -> int:
     """Carry out `prefplan export`."""
-    path: Path = options.out or options.run.with_suffix(f".{options.to}")
-    if path.suffix.lower() != f".{options.to}":
-        raise PrefplanError(f"{path}: the file's name ends in .{options.to}")
-    if path.exists() and not options.force:
-        raise PrefplanError(f"{path}: already exists; --force replaces it")
-    data = FORMATS[options.to](options.run)
+    if options.to == "mjcf":
+        return _export_scene(options)
+    run = Path(options.source)
+    path: Path = options.out or run.with_suffix(".glb")
+    if path.suffix.lower() != ".glb":
+        raise PrefplanError(f"{path}: the file's name ends in .glb")
+    _check_new(path, options)
+    with loading():
+        from sim.evidence.log import read_log
+        from sim.export.gltf import encode_glb
+
+    data = encode_glb({run.stem: read_log(run)})
     make_folder(path.parent)
     write_bytes(path, data)
     print(path)
     return DONE
 
 
-def _glb(run: Path) -> bytes:
+def _export_scene(options: argparse.Namespace) -> int:
+    scenario = scenarios.find(options.source)
+    folder: Path = options.out or Path("out", scenario.name, "mjcf")
+    _check_new(folder, options)
     with loading():
-        from sim.evidence.log import read_log
-        from sim.export.gltf import encode_glb
+        from experiments.runs.carry_out import scene_of
+        from sim.export.mjcf import encode_mjcf
 
-    return encode_glb({run.stem: read_log(run)})
+    files = encode_mjcf(scene_of(scenario))
+    for name, data in files.items():
+        make_folder((folder / name).parent)
+        write_bytes(folder / name, data)
+    print(folder / name)
+    return DONE
 
 
-FORMATS: dict[str, Callable[[Path], bytes]] = {"glb": _glb}
-"""Each returns the contents of a file in the format that it is named after."""
+def _check_new(path: Path, options: argparse.Namespace) -> None:
+    if path.exists() and not options.force:
+        raise PrefplanError(f"{path}: already exists; --force replaces it")

@@ -65,7 +65,7 @@ def measure(options: argparse.Namespace) -> int:
     failures: list[Failure] = []
     interrupted = False
     with Bars(quiet=options.quiet) as bars:
-        scene = scene_of(scenario)
+        scene = scene_of(scenario, measuring=True)
         file = options.out or measurements_file(scenario.path)
         make_folder(file.parent)
         wanted = trials(scene.model)

@@ -20,7 +20,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan automaton '!pizza U cheese' --format dot",
     )
     parser = add_command(commands, automaton, summary, *examples)
-    parser.add_argument("formula", metavar="FORMULA", help="a co-safe formula of ! & | -> X F U, names, true, false")
+    parser.add_argument("formula", metavar="FORMULA", help="a co-safe formula, as Spot, Owl, SPIN or LTLf2DFA write it")
     parser.add_argument(
         "--format",
         choices=["table", *automaton_text.WRITERS],

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json, add_scenario
+from experiments.cli.arguments import Commands, add_command, add_json, add_limits, add_scenario
 from experiments.cli.console import Console
 from experiments.cli.output import number
 from experiments.cli.start import tell_if_compiling
@@ -33,13 +33,15 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     add_scenario(parser)
     add_json(parser)
+    add_limits(parser, "what is known by then")
 
 
 def check(options: argparse.Namespace) -> int:
     """Carry out `prefplan check`."""
     scenario = scenarios.find(options.scenario)
     tell_if_compiling(quiet=options.quiet)
-    found = checkup.check(scenario)
+    limits = {"max_seconds": options.max_seconds, "max_memory": options.max_memory}
+    found = checkup.check(scenario, **{name: limit for name, limit in limits.items() if limit is not None})
     if options.json:
         heading = {"scenario": scenario.name, "path": str(scenario.path)}
         output.print_json(heading | asdict(found) | {"meaning": checkup.SEARCHES[found.contract]})
@@ -55,11 +57,16 @@ def check(options: argparse.Namespace) -> int:
 
 
 def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
-    unreachable = found.states - found.reachable
-    beyond = f" ({unreachable} cannot be reached)" if unreachable else ""
     console.print(f"{scenario.name}: a {found.kind} model", style="bold", markup=False)
-    count = len(found.propositions)
-    console.print(f"  {found.states} states{beyond}, {found.edges} actions in them, {count} propositions")
+    if found.states is None or found.reachable is None:
+        size = "more states than could be listed"
+    else:
+        unreachable = found.states - found.reachable
+        beyond = f" ({unreachable} cannot be reached)" if unreachable else ""
+        size = f"{found.states} states{beyond}, {found.edges} actions in them"
+    console.print(f"  {size}, {len(found.propositions)} propositions")
+    if found.dropped:
+        console.print(f"  {found.dropped} edges of the file left out: another between the same states costs less")
     console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
     if found.scene is not None:
         console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
@@ -70,7 +77,8 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     table.add_column("may be")
     table.add_column("formula")
     for task in found.tasks:
-        cost = "impossible" if task.cost is None else number(task.cost)
+        unknown = "impossible" if task.achievable is not None else "unknown"
+        cost = unknown if task.cost is None else number(task.cost)
         options = []
         if task.relaxations:
             options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -13,13 +15,18 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from experiments.cli.overview import kind_of
 from experiments.cli.start import loading
+from prefplan.errors import ModelError
 from prefplan.exact_costs import Number
-from prefplan.front import NoPlanError
-from prefplan.logic.formula import parse, propositions_of
+from prefplan.front import NoPlanError, UnfinishedError
+from prefplan.limits import LimitError, Limits, available_memory, check_limits
+from prefplan.logic.formula import propositions_of
 from prefplan.logic.mtbdd import same
+from prefplan.logic.syntax import split
+from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.planner import Planner
+from prefplan.names import NAME
+from prefplan.planner import MEMORY_SHARE, Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
@@ -33,6 +40,10 @@ SEARCHES = {
 """What a contract means for planning."""
 
 
+LIST_TIMEOUT_S = 10.0
+"""Time for listing all states, which planning does not need."""
+
+
 @dataclass(frozen=True)
 class TaskCheck:
     """One task alone, without the other tasks.
@@ -42,7 +53,7 @@ class TaskCheck:
         formula: the task.
         automaton_states: states of its minimal automaton.
         cost: least cost of satisfying it without relaxations; None if that cannot be done.
-        achievable: whether it can be satisfied, or else relaxed or skipped.
+        achievable: whether it can be satisfied, or else relaxed or skipped; None if a limit left that unknown.
         relaxations: number of its `relax` entries.
         skip: price of dropping it, or None.
     """
@@ -51,7 +62,7 @@ class TaskCheck:
     formula: str
     automaton_states: int
     cost: Number | None
-    achievable: bool
+    achievable: bool | None
     relaxations: int
     skip: Number | None
 
@@ -62,22 +73,27 @@ class Checkup:
 
     Attributes:
         kind: of the model.
+        complete: whether no limit ended the checks; then the four numbers that follow are known.
         states: of the transition system.
         reachable: how many of them can be reached.
         edges: actions in all states.
+        dropped: edges of a file left out because another between the same states costs less.
         propositions: for each, how many reachable states carry it.
         tasks: in the order of the file.
         contract: of the preference.
-        scene: whether the arm can work in the scene; None for other models than manipulation and without a simulator.
+        scene: whether the arm can work in the scene; None for other models than manipulation, without a
+            simulator or time.
         faults: why it cannot, each a sentence that begins with the key.
         warnings: likely mistakes, each a sentence that begins with the key.
     """
 
     kind: str
-    states: int
-    reachable: int
-    edges: int
-    propositions: dict[str, int]
+    complete: bool
+    states: int | None
+    reachable: int | None
+    edges: int | None
+    dropped: int
+    propositions: dict[str, int | None]
     tasks: tuple[TaskCheck, ...]
     contract: str
     scene: bool | None
@@ -87,33 +103,61 @@ class Checkup:
     @property
     def impossible(self) -> tuple[str, ...]:
         """The tasks that cannot be satisfied even alone."""
-        return tuple(task.name for task in self.tasks if not task.achievable)
+        return tuple(task.name for task in self.tasks if task.achievable is False)
 
 
-def check(scenario: Scenario) -> Checkup:
+@dataclass(frozen=True)
+class _Size:
+    """How large a transition system is, as in `Checkup`."""
+
+    states: int | None
+    reachable: int | None
+    edges: int | None
+    propositions: dict[str, int | None]
+
+
+def check(scenario: Scenario, *, max_seconds: float = math.inf, max_memory: float = math.inf) -> Checkup:
     """Check a scenario without planning its tasks together.
+
+    Args:
+        scenario: what to check.
+        max_seconds: time after which what is still unknown is left unknown.
+        max_memory: bytes of memory for it.
 
     Raises:
         ScenarioError: it has a mistake.
     """
+    limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
     problem = scenario.problem()
-    system = problem.system
-    reached = reachable(system)
-    carried = carriers(system, reached)
-    tasks = tuple(_check_task(problem, i) for i in range(len(problem.tasks)))
-    faults = scene_faults(scenario)
+    tasks = tuple(_check_task(problem, i, limits) for i in range(len(problem.tasks)))
+    faults, notes = (None, ()) if limits.out_of_time else judge_scene(scenario)
+    size = _size(problem.system, limits)
+    carried = size.propositions
     return Checkup(
         kind=kind_of(scenario.model),
-        states=system.size,
-        reachable=len(reached),
-        edges=len(system.targets),
+        complete=size.states is not None and all(task.achievable is not None for task in tasks),
+        states=size.states,
+        reachable=size.reachable,
+        edges=size.edges,
+        dropped=scenario.model.network.dropped if isinstance(scenario.model, GraphFileModel) else 0,
         propositions=carried,
         tasks=tasks,
         contract=problem.measure.contract,
         scene=None if faults is None else not faults,
         faults=faults or (),
-        warnings=tuple(_warnings(problem, carried, tasks)),
+        warnings=(*notes, *_warnings(problem, carried, tasks)),
     )
+
+
+def _size(system: TransitionSystem, limits: Limits) -> _Size:
+    """Return how large a system is, if all its states can be listed within some limits and `LIST_TIMEOUT_S`."""
+    try:
+        with Limits(min(limits.seconds_left, LIST_TIMEOUT_S), limits.bytes):
+            check_limits()
+            reached = reachable(system)
+    except (LimitError, ModelError):
+        return _Size(None, None, None, dict.fromkeys(sorted(system.propositions)))
+    return _Size(system.size, len(reached), len(system.targets), dict(carriers(system, reached)))
 
 
 def reachable(system: TransitionSystem) -> np.ndarray:
@@ -132,53 +176,63 @@ def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
     }
 
 
-def scene_faults(scenario: Scenario) -> tuple[str, ...] | None:
-    """Return why the arm cannot work in the scene of a manipulation model; None where that cannot be told."""
+def judge_scene(scenario: Scenario) -> tuple[tuple[str, ...] | None, tuple[str, ...]]:
+    """Return why the arm cannot work in a scenario's scene, None if that cannot be told; and warnings."""
     if not isinstance(scenario.model, ManipulationModel) or find_spec("mujoco") is None:
-        return None
+        return None, ()
     with loading():
         from sim.errors import SimulationError
         from sim.world.scene import build_scene
 
     try:
-        build_scene(scenario.model)
+        scene = build_scene(scenario.model)
     except SimulationError as error:
-        return tuple(f"model.{fault}" for fault in error.faults)
-    return ()
+        return tuple(f"model.{fault}" for fault in error.faults), ()
+    return (), tuple(f"model.{warning}" for warning in scene.warnings)
 
 
-def _check_task(problem: Problem, i: int) -> TaskCheck:
+def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
     task = problem.tasks[i]
-    cost = _least_cost(problem.system, replace(task, relax=(), skip=None))
+    cost, achievable = None, None
+    try:
+        cost = _least_cost(problem.system, replace(task, relax=(), skip=None), limits)
+        achievable = cost is not None or _least_cost(problem.system, task, limits) is not None
+    except UnfinishedError:
+        pass
     return TaskCheck(
         name=task.name,
         formula=task.formula,
         automaton_states=problem.automata[i].size,
         cost=cost,
-        achievable=cost is not None or _least_cost(problem.system, task) is not None,
+        achievable=achievable,
         relaxations=len(task.relax),
         skip=task.skip,
     )
 
 
-def _least_cost(system: TransitionSystem, task: Task) -> Number | None:
-    """Return the least cost of a task alone, however it is relaxed; None if it is impossible."""
+def _least_cost(system: TransitionSystem, task: Task, limits: Limits) -> Number | None:
+    """Return the least cost of a task alone, however it is relaxed; None if it is impossible.
+
+    Raises:
+        UnfinishedError: a limit was reached before that is known.
+    """
     alone = Problem(system, [task], WeightedSum({task.name: 1}, over="violation"))
     try:
-        return Planner(alone).cheapest().cost
+        return Planner(alone).cheapest(max_seconds=limits.seconds_left, max_memory=limits.bytes).cost
     except NoPlanError:
         return None
 
 
-def _warnings(problem: Problem, carried: dict[str, int], tasks: tuple[TaskCheck, ...]) -> Iterator[str]:
+def _warnings(problem: Problem, carried: dict[str, int | None], tasks: tuple[TaskCheck, ...]) -> Iterator[str]:
     start = problem.system.label(problem.system.start)
+    yield from _ambiguities(problem)
     for i, (task, dfa, found) in enumerate(zip(problem.tasks, problem.automata, tasks, strict=True)):
         for key, name in _mentions(i, task):
-            if not carried[name]:
+            if carried[name] == 0:
                 yield f"{key}: no state that can be reached carries {name!r}"
         if dfa.step(0, start) == dfa.accepting:
             yield f"tasks[{i}].formula: task {task.name} is satisfied at the start, before any action"
-        if found.cost is None:
+        if found.cost is None and found.achievable is not None:
             result = "it can only be relaxed or skipped" if found.achievable else "so that no plan exists"
             yield f"tasks[{i}].formula: task {task.name} cannot be satisfied, not even alone; {result}"
     for (i, one), (k, other) in combinations(enumerate(problem.automata), 2):
@@ -188,10 +242,20 @@ def _warnings(problem: Problem, carried: dict[str, int], tasks: tuple[TaskCheck,
             yield f"tasks[{k}].formula: task {names[k]} asks for the same as task {names[i]}"
 
 
+def _ambiguities(problem: Problem) -> Iterator[str]:
+    """Yield every name that could also be read as operators and a name."""
+    for i, task in enumerate(problem.tasks):
+        for word in re.findall(NAME, task.formula):
+            operators, rest = split(word, None) or ("", "")
+            if word in problem.system.propositions and rest in problem.system.propositions:
+                other = " ".join([*operators, rest])
+                yield f"tasks[{i}].formula: {word!r} is taken for the proposition; for the operator write {other!r}"
+
+
 def _mentions(i: int, task: Task) -> Iterator[tuple[str, str]]:
     """Yield every proposition that a task mentions, sorted, with the key of the mention."""
-    for name in sorted(propositions_of(parse(task.formula))):
+    for name in sorted(propositions_of(task.tree)):
         yield f"tasks[{i}].formula", name
     for k, relaxation in enumerate(task.relax):
-        for name in sorted(propositions_of(parse(relaxation.when))):
+        for name in sorted(propositions_of(relaxation.condition)):
             yield f"tasks[{i}].relax[{k}].when", name

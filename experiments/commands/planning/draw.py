@@ -7,6 +7,7 @@ from pathlib import Path
 
 from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command, add_max_cost, add_scenario
+from experiments.cli.overview import kind_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
 from prefplan.errors import ScenarioError
@@ -45,10 +46,9 @@ def draw(options: argparse.Namespace) -> int:
 def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     from experiments.figures import plans
     from experiments.figures.diagrams import route, system
-    from prefplan.models.graph import GraphModel
-    from prefplan.models.grid import GridModel
+    from experiments.figures.maps import map_of
 
-    if not isinstance(scenario.model, GridModel | GraphModel):
+    if kind_of(scenario.model) == "manipulation":
         raise ScenarioError(
             f"{scenario.path}: model.kind: only the plans of a grid or graph model can be drawn; "
             "`prefplan report` shows those of any model"
@@ -57,7 +57,7 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     front = Planner(scenario.problem()).front(max_cost=options.max_cost)
     if front.reason:
         return no_plan(front.reason)
-    if isinstance(scenario.model, GridModel):
+    if map_of(scenario) is not None:
         plans.draw(scenario, front, path)
         return DONE
     try:

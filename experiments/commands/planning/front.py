@@ -9,13 +9,18 @@ from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import (
     Commands,
+    add_at_most,
     add_command,
     add_json,
     add_limits,
     add_max_cost,
+    add_max_preference,
     add_plot,
     add_scenario,
+    add_within,
 )
+from experiments.cli.choice import objective_name
+from experiments.cli.completion import complete, objectives
 from experiments.cli.console import Console
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, INTERRUPTED, no_plan
@@ -24,18 +29,30 @@ from prefplan.planner import Planner
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Print the Pareto front of total cost and preference penalty."
+    summary = "Print the Pareto front of total cost and preference penalty, or of several of each."
     examples = (
         "prefplan front example",
         "prefplan front example --max-cost 8 --json",
         "prefplan front case_study_1 --max-seconds 10",
+        "prefplan front case_study_1 --within 5%",
         "prefplan front case_study_1 --plot front.pdf",
+        "prefplan front rover --objective time --objective energy",
     )
     parser = add_command(commands, front, summary, *examples)
     add_scenario(parser)
     add_json(parser)
     add_plot(parser)
     add_max_cost(parser)
+    add_max_preference(parser)
+    add_at_most(parser)
+    objective = parser.add_argument(
+        "--objective",
+        action="append",
+        metavar="NAME",
+        help="a cost or a preference by its name; given once or more, the front is that of these alone (default: all)",
+    )
+    complete(objective, objectives())
+    add_within(parser)
     add_limits(parser, "the front so far")
 
 
@@ -49,12 +66,22 @@ def front(options: argparse.Namespace) -> int:
             from experiments.figures.figures import picture_file
         plot = picture_file(options.plot)
     tell_if_compiling(quiet=options.quiet)
-    result = Planner(scenario.problem()).front(
+    problem = scenario.problem()
+    wanted = [objective_name(problem, name) for name in options.objective or ()]
+    bounds = dict(options.at_most or {})
+    if options.max_preference is not None:
+        name = objective_name(problem, "preference")
+        bounds[name] = min(options.max_preference, bounds.get(name, options.max_preference))
+    result = Planner(problem).front(
+        within=options.within,
         max_cost=options.max_cost,
+        at_most=bounds,
         max_seconds=options.max_seconds,
         max_memory=options.max_memory,
         keep_on_interrupt=True,
     )
+    if wanted:
+        result = result.over(wanted)
     if options.json:
         output.print_json(output.front_json(scenario, result))
     elif result:

@@ -9,6 +9,7 @@ from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import (
     Commands,
+    add_at_most,
     add_command,
     add_json,
     add_limits,
@@ -16,6 +17,7 @@ from experiments.cli.arguments import (
     add_scenario,
 )
 from experiments.cli.choice import chosen_plan, show_no_plan
+from experiments.cli.completion import complete, objectives
 from experiments.cli.console import Console
 from experiments.cli.start import tell_if_compiling
 from experiments.cli.status import DONE, FAILED
@@ -36,17 +38,21 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan plan example --plan preference",
         "prefplan plan case_study_1 --max-preference 24",
         "prefplan plan case_study_1 --max-seconds 10 --json",
+        "prefplan plan rover --objective energy --at-most time=80",
     )
     parser = add_command(commands, plan, summary, *examples, more=LIMITS)
     add_scenario(parser)
     add_json(parser)
     add_plan(parser)
-    parser.add_argument(
+    objective = parser.add_argument(
         "--objective",
         dest="plan",
-        choices=["cost", "preference"],
-        help="the same as --plan",
+        metavar="NAME",
+        help="the plan of the least value of a cost or a preference by its name; cost and preference are the first "
+        "of each",
     )
+    complete(objective, objectives())
+    add_at_most(parser)
     add_limits(parser, "the best plan so far")
 
 

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import re
+
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from experiments.figures.diagrams.guards import cover, product, targets
 from prefplan.logic.dfa import Automaton
+from prefplan.logic.normal_form import parse
 
 
 def show_table(console: Console, automaton: Automaton) -> None:
     """Print a row for each state and guard."""
     count = "1 state" if automaton.size == 1 else f"{automaton.size} states"
-    table = Table(title=Text(f"{_one_line(automaton.text)}: {count}"), title_justify="left")
+    text, read = _one_line(automaton.text), str(parse(automaton.text))
+    same = re.sub(r"[\s()]", "", text) == re.sub(r"[\s()]", "", read)
+    table = Table(title=Text(f"{text}{'' if same else f', read as {read}'}: {count}"), title_justify="left")
     table.add_column("state")
     table.add_column("guard")
     table.add_column("next state", justify="right")
@@ -38,7 +44,7 @@ def hoa(automaton: Automaton) -> str:
     names = "".join(f' "{name}"' for name in automaton.propositions)
     lines = [
         "HOA: v1",
-        f'name: "{_one_line(automaton.text)}"',
+        f"name: {json.dumps(_one_line(automaton.text))}",
         'tool: "prefplan"',
         f"States: {automaton.size}",
         "Start: 0",

@@ -133,36 +133,62 @@ class Diagram:
     notes: tuple[str, ...] = ()
 
 
-def arrange(nodes: Sequence[Node], edges: Sequence[Edge]) -> Diagram:
-    """Lay out a diagram in which every node can be reached from the first."""
+def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | None = None) -> Diagram:
+    """Lay out a diagram in which every node can be reached from the first.
+
+    Args:
+        nodes: its nodes.
+        edges: between them.
+        widest: width from which on it goes downwards, if that is narrower and no edge is a loop; None for never.
+    """
+    diagram = _arranged(nodes, edges, down=False)
+    if widest is None or diagram.size[0] <= widest or any(edge.source == edge.target for edge in edges):
+        return diagram
+    return min(diagram, _arranged(nodes, edges, down=True), key=lambda found: found.size[0])
+
+
+def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> Diagram:
+    """Lay out a diagram to the right or downwards; lengths are along the layers' axis and across it until the end."""
     texts = [(max(map(len, node.text)), len(node.text)) for node in nodes]
     sizes = (np.array(texts) * (ADVANCE, LINE) + np.array((1.2, 0.8)) * RADIUS).clip(min=2 * RADIUS)
+    turn = slice(None, None, -1 if down else 1)
     straight = [edge for edge in edges if edge.source != edge.target]
     round_edges = [edge for edge in edges if edge.source == edge.target]
     labels, notes = edge_labels([(edge.label, edge.source == edge.target) for edge in [*straight, *round_edges]])
     loops = {edge.source: lines for edge, lines in zip(round_edges, labels[len(straight) :], strict=True)}
-    boxes = []
-    for i, (width, height) in enumerate(sizes):
-        lines = loops.get(i, ())
-        above = height / 2 + (LOOP + LINE * len(lines) + 4 if lines else 0)
-        boxes.append(Box(max([width, *(ADVANCE * len(line) for line in lines)]), above, height / 2))
-    spaces = [Box(ADVANCE * max(map(len, lines)) + 8, LINE * len(lines) + 4, 4) for lines in labels[: len(straight)]]
+    boxes = [_node_box(size[turn], loops.get(i, ())) for i, size in enumerate(sizes)]
+    spaces = [_label_box(lines, down=down) for lines in labels[: len(straight)]]
     layout = place(boxes, [(edge.source, edge.target) for edge in straight], spaces, gap=GAP)
     origin = np.array([MARGIN + START, MARGIN])
-    middles, halves = layout.nodes + origin, sizes / 2
+    middles, halves = layout.nodes + origin, sizes[:, turn] / 2
     arrows = []
-    for edge, route, lines, at in zip(straight, layout.routes, labels, layout.labels, strict=False):
+    for edge, route, lines, space, at in zip(straight, layout.routes, labels, spaces, layout.labels, strict=False):
         a, b = edge.source, edge.target
         clear = [boxes[end].width / 2 if end in loops else 0.0 for end in (a, b)]
         curve = curve_between(middles[a], halves[a], route + origin, middles[b], halves[b], clear)
-        arrows.append(Arrow(edge, curve, lines, at + origin - [0, 2]))
+        lower = [space.width / 2 - 2, space.below / 2] if down else [0, -2]
+        arrows.append(Arrow(edge, curve[:, turn], lines, (at + origin + lower)[turn]))
     for edge in round_edges:
         top = middles[edge.source] - [0, halves[edge.source][1]]
         arrows.append(Arrow(edge, loop_above(top), loops[edge.source], top - [0, LOOP - 1]))
     entry = middles[0] - [halves[0][0], 0]
     start = entry - np.outer([START, START / 2, START / 2, 0], [1, 0])
-    size = (layout.size[0] + START + 2 * MARGIN, layout.size[1] + 2 * MARGIN)
-    return _with_notes(Diagram(tuple(nodes), middles, sizes, start, tuple(arrows), size), notes)
+    width, height = np.array([layout.size[0] + START + 2 * MARGIN, layout.size[1] + 2 * MARGIN])[turn].tolist()
+    diagram = Diagram(tuple(nodes), middles[:, turn], sizes, start[:, turn], tuple(arrows), (width, height))
+    return _with_notes(diagram, notes)
+
+
+def _node_box(size: np.ndarray, loop: Sequence[str]) -> Box:
+    """Return the space of a node of a (2,) size and of the label of its loop, if it has one."""
+    width, height = size
+    above = height / 2 + (LOOP + LINE * len(loop) + 4 if loop else 0)
+    return Box(max([width, *(ADVANCE * len(line) for line in loop)]), above, height / 2)
+
+
+def _label_box(lines: Sequence[str], *, down: bool) -> Box:
+    """Return the space of the label of an edge: above it, or on the right of one that goes down."""
+    width, height = ADVANCE * max(map(len, lines)) + 8, LINE * len(lines) + 4
+    return Box(height, 4, width) if down else Box(width, height, 4)
 
 
 def _with_notes(diagram: Diagram, notes: Sequence[str]) -> Diagram:

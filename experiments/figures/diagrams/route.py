@@ -19,6 +19,10 @@ MOST_EDGES = 90
 """Most edges of a graph that is drawn whole."""
 
 
+WIDEST = 600.0
+"""Width from which on a graph on a page goes downwards, points: what half a page of 1280 pixels can show legibly."""
+
+
 @dataclass(frozen=True)
 class Route:
     """What is drawn of a graph with a plan on it.
@@ -73,7 +77,7 @@ def route(system: TransitionSystem, plan: Plan) -> Route:
 
 def svg(route: Route, *, title: str) -> str:
     """Return a route as inline SVG; node i has the class `s<i>`, and an edge of the plan `taken`."""
-    return node_link.svg(node_link.arrange(route.nodes, route.edges), title=title)
+    return node_link.svg(node_link.arrange(route.nodes, route.edges, widest=WIDEST), title=title)
 
 
 def draw(system: TransitionSystem, front: Front, path: Path) -> None:
@@ -102,7 +106,8 @@ def _shown(system: TransitionSystem, visited: Sequence[int]) -> tuple[list[int],
         which = "those with propositions that the plan visits, its first and its last"
     if len(shown) > MOST_STATES:
         raise SystemSizeError(f"the plan visits {len(shown)} states with propositions, too many to draw")
-    return shown, f"Drawn of {system.size} states: {which}."
+    size = "very many" if system.is_large else system.size
+    return shown, f"Drawn of {size} states: {which}."
 
 
 def _numbered(text: tuple[str, Sequence[str]]) -> str:

@@ -29,8 +29,9 @@ def diagram(system: TransitionSystem) -> Diagram:
     """
     order = reachable(system)
     if order is None:
+        size = "very many" if system.is_large else system.size
         raise SystemSizeError(
-            f"the transition system has {system.size} states, and only one of up to {MOST_STATES} can be drawn "
+            f"the transition system has {size} states, and only one of up to {MOST_STATES} can be drawn "
             "so that it can be read"
         )
     number_of = {state: i for i, state in enumerate(order)}
@@ -48,6 +49,8 @@ def diagram(system: TransitionSystem) -> Diagram:
 
 def reachable(system: TransitionSystem) -> list[int] | None:
     """Return the states that can be reached, the start first; None if they are too many to be drawn."""
+    if system.is_large:
+        return None
     order = [system.start]
     for state in order:
         targets = dict.fromkeys(int(system.targets[edge]) for edge in system.edges(state))

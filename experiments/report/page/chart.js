@@ -35,30 +35,49 @@ function axisOf(values, title, style, size, length) {
   };
 }
 
-function frontSpec(plans, unit, width, height) {
+// What a plan is worth, in words.
+function worthOf(plan) {
+  if (!plan.worth) return `Cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`;
+  return plan.worth.map(([name, value]) => `${name} ${show(value)}`).join(", ");
+}
+
+// The points that no other beats in the two objectives that are shown, by rising values of the first.
+function borderOf(values) {
+  let least = Infinity;
+  const rising = [...values].sort((a, b) => a.cost - b.cost || a.preference - b.preference);
+  return rising.filter((value) => value.preference < least && ((least = value.preference), true));
+}
+
+// `objectives`: the names of the two that are shown, or null for cost and preference penalty.
+function frontSpec(plans, unit, objectives, width, height) {
   const ink = colour("--ink"), soft = colour("--soft"), line = colour("--line");
   const first = colour("--first"), second = colour("--second"), paper = colour("--paper");
   const many = plans.length > LABELLED;
+  const of = (plan, k) => plan.worth.find(([name]) => name === objectives[k])[1];
   const values = plans.map((plan) => ({
-    index: plan.index, cost: plan.cost, preference: plan.preference,
-    words: `Plan ${plan.index}: cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
+    index: plan.index,
+    cost: objectives ? of(plan, 0) : plan.cost,
+    preference: objectives ? of(plan, 1) : plan.preference,
+    words: `Plan ${plan.index}: ${worthOf(plan).replace("Cost", "cost")}`,
   }));
   const style = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
-  const costs = plans.map((plan) => plan.cost), preferences = plans.map((plan) => plan.preference);
+  const costs = values.map((value) => value.cost), preferences = values.map((value) => value.preference);
+  const titles = objectives ? [`${objectives[0]} →`, `← ${objectives[1]} (lower is better)`]
+    : [`Total cost${unit ? ` (${unit})` : ""} →`, "← Preference penalty (lower is better)"];
   const longest = Math.max(...costs.map((cost) => show(cost).length));
-  const x = { field: "cost", ...axisOf(costs, `Total cost${unit ? ` (${unit})` : ""} →`, style, 8 + LETTER * longest, width) };
-  const y = { field: "preference", ...axisOf(preferences, "← Preference penalty (lower is better)", style, LETTER * 2, height) };
+  const x = { field: "cost", ...axisOf(costs, titles[0], style, 8 + LETTER * longest, width) };
+  const y = { field: "preference", ...axisOf(preferences, titles[1], style, LETTER * 2, height) };
   const tests = [
     { test: "datum.index === chosen", value: first },
     { test: "datum.index === other", value: second },
   ];
   return {
     width: "container", height, background: "transparent", data: { values },
-    description: `The Pareto front: ${plans.length} plans, cost against preference penalty.`,
+    description: `The Pareto front: ${plans.length} plans, ${objectives ? objectives.join(" against ") : "cost against preference penalty"}.`,
     params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }],
     config: { view: { stroke: null }, font: getComputedStyle(document.body).fontFamily, axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
     layer: [
-      { mark: { type: "line", interpolate: "step-after", color: soft, strokeWidth: 1.5, aria: false }, encoding: { x, y } },
+      { data: { values: borderOf(values) }, mark: { type: "line", interpolate: "step-after", color: soft, strokeWidth: 1.5, aria: false }, encoding: { x, y } },
       {
         mark: { type: "point", filled: true, opacity: 1, cursor: "pointer", strokeWidth: 2 },
         encoding: {
@@ -91,13 +110,15 @@ class FrontChart {
     this.choose = choose;
     this.chosen = [-1, -1];
     this.view = null;
+    this.axes = ["across", "up"].map((id) => document.getElementById(id)).filter(Boolean);
+    for (const axis of this.axes) axis.onchange = () => { this.queue = this.queue.then(() => this.draw()); };
     this.queue = this.draw();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.queue = this.queue.then(() => this.draw()); });
   }
 
   async draw() {
     if (this.view) this.view.finalize();
-    const spec = frontSpec(this.plans, this.unit, this.place.clientWidth - BESIDE_CHART, matchMedia("(max-width: 600px)").matches ? 240 : 320);
+    const spec = frontSpec(this.plans, this.unit, this.axes.length ? this.axes.map((axis) => axis.value) : null, this.place.clientWidth - BESIDE_CHART, matchMedia("(max-width: 600px)").matches ? 240 : 320);
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     const { view } = await vegaEmbed(this.place, spec, { actions: false, renderer: "svg", tooltip: { theme: dark ? "dark" : "light" } });
     this.view = view;

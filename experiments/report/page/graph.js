@@ -8,6 +8,7 @@ class PlanGraph {
     this.plan = plan;
     const picture = document.getElementById(`map-${plan.index}`).content.cloneNode(true), svg = picture.querySelector("svg");
     svg.style.setProperty("--natural", `${svg.getAttribute("width")}px`);
+    svg.style.setProperty("--aspect", svg.getAttribute("width") / svg.getAttribute("height"));
     this.words = plan.graph.note ? `${plan.graph.note} ${GRAPH}` : GRAPH;
     this.element = scrollBox(plan.graph.words, "automaton graph picture", picture);
   }

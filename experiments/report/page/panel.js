@@ -20,7 +20,7 @@ class Panel {
     this.followers = [timeline, this.map, this.scene].filter(Boolean);
     this.cards = cards;
     const title = make("h3", {}, make("span", { class: "badge" }, String(plan.index)),
-      ` Cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`,
+      ` ${worthOf(plan)}`,
       plan.rank ? make("span", { class: "rank" }, plan.rank) : null);
     const [first, ...others] = this.explanations(plan, other);
     const shown = [this.video, this.scene && this.scene.element, this.map && this.map.element].filter(Boolean);

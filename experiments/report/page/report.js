@@ -121,5 +121,7 @@
   const best = plans.length > 1 ? plans.length - 1 : null;
   select(known("plan") ?? 0, wanted.has("plan") ? known("with") : best);
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  if (!wanted.has("plan") && !still && panels.some((panel) => panel.video || panel.map)) clock.play();
+  if (wanted.has("plan") || still) return;
+  if (panels.some((panel) => panel.video || panel.map)) clock.play();
+  else if (pictures.loading) pictures.loading.then((shown) => shown && clock.play());
 })();

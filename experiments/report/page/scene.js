@@ -246,10 +246,19 @@ class Pictures {
     if (panel.video) panel.video.hidden = inScene;
     panel.scene.element.hidden = !inScene;
     if (inScene && !this.loading) {
-      this.loading = Stage.load()
-        .then((stage) => { this.stage = stage; }, (error) => { this.failure = error.message; })
-        .then(() => this.update());
+      this.loading = this.load();
     }
+  }
+
+  // Load the scene; return whether it is shown.
+  async load() {
+    try {
+      this.stage = await Stage.load();
+    } catch (error) {
+      this.failure = error.message;
+    }
+    this.update();
+    return Boolean(this.stage);
   }
 
   redraw() {

@@ -10,7 +10,7 @@ import mujoco
 import pytest
 from scenario_texts import cup_scenario
 
-from experiments.cli.arguments import add_perturb
+from experiments.cli.arguments import add_camera, add_perturb
 from experiments.cli.simulation_options import camera_of
 from prefplan import PrefplanError
 from prefplan.scenario.decode import loads
@@ -39,6 +39,16 @@ def test_a_camera_is_ours_or_the_scenes_or_anywhere() -> None:
     assert camera_of("door", watched_scene) == "door"
     with pytest.raises(PrefplanError, match=re.escape("--camera: unknown name 'dor' (did you mean 'door'?)")):
         camera_of("dor", watched_scene)
+
+
+def test_a_wrong_view_and_the_help_give_the_same_example() -> None:
+    parser = argparse.ArgumentParser()
+    add_camera(parser)
+    (told,) = (str(action.help) for action in parser._actions if action.dest == "camera")
+    with pytest.raises(PrefplanError) as error:
+        camera_of("1,2", no_scene)
+    example = str(error.value).rpartition(" ")[2]
+    assert example in told and camera_of(example, no_scene) == example
 
 
 def test_the_help_of_perturb_names_every_key_with_its_unit() -> None:

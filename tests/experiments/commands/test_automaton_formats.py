@@ -147,8 +147,13 @@ def test_other_formats_stand_alone_on_stdout(capsys: pytest.CaptureFixture[str],
 @pytest.mark.parametrize(
     ("formula", "message", "column"),
     [
-        ("F a & G b", "not co-safe: 'G b' uses G ('always'), at column 7", 6),
-        ("a &&", "expected a formula, not '&', at column 4", 3),
+        (
+            "F a & G b",
+            "not co-safe: 'G b' must hold for ever, which no finite plan shows; "
+            "write the task 'b U a' or the rule 'G b', at column 7",
+            6,
+        ),
+        ("a & &", "expected a formula, not '&', at column 5", 4),
         ("", "expected a formula, but the formula ends, at column 1", 0),
     ],
 )

@@ -123,6 +123,14 @@ def test_a_scenario_is_summed_up(run: Run, island: Path) -> None:
     assert (found["contract"], found["warnings"], found["scene"]) == ("convex", [], None)
 
 
+def test_edges_of_a_file_that_are_left_out_are_counted(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "quay.csv").write_text("from,to,cost\nquay,market,3\nquay,market,2.5\nmarket,quay,1\n")
+    model = re.sub(r"transitions = .*?]\n(?=\[model)", 'file = "quay.csv"\n', ISLAND, flags=re.DOTALL)
+    (tmp_path / "island.toml").write_text(model.replace('island = ["beach"]\n', ""))
+    assert run("check", str(tmp_path / "island.toml"), "--json").json["dropped"] == 1
+    assert "1 edges of the file left out" in run("check", str(tmp_path / "island.toml")).out
+
+
 def test_people_read_the_same(run: Run, island: Path) -> None:
     out = run("check", "island.toml").out
     assert "island: a graph model" in out
@@ -200,6 +208,16 @@ def test_the_states_that_can_be_reached_are_those_of_a_plain_walk() -> None:
                 seen.add(state)
                 waiting.append(state)
     assert set(np.asarray(checkup.reachable(system)).tolist()) == seen
+
+
+def test_a_limit_leaves_sizes_unknown(run: Run, island: Path) -> None:
+    result = run("check", "island.toml", "--json", "--max-seconds", "0")
+    found = result.json
+    assert (result.status, found["complete"], found["states"], found["reachable"]) == (0, False, None, None)
+    (shop,) = found["tasks"]
+    assert (shop["cost"], shop["achievable"], found["warnings"]) == (None, None, [])
+    text = run("check", "island.toml", "--max-seconds", "0").out
+    assert "more states than could be listed" in text and "unknown" in text
 
 
 def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Run, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from command_line import Run, assert_is_error
@@ -50,3 +51,14 @@ def test_what_cannot_be_exported_is_said(run: Run, tmp_path: Path, words: list[s
     Path("text.npz").write_text("no log")
     assert_is_error(run("export", *words), message)
     assert [path.name for path in tmp_path.iterdir()] == ["text.npz"]
+
+
+def test_a_scene_is_written_as_a_folder_that_mujoco_reads(run: Run) -> None:
+    Path("cup.toml").write_text(CUP)
+    result = run("export", "cup.toml", "--to", "mjcf")
+    assert (result.status, result.out) == (0, "out/cup/mjcf/scene.xml\n")
+    model = mujoco.MjModel.from_xml_path("out/cup/mjcf/scene.xml")
+    assert model.key("start").qpos.shape == (model.nq,)
+    assert_is_error(run("export", "cup.toml", "--to", "mjcf"), "out/cup/mjcf: already exists; --force replaces it")
+    assert run("export", "cup.toml", "--to", "mjcf", "--force").status == 0
+    assert_is_error(run("export", "none", "--to", "mjcf"), "none")

@@ -86,12 +86,27 @@ def assert_is_heading(found: dict[str, Any]) -> None:
 def test_a_front_as_json(run: Run, detour: Path) -> None:
     result = run("front", "detour.toml", "--json")
     assert (result.status, result.err) == (0, "")
-    assert list(result.json) == [*HEADING, "complete", "front", "stats"]
+    assert list(result.json) == [*HEADING, "complete", "within", "front", "stats"]
     assert_is_heading(result.json)
     assert [{key: point[key] for key in POINT} for point in result.json["front"]] == [
         {"cost": 3.5, "preference": 2.5, "task_costs": {"pay": 3.5, "buy": 1}, "plan": ["shop", "bank"]},
         {"cost": 5, "preference": 0, "task_costs": {"pay": 3, "buy": 5}, "plan": ["bank", "shop"]},
     ]
+
+
+@pytest.mark.parametrize("text", ["42", "42%", "42.9 %", "43"])
+def test_a_front_within_some_percent(run: Run, detour: Path, text: str) -> None:
+    """The dearer plan costs 42.86 % more."""
+    result = run("front", "detour.toml", "--within", text, "--json")
+    assert (result.status, result.err) == (0, "")
+    assert (result.json["complete"], result.json["within"]) == (True, float(text.strip(" %")))
+    assert result.json["front"][-1]["preference"] == 0
+    told = run("front", "detour.toml", "--within", text).out.replace("\n", " ")
+    assert f"cost and penalty are at most {text.strip(' %')} % larger" in told
+
+
+def test_a_percentage_is_a_number(run: Run, detour: Path) -> None:
+    assert_is_error(run("front", "detour.toml", "--within=-5%"), "--within: '-5' is not a number >= 0")
 
 
 def test_whole_costs_are_whole_numbers_in_json(run: Run, detour: Path) -> None:
@@ -162,7 +177,7 @@ def test_without_a_plan_the_status_is_3_and_json_says_why(
         detour.write_text(DETOUR.replace("F bread", change))
     result = run(*arguments, "detour.toml", "--json")
     assert result.status == 3
-    assert list(result.json) == [*HEADING, "complete", "front", "reason", "stats"]
+    assert list(result.json) == [*HEADING, "complete", "within", "front", "reason", "stats"]
     assert_is_heading(result.json)
     assert (result.json["front"], result.json["reason"]) == ([], reason)
 
@@ -202,6 +217,7 @@ def test_a_limit_before_any_plan_is_known_has_status_4(
         "plan",
         "ended",
         "complete_below",
+        "within",
         "stats",
     ]
     assert (result.json["complete"], result.json["plan"], result.json["ended"]) == (False, None, ended)

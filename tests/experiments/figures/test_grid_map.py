@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from experiments import scenarios
-from experiments.figures.grid_map import MOST_CELLS, goals, svg
+from experiments.figures.grid_map import MOST_CELLS, GridMap, goals
+from experiments.figures.maps import svg
 from experiments.figures.trail import LANE, LANES, trail
 from prefplan import Plan, Scenario, cheapest_plan
 from prefplan.models.grid import GridModel
@@ -57,7 +58,7 @@ def test_goals_are_where_the_tasks_are_satisfied(example: Scenario) -> None:
 
 def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario) -> None:
     plan = cheapest_plan(example.problem())
-    root = ET.fromstring(svg(example.model, plan))
+    root = ET.fromstring(svg(GridMap(example.model), plan))
     classes = Counter(element.get("class") for element in root.iter())
     assert classes["path"] == classes["start"] == 1
     assert classes["region"] == classes["name"] == 4
@@ -70,5 +71,5 @@ def test_single_cells_are_left_out_where_they_are_too_many() -> None:
     model = GridModel(
         (side + 1, side), (0, 0), regions={"far": [(side, 0, side, 0)]}, obstacles={"wall": [(3, 3, 4, 4)]}
     )
-    drawn = svg(model, Plan(0, 0, {}, {}, (), ((0, 0),)))
+    drawn = svg(GridMap(model), Plan(0, 0, {}, {}, (), ((0, 0),)))
     assert 'class="grid"' not in drawn and 'class="obstacle"' in drawn and 'class="region"' in drawn

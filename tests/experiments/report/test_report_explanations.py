@@ -16,6 +16,30 @@ from experiments.report.preference_words import in_words, shares
 from experiments.runs.formula_words import titles, words_of
 from prefplan import Ledger, Scenario
 from prefplan.preferences.kinds import Deadline, Due, Expression, Max, Order, Sum, WeightedSum
+from prefplan.scenario.decode import loads
+
+CAMPUS = """
+[model]
+kind = "graph"
+start = "gate"
+transitions = [
+  { from = "gate", to = "lab", cost = 2 },
+  { from = "gate", to = "roof", cost = 9 },
+  { from = "lab", to = "roof", cost = 4 },
+  { from = "roof", to = "lab", cost = 2 },
+]
+[model.labels]
+roof = ["view"]
+lab = ["sample"]
+[[tasks]]
+name = "look"
+formula = "F view"
+[[tasks]]
+name = "test"
+formula = "F sample"
+[preference]
+kind = "order"
+"""
 
 SHIPPED = ("case_study_1", "case_study_2_skip20", "case_study_3", "case_study_3_energy", "example", "kitchen")
 
@@ -97,6 +121,15 @@ def refuted(name: str, plan: pp.Plan) -> list[str]:
 )
 def test_a_plan_says_why_it_costs_more(name: str, i: int, j: int, headline: str) -> None:
     assert explained(name, i, j)[0] == headline
+
+
+def test_a_plan_on_a_graph_says_what_it_reaches_in_another_order() -> None:
+    scenario = loads(CAMPUS)
+    problem = scenario.problem()
+    cheapest, preferred = (NamedPlan(p, Ledger.of_plan(problem, p), "the cheapest") for p in pp.pareto_front(problem))
+    assert explain(scenario, preferred, cheapest)[0] == (
+        "5 more than the cheapest: it first reaches view instead of sample, so that look is done before test."
+    )
 
 
 def test_a_plan_that_keeps_a_deadline_says_so() -> None:
@@ -233,4 +266,4 @@ def test_a_preference_is_told_in_words_and_shares(preference: pp.Preference, add
     ],
 )
 def test_a_formula_in_words_keeps_its_parts_together(formula: str, words: str) -> None:
-    assert words_of(formula) == words
+    assert words_of(pp.parse(formula)) == words

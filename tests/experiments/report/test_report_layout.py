@@ -135,7 +135,8 @@ def assert_ticks_are_exact(page: Page) -> None:
         assert {min(occurring), max(occurring)} <= labels <= occurring
         assert len(axis.find_elements("css selector", ".role-axis-tick line")) == len(occurring)
     unit = f" ({shown['cost_unit']})" if shown["cost_unit"] else ""
-    assert f"Total cost{unit} →" in page.one("#chart").text
+    title = shown["objectives"][0] if shown["objectives"] else f"Total cost{unit}"
+    assert f"{title} →" in page.one("#chart").text
     if shown["scenario"] == "one_plan":
         assert values == [{26.5}, {70.5}]
     assert (shown["cost_unit"] == "energy, J") == shown["scenario"].endswith("_energy")

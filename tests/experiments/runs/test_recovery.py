@@ -126,9 +126,9 @@ def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> 
     assert "vase" in str([event.detail for event in outcome.rollout.events if event.kind == "unaffected"])
 
 
-def test_what_a_task_needs_and_fell_over_is_told(recover: Recover) -> None:
+def test_what_a_task_needs_and_fell_over_is_set_upright(recover: Recover) -> None:
     outcome = recover(BYSTANDER.replace("x_bin", "vase_bin"), "knock:vase@1", seed=1)
-    assert not outcome.rollout.completed and "vase lies on its side" in str(outcome.rollout.reason)
+    assert outcome.rollout.completed
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         (["cup.toml", "--plan", "1"], "--plan 1: the front has one plan, 0"),
         (["case_study_3", "--plan", "2"], "--plan 2: the front has plans 0 to 1"),
         (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
-        (["cup.toml", "--robot", "defualt"], "--robot: unknown name 'defualt' (did you mean 'default'?)"),
+        (["cup.toml", "--robot", "pandda"], "--robot: unknown name 'pandda' (did you mean 'panda'?)"),
         (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
         (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
         (["cup.toml", "--inset", "top", "--camera", "top"], "--inset top: is what --camera shows already"),
@@ -78,7 +78,7 @@ def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
     monkeypatch.delitem(sys.modules, "robot_descriptions.panda_mj_description", raising=False)
     result = run("cup.toml", "--robot", "menagerie", "--no-video", "--json")
     assert_is_error(result, "cannot be fetched")
-    assert "the robot `default`" in result.err and result.err.count("\n") == 1
+    assert "the robot `panda`" in result.err and result.err.count("\n") == 1
     assert not (cup / "out").exists()
 
 
@@ -183,10 +183,10 @@ def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.Mon
 def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     step = executor.Execution.step
 
-    def step_or_stop(self: executor.Execution, action: str) -> bool:
+    def step_or_stop(self: executor.Execution, action: str, **options: Any) -> bool:
         if action == "transport cup tray":
             raise KeyboardInterrupt
-        return step(self, action)
+        return step(self, action, **options)
 
     monkeypatch.setattr(executor.Execution, "step", step_or_stop)
     result = run("cup.toml", "--json")
@@ -276,15 +276,12 @@ def test_the_demo_carries_both_plans_out(
     monkeypatch.setattr(webbrowser, "open", opened.append)
     monkeypatch.setattr(carry_out, "render_video", draw_nothing)
     monkeypatch.setattr(case_study_3, "compose", compose_nothing)
-    assert main(["demo"]) == 0
+    assert main(["demo", "--out", "shown"]) == 0
     printed = capsys.readouterr().out
     assert "carried out, 14 of 14 actions, cost 34" in printed
     assert "carried out, 17 of 17 actions, cost 41" in printed
-    assert (
-        "Videos\n  out/case_study_3/cost.mp4\n  out/case_study_3/preference.mp4\n  out/case_study_3/both.mp4\n"
-        in printed
-    )
-    assert printed.endswith("Report (open it in a browser)\n  out/case_study_3/index.html\n")
-    assert opened == [(cup / "out" / "case_study_3" / "index.html").as_uri()]
-    page = (cup / "out" / "case_study_3" / "index.html").read_text(encoding="utf-8")
+    assert "Videos\n  shown/cost.mp4\n  shown/preference.mp4\n  shown/both.mp4\n" in printed
+    assert printed.endswith("Report (open it in a browser)\n  shown/index.html\n")
+    assert opened == [(cup / "shown" / "index.html").as_uri()]
+    page = (cup / "shown" / "index.html").read_text(encoding="utf-8")
     assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page

@@ -16,6 +16,7 @@ from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from prefplan import Plan, Scenario, load, pareto_front
+from sim.errors import BlockedError
 from sim.evidence.certificate import certify
 from sim.execution.faults import read_fault
 from sim.perception.sensors import NoisySensor
@@ -201,15 +202,17 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
     """
     scenario = small(fixtures="rack = { at = [0.35, 0.30] }")
     desk, shelf = scene_of(scenario).slots["desk"][0].position, scene_of(scenario).slots["shelf"][0].position
-    check = transfer.obstacles_on
+    check = transfer.check_path
 
-    def obstacles_on(cell: Workcell, references: np.ndarray) -> set[str]:
+    def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> None:
         tool = cell.arm.tool(references[-1]).position
         over_desk = np.hypot(*(tool - desk)[:2]) < 0.01
         jug_on_shelf = np.hypot(*(cell.observe("jug").position - shelf)[:2]) < 0.01
-        return {blocker} if over_desk and jug_on_shelf else check(cell, references)
+        if over_desk and jug_on_shelf:
+            raise BlockedError(f"the way is blocked by {blocker}", [blocker])
+        check(cell, references, clearance=clearance)
 
-    monkeypatch.setattr(transfer, "obstacles_on", obstacles_on)
+    monkeypatch.setattr(transfer, "check_path", check_path)
     outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
     assert outcome.rollout.completed, outcome.rollout.reason
     assert f"the way is blocked by {blocker}" in str(told(outcome, "replan")[0]["reason"])

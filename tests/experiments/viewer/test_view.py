@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from report_browser import SOFTWARE_GL, start_chrome
 from scenario_texts import CUP, shipped
 from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
@@ -49,20 +50,8 @@ def server(cup: Path) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.fixture
 def browser(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
-    options = webdriver.ChromeOptions()
-    options.binary_location, driver = chromium
-    for flag in (
-        "--headless=new",
-        "--no-sandbox",
-        "--disable-dev-shm-usage",
-        "--use-gl=angle",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--window-size=640,360",
-    ):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    # Drawn coarsely, for less work.
+    chrome = start_chrome(chromium, *SOFTWARE_GL, "--window-size=640,360", "--force-device-scale-factor=0.25")
     yield chrome
     chrome.quit()
 
@@ -106,6 +95,11 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
         browser.execute_script("arguments[0].scrollIntoView()", button)
         button.click()
 
+    def choose(label: str, value: str) -> None:
+        for place in (f"//label[.='{label}']/following::input[1]", f"//*[@role='option'][.='{value}']"):
+            until(lambda place=place: browser.find_elements(By.XPATH, place))  # type: ignore[misc]
+            browser.execute_script("arguments[0].click()", browser.find_element(By.XPATH, place))
+
     until(lambda: text(".count").startswith("0 of 4 actions done"))
     assert text(".current") == "transit desk"
     click("Step")
@@ -114,10 +108,11 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     assert browser.title == "cup - prefplan"
     icon = browser.find_element(By.CSS_SELECTOR, "link[rel=icon]").get_attribute("href") or ""
     assert icon.startswith("data:image/svg+xml;base64,")
-    click("0: cost 10, preference penalty 0")
+    browser.find_element(By.CSS_SELECTOR, "svg [data-row='0: cost 10, preference penalty 0']").click()
     until(lambda: text(".count").startswith("0 of 4") and text(".state") == "playing")
     click("Knock over")
     until(lambda: "fault: knock:cup@1" in text(".news:last-of-type"))
+    choose("Speed", "8")
     until(lambda: text(".state") == "completed")
     assert "again: after `" in text("")
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")

@@ -1,0 +1,78 @@
+"""Plan in manipulation models too large to write down: wall time, CPU time and memory of whole processes."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+COSTS = "{ transit = 3, grasp = 1, transport = 5, release = 1 }"
+
+
+class Size(NamedTuple):
+    """A model: how many objects and single places, and the tasks, each a set of objects that go into a box.
+
+    Two boxes have room for half of the objects each; tasks take them in turn.
+    """
+
+    objects: int
+    places: int
+    tasks: tuple[tuple[int, ...], ...]
+
+
+SIZES = {
+    "6 objects, 8 locations, 3 tasks": Size(6, 6, ((0, 2), (1, 3), (5,))),
+    "8 objects, 10 locations, 3 tasks about 5 objects": Size(8, 8, ((0, 2), (1, 3), (7,))),
+    "8 objects, 10 locations, 4 tasks about all": Size(8, 8, ((0, 2), (1, 3), (4, 6), (5, 7))),
+    "20 objects, 22 locations, 4 tasks about 4 objects": Size(20, 20, ((0,), (1,), (2,), (3,))),
+}
+
+
+def scenario(size: Size) -> str:
+    """Return a scenario file."""
+    names = [f"p{k} = {{ at = [0.4, {0.1 * k:.1f}] }}" for k in range(size.places)]
+    room = (size.objects + 1) // 2
+    names += [f"{box} = {{ at = [0.6, {k}.0], capacity = {room} }}" for k, box in enumerate(("crate", "tray"))]
+    lines = ["[model]", 'kind = "manipulation"', 'start = "home"', f"costs = {COSTS}", "[model.locations]", *names]
+    lines += ["[model.objects]", *(f'o{k} = {{ start = "p{k}" }}' for k in range(size.objects))]
+    for k, objects in enumerate(size.tasks):
+        goal = " & ".join(f"o{obj}_{('crate', 'tray')[k % 2]}" for obj in objects)
+        lines += ["[[tasks]]", f'name = "task{k}"', f'formula = "F ({goal})"']
+    return "\n".join([*lines, "[preference]", 'kind = "order"', ""])
+
+
+def measured(command: Sequence[str]) -> tuple[float, float, float]:
+    """Return wall seconds, CPU seconds and the greatest resident memory, MB, of a process."""
+    began = time.perf_counter()
+    pid = os.posix_spawn(
+        sys.executable,
+        [sys.executable, "-m", "prefplan", *command],
+        os.environ,
+        file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)],
+    )
+    _, status, usage = os.wait4(pid, 0)
+    if os.waitstatus_to_exitcode(status):
+        raise SystemExit(f"prefplan {' '.join(command)} failed")
+    return time.perf_counter() - began, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+
+
+def main() -> None:
+    """Print a row of a table for each size."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    print("| model | command | wall s | CPU s | memory, MB |\n| --- | --- | --- | --- | --- |")
+    with tempfile.TemporaryDirectory() as folder:
+        for words, size in SIZES.items():
+            path = Path(folder) / "large.toml"
+            path.write_text(scenario(size), encoding="utf-8")
+            for command in ("plan", "front"):
+                wall, cpu, memory = measured([command, str(path)])
+                print(f"| {words} | {command} | {wall:.1f} | {cpu:.1f} | {memory:.0f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

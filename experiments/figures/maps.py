@@ -1,0 +1,80 @@
+"""Maps of models that have one: grids, and graphs whose nodes have coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from experiments.figures.figures import drawing, inline_svg, write_figure
+from experiments.figures.grid_map import SMALL_FONT_SIZE, GridMap
+from experiments.figures.road_map import RoadMap
+from prefplan.front import Plan
+from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.grid import GridModel
+from prefplan.scenario.decode import Scenario
+
+SIDE = 4.5
+"""Longer side of a map that stands alone, inches."""
+
+FONT_SIZE = 9.0
+"""Size of text on a map that stands alone, points."""
+
+
+class PlanMap(Protocol):
+    """A map on which plans are drawn."""
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height in units of the map; its corner is (-0.5, -0.5)."""
+
+    def draw(self, axes: Axes, plan: Plan) -> None:
+        """Draw the map with a plan, without text."""
+
+    def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE) -> None:
+        """Write names on the map, when its axes have their final place."""
+
+    def path(self, plan: Plan) -> np.ndarray:
+        """Return the (S, 2) points of a plan's states."""
+
+
+def map_of(scenario: Scenario) -> PlanMap | None:
+    """Return the map of a scenario's model, None if it has none."""
+    model = scenario.model
+    if isinstance(model, GridModel):
+        return GridMap(model)
+    if isinstance(model, GraphFileModel) and model.network.coordinates is not None:
+        return RoadMap.of(scenario.problem(), model.network)
+    return None
+
+
+def svg(plan_map: PlanMap, plan: Plan) -> str:
+    """Return a map with the path of a plan as inline SVG; the map fills it.
+
+    Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
+    also `grid`, `region` and `obstacle`, and on a graph `roads` and `place`.
+    """
+    with _drawn(plan_map, plan, SIDE) as figure:
+        return inline_svg(figure, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
+
+
+def draw(plan_map: PlanMap, plan: Plan, path: Path, *, side: float = SIDE) -> None:
+    """Write a map with the path of a plan, its longer side that many inches."""
+    with _drawn(plan_map, plan, side) as figure:
+        write_figure(figure, path)
+
+
+@contextmanager
+def _drawn(plan_map: PlanMap, plan: Plan, side: float) -> Iterator[Figure]:
+    scale = side / max(plan_map.size)
+    with drawing(size=(scale * plan_map.size[0], scale * plan_map.size[1])) as figure:
+        axes = figure.add_axes((0, 0, 1, 1))
+        plan_map.draw(axes, plan)
+        figure.draw_without_rendering()
+        plan_map.label(axes, plan, font_size=FONT_SIZE)
+        yield figure

@@ -1,0 +1,91 @@
+"""Fronts of three and more objectives: every two against each other, and all of them in parallel coordinates."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from experiments.cli.output import number
+from prefplan.front import Front
+
+PANEL = 3.4
+"""Width of a panel with two objectives, inches."""
+
+COLUMNS = 3
+"""Most such panels side by side."""
+
+MOST_NUMBERED = 30
+"""Most points that are numbered."""
+
+COLORS = "viridis"
+"""Colours of the plans, from the first of the front to the last; people who see few colours can tell them apart."""
+
+
+def figure_size(front: Front) -> tuple[float, float]:
+    """Return the size of the whole figure, inches."""
+    pairs = len(list(combinations(front.objectives, 2)))
+    return PANEL * min(pairs, COLUMNS), PANEL * (-(-pairs // COLUMNS) + 1)
+
+
+def draw_objectives(figure: Figure, front: Front) -> None:
+    """Draw every two objectives of a front, and below them all of them."""
+    pairs = list(combinations(front.objectives, 2))
+    rows = -(-len(pairs) // COLUMNS)
+    grid = figure.add_gridspec(rows + 1, min(len(pairs), COLUMNS))
+    for k, pair in enumerate(pairs):
+        draw_pair(figure.add_subplot(grid[k // COLUMNS, k % COLUMNS]), front, *pair)
+    draw_parallel(figure.add_subplot(grid[rows, :]), front)
+
+
+def draw_pair(axes: Axes, front: Front, first: str, second: str) -> None:
+    """Draw two objectives: every plan, and the border of what the front of these two alone dominates."""
+    values, colors = _values(front), _colors(front)
+    x, y = (values[:, front.objectives.index(name)] for name in (first, second))
+    alone = front.over([first, second])
+    steps = sorted((float(plan.objectives[first]), float(plan.objectives[second])) for plan in alone)
+    axes.step(*zip(*steps, strict=True), where="post", color="#999999", linewidth=1.0, zorder=2)
+    axes.scatter(x, y, s=34, c=colors, edgecolors="white", linewidths=0.6, zorder=4)
+    if len(front) <= MOST_NUMBERED:
+        for i, at in enumerate(zip(x, y, strict=True)):
+            axes.annotate(str(i), at, (4, 3), textcoords="offset points", fontsize=6.5, zorder=5)
+    axes.set(xlabel=first, ylabel=second)
+    axes.margins(0.09)
+
+
+def draw_parallel(axes: Axes, front: Front) -> None:
+    """Draw every plan as a line over all objectives; lower is better on each axis, which has its own scale."""
+    values = _values(front)
+    low, high = values.min(axis=0), values.max(axis=0)
+    shares = (values - low) / np.where(high > low, high - low, 1.0)
+    places = range(values.shape[1])
+    for i, (share, color) in enumerate(zip(shares, _colors(front), strict=True)):
+        axes.plot(places, share, "o-", color=color, linewidth=1.3, markersize=4, alpha=0.85, zorder=3)
+        if len(front) <= MOST_NUMBERED:
+            axes.annotate(
+                str(i), (0, share[0]), (-6, 0), textcoords="offset points", ha="right", va="center", fontsize=6.5
+            )
+    for place, least, most in zip(places, low, high, strict=True):
+        axes.axvline(place, color="#444444", linewidth=0.9, zorder=2)
+        for value, at, offset in ((least, 0, -11), (most, 1, 5)):
+            axes.annotate(
+                number(float(value)), (place, at), (7, offset), textcoords="offset points", ha="left", fontsize=7.5
+            )
+    axes.set_xticks(places, front.objectives)
+    axes.tick_params(axis="x", length=0, pad=14)
+    axes.set(yticks=[], xlim=(-0.25, len(places) - 0.75), ylim=(-0.08, 1.12))
+    axes.grid(False)
+    axes.spines[:].set_visible(False)
+
+
+def _values(front: Front) -> np.ndarray:
+    """Return the objectives of the plans, (plans, objectives)."""
+    return np.array([[float(value) for value in plan.objectives.values()] for plan in front])
+
+
+def _colors(front: Front) -> np.ndarray:
+    """Return a colour for each plan, (plans, 4)."""
+    return np.asarray(colormaps[COLORS](np.linspace(0, 0.9, len(front))))

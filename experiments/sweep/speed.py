@@ -1,0 +1,139 @@
+"""Where the time of a run goes, on one core: physics, planning of motions, sensing and recording.
+
+Run it as `python -m experiments.sweep.speed`, on a machine that does nothing else; it prints a page for
+`experiments/results/speed.md`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import mujoco
+
+from experiments import scenarios
+from experiments.cli.arguments import positive
+from experiments.cli.status import DONE
+from experiments.runs.carry_out import begin, scene_of
+from experiments.sweep.results import names
+from prefplan.planner import Planner
+from sim.motion.kinematics import Arm
+from sim.motion.planning import MotionPlanner
+from sim.perception.touch import ContactMonitor
+from sim.simulation import workcell
+from sim.simulation.collision import CollisionChecker
+from sim.simulation.recorder import COMMANDS_PER_UNIT, Recorder
+from sim.simulation.rollout import Rollout
+from sim.world.scene import Scene, initial_state
+
+PARTS: dict[str, Sequence[tuple[Any, str]]] = {
+    "physics (`mj_step`)": [(mujoco, "mj_step")],
+    "planning: inverse kinematics and timing": [(Arm, "reach"), (Arm, "move"), (workcell, "through")],
+    "planning: collision checks": [(CollisionChecker, name) for name in ("see", "touches", "blockers")],
+    "planning: search for paths": [(MotionPlanner, "plan")],
+    "sensors": [(workcell.Workcell, "latest_pose")],
+    "contact monitoring": [(ContactMonitor, "update")],
+    "log": [(Recorder, name) for name in ("begin_period", "feel", "is_due", "record", "end_period")],
+}
+"""Functions by the part of a run that they are, each as its owner and its name."""
+
+REST = "execution, control and the rest"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, print the page and return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeats", type=positive, default=5, metavar="N", help="the fastest counts (default: 5)")
+    parser.add_argument("--scenario", action="append", choices=names(), help="only this one; may be repeated")
+    options = parser.parse_args(arguments)
+    columns = {name: measure(name, repeats=options.repeats) for name in options.scenario or ["case_study_3", "kitchen"]}
+    print(markdown(columns))
+    return DONE
+
+
+def measure(name: str, *, repeats: int) -> dict[str, str]:
+    """Return the rows of a scenario's column, each in words; times are CPU times of the fastest of some repeats."""
+    problem = (scenario := scenarios.find(name)).problem()
+    scene, plan = scene_of(scenario), Planner(problem).cheapest()
+
+    def carried_out() -> Rollout:
+        loop = begin(problem, scene, plan)
+        loop.pursue()
+        return loop.run.rollout()
+
+    rollout = carried_out()
+    whole = min(_seconds(carried_out) for _ in range(repeats))
+    bare = min(_seconds(lambda: _step(scene, rollout)) for _ in range(repeats))
+    spent = dict.fromkeys(PARTS, 0.0)
+    with _timed(spent):
+        total = _seconds(carried_out)
+    spent[REST] = total - sum(spent.values())
+    shares = {part: f"{spent[part] / total:.1%}" for part in (*PARTS, REST)}
+    planning = sum(spent[part] for part in PARTS if part.startswith("planning")) / total
+    return {
+        "simulated": f"{rollout.sim_seconds:.1f} s",
+        "run": f"{whole:.2f} s",
+        "times real time": f"{rollout.sim_seconds / whole:.0f}",
+        "the same steps, bare": f"{bare:.2f} s",
+        "run over bare steps": f"{whole / bare:.2f}",
+        **shares,
+        "planning in all": f"{planning:.1%}",
+    }
+
+
+def markdown(columns: dict[str, dict[str, str]]) -> str:
+    """Return the table."""
+    rows = [["", *columns], ["---"] * (1 + len(columns))]
+    rows += [[row, *(column[row] for column in columns.values())] for row in next(iter(columns.values()))]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
+
+
+def _seconds(function: Callable[[], object]) -> float:
+    began = time.thread_time()
+    function()
+    return time.thread_time() - began
+
+
+def _step(scene: Scene, rollout: Rollout) -> None:
+    """Simulate the steps of a rollout again, and nothing else."""
+    data = initial_state(scene)
+    for command in rollout.controls / COMMANDS_PER_UNIT:
+        data.ctrl[:] = command
+        mujoco.mj_step(scene.mujoco, data)
+
+
+@contextmanager
+def _timed(spent: dict[str, float]) -> Iterator[None]:
+    """Add the CPU time of each part, s, without that of the parts that it calls."""
+    running = [0.0]
+    """Time of the parts that each running one has called."""
+
+    def timed(function: Callable[..., Any], part: str) -> Callable[..., Any]:
+        def call(*args: Any, **options: Any) -> Any:
+            began = time.thread_time()
+            running.append(0.0)
+            try:
+                return function(*args, **options)
+            finally:
+                took = time.thread_time() - began
+                spent[part] += took - running.pop()
+                running[-1] += took
+
+        return call
+
+    functions = [(owner, name, getattr(owner, name)) for part in PARTS.values() for owner, name in part]
+    try:
+        for part, owned in PARTS.items():
+            for owner, name in owned:
+                setattr(owner, name, timed(getattr(owner, name), part))
+        yield
+    finally:
+        for owner, name, function in functions:
+            setattr(owner, name, function)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

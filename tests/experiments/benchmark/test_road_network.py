@@ -1,0 +1,94 @@
+"""The made-up city: a network as its scenario has it, in which every place can be reached."""
+
+from __future__ import annotations
+
+import heapq
+from itertools import chain
+from pathlib import Path
+
+import networkx as nx
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from experiments import scenarios
+from experiments.benchmark import road_network
+from prefplan import cheapest_plan
+from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.graph_files.network import Network
+
+
+def test_every_crossing_leads_to_every_other_one_and_a_seed_gives_the_same_roads() -> None:
+    roads = road_network.road_network(40, 30, seed=3)
+    graph = nx.DiGraph(zip(roads.sources.tolist(), roads.targets.tolist(), strict=True))
+    assert sorted(graph) == list(range(len(roads.points))) and nx.is_strongly_connected(graph)
+    lengths = np.hypot(*(roads.points[roads.targets] - roads.points[roads.sources]).T)
+    assert (lengths > 0).all() and (roads.seconds >= 1).all()
+    assert (lengths / roads.seconds <= 1.2 * road_network.MAIN_SPEED_M_S).mean() > 0.99
+    again = road_network.road_network(40, 30, seed=3)
+    assert all(np.array_equal(one, other) for one, other in zip(roads, again, strict=True))
+
+
+def test_its_files_hold_the_network(tmp_path: Path) -> None:
+    roads = road_network.road_network(30, 30, seed=1)
+    (tmp_path / "city.gr").write_text(road_network.arcs_text(roads))
+    (tmp_path / "city.co").write_text(road_network.coordinates_text(roads))
+    network = GraphFileModel(tmp_path, "city.gr", "1", nodes="city.co").network
+    assert [int(state) for state in network.states] == list(range(1, len(roads.points) + 1))
+    assert (network.sources.tolist(), network.targets.tolist()) == (roads.sources.tolist(), roads.targets.tolist())
+    assert network.costs.tolist() == [roads.seconds.tolist()]
+    assert network.coordinates is not None and network.dropped == 0
+    north = (network.coordinates[:, 1] * 1e-6 - road_network.SOUTH_WEST[1]) * road_network.DEGREE_M
+    assert north == pytest.approx(roads.points[:, 1], abs=1)
+
+
+def test_the_scenario_that_ships_is_the_network_and_the_places_that_are_made() -> None:
+    model = scenarios.find("city").model
+    assert isinstance(model, GraphFileModel)
+    roads = road_network.road_network()
+    assert len(model.network.states) == len(roads.points) > 50_000
+    assert len(model.network.sources) == len(roads.sources)
+    made = {str(at + 1): (kind,) for kind, places in road_network.places(roads).items() for at in places}
+    assert {name: tuple(kinds) for name, kinds in model.labels.items()} == made
+    assert len(list(chain.from_iterable(made.values()))) == 58
+
+
+def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds() -> None:
+    scenario = scenarios.find("city")
+    assert isinstance(scenario.model, GraphFileModel)
+    network = scenario.model.network
+    number = {name: i for i, name in enumerate(network.states)}
+    kinds = {number[name]: kinds[0] for name, kinds in scenario.model.labels.items()}
+    start = number[str(scenario.model.start)]
+    is_library = np.array([kinds.get(i) == "library" for i in range(len(number))])
+    # No library before the charger: no road that leaves one, either.
+    seconds = {charged: distances(network, [start, *kinds], barred=is_library & (not charged)) for charged in (0, 1)}
+    wanted = [("pharmacy", "clinic"), ("depot", "post"), ("bakery", "school"), ("market",), ("charger",)]
+    wanted += [("workshop",), ("library", "bank")]
+    frontier: list[tuple[float, int, tuple[int, ...]]] = [(0, start, (0,) * 7)]
+    closed = set()
+    while frontier:
+        spent, place, done = heapq.heappop(frontier)
+        if all(count == len(places) for count, places in zip(done, wanted, strict=True)):
+            break
+        if (place, done) in closed:
+            continue
+        closed.add((place, done))
+        for other, kind in kinds.items():
+            reached = tuple(
+                count + (count < len(places) and places[count] == kind)
+                for count, places in zip(done, wanted, strict=True)
+            )
+            if reached != done and (done[4] or kind != "library"):
+                heapq.heappush(frontier, (spent + seconds[done[4]][place][other], other, reached))
+    assert spent == cheapest_plan(scenario.problem()).cost
+
+
+def distances(network: Network, places: list[int], *, barred: np.ndarray) -> dict[int, np.ndarray]:
+    """Return driving times from each place to every crossing, on roads that leave no barred crossing."""
+    kept = ~barred[network.sources]
+    size = len(network.states)
+    ends = network.sources[kept], network.targets[kept]
+    times = dijkstra(csr_array((network.costs[0, kept], ends), shape=(size, size)), indices=places)
+    return dict(zip(places, times, strict=True))

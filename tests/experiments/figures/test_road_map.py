@@ -1,0 +1,110 @@
+"""Maps of graphs with coordinates: nodes in their places, and edges as lines or, where they are many, pixels."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from experiments.figures import maps, road_map
+from experiments.figures.road_map import RoadMap
+from experiments.report import pictures
+from prefplan import Scenario, load, pareto_front
+
+SCENARIO = """
+[model]
+kind = "graph"
+file = "square.csv"
+nodes = "corners.csv"
+start = "a"
+[[tasks]]
+name = "shop"
+formula = "F bread"
+[[tasks]]
+name = "post"
+formula = "F stamps"
+[preference]
+kind = "order"
+order = ["post", "shop"]
+"""
+
+
+@pytest.fixture
+def square(tmp_path: Path) -> Scenario:
+    """Four corners of a square, one way round."""
+    (tmp_path / "square.csv").write_text("from,to,cost\na,b,1\nb,c,1\nc,d,1\nd,a,1\na,d,5\n")
+    (tmp_path / "corners.csv").write_text("node,x,y,labels\na,10,60,\nb,12,60,bread\nc,12,62,\nd,10,62,stamps\n")
+    (tmp_path / "square.toml").write_text(SCENARIO)
+    return load(tmp_path / "square.toml")
+
+
+def found_map(scenario: Scenario) -> RoadMap:
+    found = maps.map_of(scenario)
+    assert isinstance(found, RoadMap)
+    return found
+
+
+def test_a_plan_lies_where_its_states_are(square: Scenario) -> None:
+    front = pareto_front(square.problem())
+    path = found_map(square).path(front[0])
+    assert [plan.cost for plan in front] == [3, 7]
+    side = np.diff(path, axis=0)
+    assert np.allclose(side, side[0, 0] * np.array([[1, 0], [0, 1], [-1, 0]]))
+    assert len(found_map(square).lines) == 4, "an edge in both directions is one line"
+    assert found_map(square).size[0] == pytest.approx(found_map(square).size[1])
+
+
+def test_degrees_of_longitude_are_shorter_than_those_of_latitude(square: Scenario, tmp_path: Path) -> None:
+    corners = [(10, 60), (12, 60), (12, 62), (10, 62)]
+    lines = [f"v {i} {x * 10**6} {y * 10**6}" for i, (x, y) in enumerate(corners, start=1)]
+    (tmp_path / "corners.co").write_text("\n".join(["p aux sp co 4", *lines]))
+    (tmp_path / "square.gr").write_text("p sp 4 3\na 1 2 1\na 2 3 1\na 3 4 1\n")
+    text = SCENARIO.replace("square.csv", "square.gr").replace("corners.csv", "corners.co").replace('"a"', "1")
+    (tmp_path / "globe.toml").write_text(
+        text.replace("[[tasks]]", '[model.labels]\n3 = ["bread", "stamps"]\n[[tasks]]', 1)
+    )
+    globe = load(tmp_path / "globe.toml")
+    wide, high = np.ptp(found_map(globe).points, axis=0)
+    assert wide / high == pytest.approx(np.cos(np.radians(61)))
+
+
+def test_a_graph_without_all_coordinates_has_no_map(square: Scenario, tmp_path: Path) -> None:
+    table = tmp_path / "corners.csv"
+    table.write_text(table.read_text().replace("12,62", "12,"))
+    assert maps.map_of(load(square.path)) is None
+
+
+def test_dots_are_where_tasks_are_done_and_names_are_written(square: Scenario) -> None:
+    drawn = maps.svg(found_map(square), pareto_front(square.problem())[1])
+    assert len(re.findall('class="goal"', drawn)) == 2
+    names = [re.sub("<[^>]*>", "", text).strip() for text in re.findall(r"<text .*?</text>", drawn, re.DOTALL)]
+    assert sorted(names) == ["post", "shop"]
+
+
+def test_many_edges_are_pixels_that_plans_of_a_report_share(
+    square: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "<image" not in maps.svg(found_map(square), pareto_front(square.problem())[0])
+    monkeypatch.setattr(road_map, "MOST_LINES", 3)
+    (tmp_path / "page").mkdir()
+    drawn = pictures.plans(square, pareto_front(square.problem()), tmp_path / "page")
+    (pixels,) = (tmp_path / "page").glob("*.png")
+    for picture in drawn.values():
+        assert re.findall(r'href="([^"#]*)"', picture) == [f"page/{pixels.name}"]
+
+
+def test_pixels_are_dark_on_edges_and_clear_beside_them(square: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(road_map, "MOST_LINES", 3)
+    found = found_map(square)
+    axes = Figure().add_axes((0, 0, 1, 1))
+    found.draw(axes, pareto_front(square.problem())[0])
+    (image,) = axes.get_images()
+    pixels = np.asarray(image.get_array())
+    rows, columns = pixels.shape[:2]
+    left, bottom = (found.points[0] + 0.5) / found.size * (columns, rows)
+    assert pixels[rows // 2, round(left) - 2 : round(left) + 2, 3].max() > 0
+    assert pixels[rows // 2, columns // 2, 3] == 0
+    assert pixels[rows - round(bottom) - 2 : rows - round(bottom) + 2, columns // 2, 3].max() > 0
