@@ -57,12 +57,13 @@ def main() -> None:
 
 
 def taken(scenario: Scenario, scene: Scene, outcome: Outcome) -> Image.Image:
-    """Return a picture of a run just before the light of a location that works last goes out."""
+    """Return a picture of a run just before the light of a location that works last goes out, else from its middle."""
     rollout = outcome.rollout
-    moment = int(np.flatnonzero(rollout.glow >= 0)[-1]) - BEFORE
-    lamp = scene.model.locations[rollout.glow[moment]].name
+    lit = np.flatnonzero(rollout.glow >= 0)
+    moment = int(lit[-1]) - BEFORE if len(lit) else len(rollout.times) // 2
+    lamps = [scene.model.locations[rollout.glow[moment]].name] if len(lit) else []
     caption = caption_at(captions(outcome, scenario.model), float(rollout.times[moment]))
-    frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=[lamp], quality=FINAL)
+    frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=lamps, quality=FINAL)
     return Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
 
 

@@ -15,7 +15,7 @@ from sphinx.application import Sphinx
 from experiments import scenarios
 from experiments.cli.output import number
 from experiments.cli.overview import introduction, kind_of
-from experiments.figures import plans
+from experiments.figures import maps, plans
 from experiments.runs.carry_out import carry_out, scene_of
 from prefplan import Front, Scenario, pareto_front
 
@@ -24,10 +24,17 @@ PICTURES = Path(__file__).parents[1] / "gallery"
 WIDTH = 880
 """Width of a picture, pixels."""
 
-QUALITY = 78
-"""Quality of the WebP files: at most 100 kB each."""
+QUALITIES = (78, 55, 40, 30)
+"""Qualities of the WebP files: the first that is small enough."""
+
+MOST_BYTES = 45_000
+"""Bytes of a picture."""
+
+MAP_SIDE = 7.5
+"""Longer side of a map that is a picture of its own, inches, with text of 9 points."""
 
 COMMANDS = {
+    "graph": "prefplan draw plans {0} {0}.pdf\nprefplan report {0}",
     "grid": "prefplan draw plans {0} {0}.pdf\nprefplan report {0}",
     "manipulation": "prefplan run {0} --plan preference\nprefplan report {0}",
 }
@@ -35,7 +42,7 @@ COMMANDS = {
 
 
 def main() -> None:
-    """Make the picture of every scenario: the maps of its plans, or the arm as it carries the preferred plan out."""
+    """Make the picture of every scenario: maps of its plans, or the preferred plan on the map or carried out."""
     PICTURES.mkdir(exist_ok=True)
     for name in scenarios.names():
         scenario = scenarios.find(name)
@@ -43,10 +50,20 @@ def main() -> None:
         if kind_of(scenario.model) == "manipulation":
             scene = scene_of(scenario)
             picture = taken(scenario, scene, carry_out(scenario, scene, front[-1]))
+        elif kind_of(scenario.model) == "graph":
+            picture = _preferred(scenario, front)
         else:
             picture = _maps(scenario, front)
-        picture.thumbnail((WIDTH, picture.height), Image.Resampling.LANCZOS)
-        picture.save(PICTURES / f"{name}.webp", quality=QUALITY, method=6)
+        save(picture, PICTURES / f"{name}.webp")
+
+
+def save(picture: Image.Image, file: Path) -> None:
+    """Write a picture as a small file."""
+    picture.thumbnail((WIDTH, picture.height), Image.Resampling.LANCZOS)
+    for quality in QUALITIES:
+        picture.save(file, quality=quality, method=6)
+        if file.stat().st_size <= MOST_BYTES:
+            return
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -58,9 +75,11 @@ def setup(app: Sphinx) -> dict[str, bool]:
 def section(scenario: Scenario) -> str:
     """Return what the page says of a scenario."""
     name, tasks = scenario.name, [task.name for task in scenario.tasks]
-    rows = [["plan", "cost", "penalty", *tasks], ["---:"] * (3 + len(tasks))]
-    for i, plan in enumerate(pareto_front(scenario.problem())):
-        rows.append([str(i), *map(number, (plan.cost, plan.preference, *plan.task_costs.values()))])
+    problem = scenario.problem()
+    objectives = ["cost", "penalty"] if problem.is_bi_objective else list(problem.objective_names)
+    rows = [["plan", *objectives, *tasks], ["---:"] * (1 + len(objectives) + len(tasks))]
+    for i, plan in enumerate(pareto_front(problem)):
+        rows.append([str(i), *map(number, (*plan.objectives.values(), *plan.task_costs.values()))])
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     commands = COMMANDS[kind_of(scenario.model)].format(name)
     return (
@@ -76,6 +95,15 @@ def _add_sections(app: Sphinx, page: str, source: list[str]) -> None:
         scenario = scenarios.find(name)
         app.env.note_dependency(scenario.path)
         source[0] += f"\n{section(scenario)}"
+
+
+def _preferred(scenario: Scenario, front: Front) -> Image.Image:
+    plan_map = maps.map_of(scenario)
+    assert plan_map is not None
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "map.png")
+        maps.draw(plan_map, front[-1], file, side=MAP_SIDE)
+        return Image.open(file).convert("RGB")
 
 
 def _maps(scenario: Scenario, front: Front) -> Image.Image:
