@@ -3,9 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from typing import Any
+
+from prefplan.errors import ModelError
 
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """A name, as a formula may mention it."""
 
 RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W", "M", "not", "and", "or"})
 """Words that mean something else in a formula."""
+
+
+def check_names(names: Iterable[Any], *, where: str) -> None:
+    """Raise ModelError, with a key in front, for a name that a formula could not mention."""
+    for name in sorted(names, key=str):
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            raise ModelError(f"{where}: {name!r} is not a name (letters, digits and _, not starting with a digit)")
+        if name in RESERVED:
+            raise ModelError(f"{where}: {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")

@@ -19,11 +19,10 @@ from prefplan.exact_costs import Number, exact, inclusive, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.ledger import Ledger
-from prefplan.limits import LimitError, Limits, available_memory
+from prefplan.limits import EXACT, LimitError, Limits, Percent, available_memory, percent
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import Quotient
-from prefplan.percent import EXACT, Percent, percent
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem, Rule, Task
 from prefplan.product.generated_product import GeneratedProduct
@@ -453,8 +452,8 @@ class Planner:
         if self._is_satisfiable(problem.tasks, limits):
             return None
         if problem.rules and self._is_satisfiable(problem.tasks, limits, ()):
-            some = (rules for size in range(1, len(problem.rules) + 1) for rules in combinations(problem.rules, size))
-            broken = next(rules for rules in some if not self._is_satisfiable(problem.tasks, limits, rules))
+            laws = (rules for size in range(1, len(problem.rules) + 1) for rules in combinations(problem.rules, size))
+            broken = next(rules for rules in laws if not self._is_satisfiable(problem.tasks, limits, rules))
             return Reason("rule", tuple(rule.name for rule in broken))
         sizes = range(1, len(problem.tasks) + 1)
         sets = (tasks for size in sizes for tasks in combinations(problem.tasks, size))

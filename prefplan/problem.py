@@ -18,7 +18,8 @@ from prefplan.logic.monitor import watching
 from prefplan.logic.normal_form import parse, parse_rule
 from prefplan.logic.stutter import is_idempotent
 from prefplan.logic.weighted_dfa import WeightedAutomaton
-from prefplan.models.transition_system import EdgeCosts, TransitionSystem, check_names
+from prefplan.models.transition_system import EdgeCosts, TransitionSystem
+from prefplan.names import check_names
 from prefplan.preferences.contracts import Span, check_claim
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (
@@ -282,7 +283,7 @@ class Problem:
     def modes(self) -> tuple[frozenset[int], ...]:
         """Which of the rules that may be broken are dropped, each a place among those: every choice, none first."""
         places = range(len(self.priced) - len(self.tasks))
-        return tuple(frozenset(some) for size in range(len(places) + 1) for some in combinations(places, size))
+        return tuple(frozenset(dropped) for size in range(len(places) + 1) for dropped in combinations(places, size))
 
     def watched(self, mode: int) -> tuple[Automaton, ...]:
         """Return the monitors of the rules that are not dropped in one of `modes`."""

@@ -36,8 +36,8 @@ SIZES = {
 def scenario(size: Size) -> str:
     """Return a scenario file."""
     names = [f"p{k} = {{ at = [0.4, {0.1 * k:.1f}] }}" for k in range(size.places)]
-    room = (size.objects + 1) // 2
-    names += [f"{box} = {{ at = [0.6, {k}.0], capacity = {room} }}" for k, box in enumerate(("crate", "tray"))]
+    capacity = (size.objects + 1) // 2
+    names += [f"{box} = {{ at = [0.6, {k}.0], capacity = {capacity} }}" for k, box in enumerate(("crate", "tray"))]
     lines = ["[model]", 'kind = "manipulation"', 'start = "home"', f"costs = {COSTS}", "[model.locations]", *names]
     lines += ["[model.objects]", *(f'o{k} = {{ start = "p{k}" }}' for k in range(size.objects))]
     for k, objects in enumerate(size.tasks):

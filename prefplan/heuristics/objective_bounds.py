@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import UNREACHABLE, no_patterns, pattern_size, patterns
-from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
+from prefplan.heuristics.preference_bound import Blocks, block_entry, blocks, no_blocks
 from prefplan.heuristics.preprocessing import ENTRY_BYTES, TABLES_SHARE, Options
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.product.kernels import Integer, bare_kernel
@@ -117,14 +117,6 @@ def write_bounds(
             found[d] = max(found[d], np.int64(INFINITE) if cost == UNREACHABLE else cost)
     tables = bounds.blocks
     for b in range(tables.members.shape[0]):
-        rest = satisfied & ~tables.members[b]
-        outside = 0
-        while rest:
-            rest &= rest - 1
-            outside += 1
-        entry = tables.base[b, outside] + node
-        for j in range(tables.tasks.shape[1]):
-            if tables.tasks[b, j] >= 0:
-                entry += tables.strides[b, j] * automata[tables.tasks[b, j]]
+        entry = block_entry(tables, b, node, automata, satisfied)
         e = costs + bounds.owner[b]
         found[e] = min(found[e] + tables.table[entry], np.int64(INFINITE))

@@ -124,6 +124,21 @@ def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) 
 
 
 @bare_kernel
+def block_entry(tables: Blocks, b: Integer, node: Integer, automata: np.ndarray, satisfied: Integer) -> Integer:
+    """Return where the growth that block b still costs stands in the table; `node` is of the block's projection."""
+    rest = satisfied & ~tables.members[b]
+    outside = 0
+    while rest:
+        rest &= rest - 1
+        outside += 1
+    entry = tables.base[b, outside] + node
+    for j in range(tables.tasks.shape[1]):
+        if tables.tasks[b, j] >= 0:
+            entry += tables.strides[b, j] * automata[tables.tasks[b, j]]
+    return entry
+
+
+@bare_kernel
 def preference_bound(
     tables: Blocks,
     projections: Projections,
@@ -135,14 +150,6 @@ def preference_bound(
     """Return the least growth of mu from a product state to the end, INFINITE at most."""
     bound = np.int64(0)
     for b in range(tables.members.shape[0]):
-        rest = satisfied & ~tables.members[b]
-        outside = 0
-        while rest:
-            rest &= rest - 1
-            outside += 1
-        entry = tables.base[b, outside] + projected(projections, tables.projection[b], digits, node)
-        for j in range(tables.tasks.shape[1]):
-            if tables.tasks[b, j] >= 0:
-                entry += tables.strides[b, j] * automata[tables.tasks[b, j]]
+        entry = block_entry(tables, b, projected(projections, tables.projection[b], digits, node), automata, satisfied)
         bound = min(bound + tables.table[entry], np.int64(INFINITE))
     return bound

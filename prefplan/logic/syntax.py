@@ -39,6 +39,7 @@ _COUNTING = {"X", "F", "G", "U", "R"}
 
 _SYMBOLS = sorted({text for text in (*_PREFIX, *_INFIX, "(", ")") if not NAME.fullmatch(text)}, key=len, reverse=True)
 _BOUNDS = re.compile(r"\[\s*(\d+)\s*(?:(,|:|\.\.)\s*(\d*)\s*)?\]", re.ASCII)
+_VISIBLE = re.compile(r"\S")
 _TOKEN = re.compile(
     "|".join([r'"[^"]+"', r"'[^']+'", NAME.pattern, r"\d+", _BOUNDS.pattern, r"\[!\]", *map(re.escape, _SYMBOLS)]),
     re.ASCII,
@@ -130,7 +131,7 @@ class _Parser:
 
     def scan(self) -> Iterator[_Token]:
         at = 0
-        while found := re.compile(r"\S").search(self.text, at):
+        while found := _VISIBLE.search(self.text, at):
             token = _TOKEN.match(self.text, found.start())
             if token is None:
                 raise self.error(f"{found[0]!r} means nothing in a formula", found.start())

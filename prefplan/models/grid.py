@@ -12,7 +12,8 @@ from prefplan.exact_costs import Number, exact, in_common_unit
 from prefplan.limits import available_memory
 from prefplan.models.on_demand import OnDemand
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
-from prefplan.models.transition_system import TransitionSystem, check_names
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.names import check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 

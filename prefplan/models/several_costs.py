@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact
-from prefplan.models.transition_system import DEFAULT_COST, EdgeCosts, TransitionSystem, check_names
+from prefplan.models.transition_system import DEFAULT_COST, EdgeCosts, TransitionSystem
+from prefplan.names import check_names
 
 Cost = Number | Mapping[str, Number]
 """What one action costs: a number, which is then the cost `cost`, or each of several costs by its name."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number
-from prefplan.names import NAME, RESERVED
+from prefplan.names import check_names
 
 DEFAULT_COST = "cost"
 """Name of the only cost, where it is written as a number."""
@@ -357,12 +357,3 @@ def _labels(labels: Mapping[Any, Iterable[str]], states: Container[Hashable]) ->
         if isinstance(names, str):
             raise ModelError(f"label on state {state!r}: must be several propositions, not the string {names!r}")
     return {state: frozenset(names) for state, names in labels.items()}
-
-
-def check_names(names: Iterable[Any], *, where: str) -> None:
-    """Raise ModelError, with a key in front, for a name that a formula could not mention."""
-    for name in sorted(names, key=str):
-        if not isinstance(name, str) or not NAME.fullmatch(name):
-            raise ModelError(f"{where}: {name!r} is not a name (letters, digits and _, not starting with a digit)")
-        if name in RESERVED:
-            raise ModelError(f"{where}: {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")

@@ -202,6 +202,8 @@ class Product:
 
     def _start_readings(self, mode: int, label: frozenset[str]) -> list[list[tuple[int, int, tuple[int, ...] | None]]]:
         """Return how each automaton may read L(s0) while some rules are dropped: its state, price and relaxations."""
+        if not self.problem.keeps_rules(mode, [label]):
+            return [[] for _ in self.automata]
         readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
         dropped = self.problem.modes[mode]
         for i, dfa in enumerate(self.automata):
@@ -212,7 +214,7 @@ class Product:
             may_skip = rule in dropped or rule < 0
             if may_skip and dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
                 options.append((skipping, dfa.skip, None))
-            readings.append(options if self.problem.keeps_rules(mode, [label]) else [])
+            readings.append(options)
         return readings
 
     def decode(self, code: int) -> tuple[int, tuple[int, ...]]:

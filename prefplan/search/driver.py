@@ -14,8 +14,7 @@ import numpy as np
 
 from prefplan.front import Plan, Stats
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import Limits
-from prefplan.percent import EXACT, Percent
+from prefplan.limits import EXACT, Limits, Percent
 from prefplan.product.moves import scratch_digits
 from prefplan.product.product_automaton import Product, Start
 from prefplan.product.successors import UNBOUNDED, Successors

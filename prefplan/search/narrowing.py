@@ -21,8 +21,7 @@ import numpy as np
 from prefplan.front import Stats
 from prefplan.heuristics.pattern_database import COST_BOUND
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import Limits
-from prefplan.percent import Percent
+from prefplan.limits import Limits, Percent
 from prefplan.product.successors import INFINITE
 from prefplan.search.boa_star import DOMINATED
 from prefplan.search.driver import BiObjectiveSearch, Found, Search

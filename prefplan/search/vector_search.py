@@ -9,7 +9,7 @@ import numpy as np
 
 from prefplan.errors import PreferenceError
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.percent import EXACT, Percent
+from prefplan.limits import EXACT, Percent
 from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.product.product_automaton import Start
 from prefplan.search import multi_objective

@@ -13,7 +13,8 @@ from prefplan.exact_costs import Number, exact, exact_floats
 from prefplan.models.graph_files.network import Network
 from prefplan.models.graph_files.reading import attributes_by_key, may_have_labels, read_network
 from prefplan.models.several_costs import with_costs
-from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem, check_names
+from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
+from prefplan.names import check_names
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from prefplan.models.manipulation.surroundings import (
     check_robot,
     with_height,
 )
-from prefplan.models.transition_system import check_names
+from prefplan.names import check_names
 
 
 @dataclass(frozen=True)

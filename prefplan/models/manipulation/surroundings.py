@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.transition_system import check_names
+from prefplan.names import check_names
 
 Point = tuple[float, float, float]
 
