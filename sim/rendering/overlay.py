@@ -179,9 +179,8 @@ def _fitting(text: str, font: ImageFont.FreeTypeFont, width: float) -> str:
     """Return the text, shortened with an ellipsis where it is too long."""
     if font.getlength(text) <= width:
         return text
-    while text and font.getlength(text + "...") > width:
-        text = text[:-1]
-    return text.rstrip() + "..."
+    kept = bisect.bisect_right(range(len(text)), width, lo=1, key=lambda end: font.getlength(f"{text[:end]}...")) - 1
+    return text[:kept].rstrip() + "..."
 
 
 @functools.lru_cache(maxsize=16)

@@ -129,7 +129,7 @@ def bounds_of(problem: SeveralProblem) -> dict[str, Number] | None:
 
 
 def several_front(
-    problem: SeveralProblem, bounds: Mapping[str, Number], *, max_labels: int = 60_000
+    problem: SeveralProblem, bounds: Mapping[str, Number], *, max_labels: int = 30_000
 ) -> list[tuple[Number, ...]]:
     """Return every non-dominated vector of objectives, in rising order.
 

@@ -23,8 +23,8 @@ SCENARIO = cup_scenario(costs='{ measured = "energy" }')
 
 MEASURED = [name for name in scenarios.names() if measurements_file(scenarios.FOLDER / f"{name}.toml").exists()]
 
-EXECUTED = {"case_study_3_energy": (0, -1), "kitchen_energy": (0, 4, 6, -1)}
-"""Plans that are carried out: the ends of each front, and of the kitchen's those whose costs were the least exact."""
+EXECUTED = {"case_study_3_energy": (0, -1), "kitchen_energy": (4, -1)}
+"""Plans that are carried out: the ends of a front, and of the kitchen's one whose costs were the least exact, too."""
 
 PAIRS = 2 + 2 + 2 + 2 + 2
 """Transits from the start pose and between the places, transports, grasps, releases."""

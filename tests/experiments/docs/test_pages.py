@@ -15,7 +15,6 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-import urllib.request
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +24,7 @@ import pytest
 from command_line import main
 
 from experiments.sweep import job, workers
+from experiments.viewer import session
 
 ROOT = Path(__file__).parents[3]
 
@@ -137,6 +137,8 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(
         workers, "on_this_machine", lambda sweep, numbers, **options: (job.roll_out(sweep, k) for k in numbers)
     )
+    # What a browser makes of it, the tests of the viewer see.
+    monkeypatch.setattr(session, "watch", lambda *arguments, **options: None)
     return tmp_path
 
 
@@ -173,8 +175,6 @@ def line_printed_by(line: str) -> str:
     if line.startswith("pip install "):
         assert set(re.findall(r"\w+", line.partition("[")[2])) <= EXTRAS
         return ""
-    if line.startswith("prefplan view "):
-        return looked_at(line)
     line = re.sub(r"^(?:MUJOCO_GL=\w+ )?prefplan run ", "prefplan run --no-video ", line)
     line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
     if line.startswith("prefplan ") and not FOR_A_SHELL.search(line):
@@ -206,23 +206,6 @@ def in_shell(script: str) -> str:
         printed = out.read()
         assert status == 0, f"{script}\n{printed}{err.read()}"
         return printed
-
-
-def looked_at(command: str) -> str:
-    """Open the page that `prefplan view` serves, and end it with Ctrl-C."""
-    pipe = subprocess.PIPE
-    with subprocess.Popen(["sh", "-c", f"exec {command} --no-browser --port 0"], stdout=pipe, stderr=pipe) as program:
-        assert program.stdout is not None
-        try:
-            address = re.search(rb"http://[0-9.:]+", program.stdout.readline())
-            if address:
-                assert b"<title>" in urllib.request.urlopen(address[0].decode(), timeout=60).read()
-            program.send_signal(signal.SIGINT)
-            _, errors = program.communicate(timeout=60)
-        finally:
-            program.kill()
-    assert address and program.returncode == 0, errors
-    return ""
 
 
 def assert_alike(shown: Any, real: Any) -> None:

@@ -19,25 +19,30 @@ from prefplan.search import driver
 
 PERCENT = (1, 5, 20, 50)
 
+MAX_COST = 50
+"""Expressions that may fall have plans of interest at any cost."""
+
 
 def planned(problem: judge.GraphProblem) -> Problem:
     return from_dict(problem.scenario(), name="problem").problem()
 
 
-@pytest.mark.parametrize("percent", PERCENT)
 @pytest.mark.parametrize("kind", ["order", "deadline", "max", "expression"])
-def test_every_best_trade_off_of_errands_is_within_the_percentage(kind: str, percent: int) -> None:
-    fewer = 0
+def test_every_best_trade_off_of_errands_is_within_the_percentage(kind: str) -> None:
+    fewer: set[int] = set()
     for seed in range(12):
         problem = judge.random_errands(seed, kind)
-        exact = pareto_front(planned(problem), max_cost=100)
+        planner = Planner(planned(problem))
+        exact = planner.front(max_cost=MAX_COST)
         expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
-        front = pareto_front(planned(problem), within=percent, max_cost=100)
-        assert front.complete and front.within == percent
-        assert beyond(front, expected, percent) is None
-        assert not [wrong for plan in front if (wrong := misjudged(problem, plan))]
-        fewer += len(front) < len(exact)
-    assert fewer or percent < 50
+        for percent in PERCENT:
+            front = planner.front(within=percent, max_cost=MAX_COST)
+            assert front.complete and front.within == percent
+            assert beyond(front, expected, percent) is None
+            assert not [wrong for plan in front if (wrong := misjudged(problem, plan))]
+            if len(front) < len(exact):
+                fewer.add(percent)
+    assert 50 in fewer
 
 
 @pytest.mark.usefixtures("few_trials")
@@ -93,10 +98,10 @@ def test_a_stopped_front_proves_no_more_than_is_so(
     proven: set[object] = set()
     for seed in range(3):
         problem = planned(judge.random_errands(seed, kind))
-        exact = pareto_front(problem, max_cost=100)
+        exact = pareto_front(problem, max_cost=MAX_COST)
         expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
         for slices in range(0, 400, 31):
-            front = stopped(problem, slices, monkeypatch, max_cost=100, **options)
+            front = stopped(problem, slices, monkeypatch, max_cost=MAX_COST, **options)
             if front.within is not None:
                 assert beyond(front, expected, Fraction(str(front.within))) is None
             proven |= {front.within} if front.ended else set()
