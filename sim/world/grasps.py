@@ -11,17 +11,13 @@ import numpy as np
 
 from sim.motion.trajectory import ToolPose
 from sim.robots.gripper import Gripper, SuctionGripper
-from sim.world.shapes import PAD_CLEARANCE_M, ObjectShape, held_widths, opening
+from sim.world.shapes import MAX_LIFT_M, PAD_CLEARANCE_M, ObjectShape, held_widths, opening
 
 TIGHT_CLEARANCE_M = 0.0025
 """Least distance from an object to either pad where there is hardly any space, m: a sensed position is off by less."""
 
 CLEARANCES_M = (None, PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
 """Clearances of the open hand to try in turn; None for the usual opening."""
-
-MAX_LIFT_M = 0.022
-"""Greatest distance of the pads' middle from an object's, m: half of the pads hold a usual cube, 2 mm over a bin's rim,
-and it is not so far from the tool that it would not count as held."""
 
 TILTED_LIFTS_M = (0.0, 0.004, 0.010)
 """Distances of the pads' middle from an object's in a grasp that may be tilted, m: tips keep clear of what is below."""
@@ -86,7 +82,7 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
         approach = np.cos(tilt) * np.array(start) + np.sin(tilt) * side
         rotation = np.column_stack([np.cross(closing, approach), closing, approach])
         off_top = round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
-        for order, lift, clearance in _variants(shape, approach, straight=off_top == 0):
+        for order, lift, clearance in _variants(shape, approach, gripper, straight=off_top == 0):
             off_line = lift * float(np.hypot(*approach[:2])) if shape.is_round and not closing[2] else 0.0
             if off_line <= MAX_OFF_LINE_M and (
                 shape.support(-approach) - lift <= gripper.palm_height_m + PALM_TOLERANCE_M
@@ -125,10 +121,13 @@ def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.nd
             yield rank, line, width
 
 
-def _variants(shape: ObjectShape, approach: np.ndarray, *, straight: bool) -> Iterator[tuple[int, float, float | None]]:
+def _variants(
+    shape: ObjectShape, approach: np.ndarray, gripper: Gripper, *, straight: bool
+) -> Iterator[tuple[int, float, float | None]]:
     """Yield a rank, how far the pads' middle is drawn back from the object's, m, and the clearance of the open hand."""
-    high = min(shape.support(approach), MAX_LIFT_M)
+    top = shape.support(approach)
+    low, high = max(0.0, top - gripper.palm_height_m), min(top, MAX_LIFT_M)
     for order, clearance in enumerate(CLEARANCES_M):
-        lifts = ((0.0,) if clearance is None else (0.0, high)) if straight else TILTED_LIFTS_M
+        lifts = ((low,) if clearance is None else (low, high)) if straight else TILTED_LIFTS_M
         for lift in lifts:
             yield order, lift, clearance

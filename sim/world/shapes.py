@@ -46,6 +46,10 @@ HERE = Path()
 USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
 
+MAX_LIFT_M = 0.022
+"""Greatest distance of the pads' middle from an object's, m: half of the pads hold a usual cube, 2 mm over a bin's rim,
+and it is not so far from the tool that it would not count as held."""
+
 PAD_CLEARANCE_M = 0.0075
 """Least distance from an object to either pad of the open hand where there is space, m."""
 
@@ -184,7 +188,7 @@ def held_heights(gripper: Gripper) -> tuple[float, float]:
     if isinstance(gripper, SuctionGripper):
         return 0.0, math.inf
     # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
-    return 2 * gripper.fingertip_m, 2 * gripper.palm_height_m
+    return 2 * gripper.fingertip_m, 2 * (gripper.palm_height_m + MAX_LIFT_M)
 
 
 def opening(width: float) -> float:

@@ -57,6 +57,23 @@ name = "turn"
 formula = "F (r_goal & q_g1 & p_g2)"
 """
 
+TALL = """
+[model.locations]
+desk = { at = [0.45, 0.15] }
+side = { at = [0.55, -0.20] }
+tray = { at = [0.50, 0.0] }
+bin = { at = [0.35, -0.32], kind = "bin", capacity = 2 }
+[model.objects]
+can = { start = "desk", kind = "cylinder", size = [0.055, 0.10] }
+pack = { start = "side", kind = "box", size = [0.05, 0.04, 0.09] }
+[[tasks]]
+name = "can"
+formula = "F can_tray"
+[[tasks]]
+name = "pack"
+formula = "F pack_bin"
+"""
+
 PLANK = """
 [model.locations]
 l = { at = [0.5, 0.04] }
@@ -129,6 +146,10 @@ def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> 
 def test_what_a_task_needs_and_fell_over_is_set_upright(recover: Recover) -> None:
     outcome = recover(BYSTANDER.replace("x_bin", "vase_bin"), "knock:vase@1", seed=1)
     assert outcome.rollout.completed
+
+
+def test_what_is_higher_than_the_fingers_are_long_is_taken_near_its_top_and_set_upright(recover: Recover) -> None:
+    assert recover(TALL, "knock:can@2", seed=3).completed
 
 
 @pytest.mark.slow
