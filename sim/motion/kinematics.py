@@ -58,6 +58,9 @@ TILTED_MARGIN_RAD = 0.06
 MAX_SEEDS, SEED_SPREAD_RAD = 6, 0.7
 """Number of configurations about home from which goals of a tilted hand are searched, and their deviation, rad."""
 
+MAX_KNOWN = 10_000
+"""Number of answers of inverse kinematics that are kept."""
+
 MIN_VERTICAL_COMPONENT = 0.999
 """Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
 
@@ -80,6 +83,7 @@ class Arm:
             mink.ConfigurationLimit(self.model, min_distance_from_limits=JOINT_MARGIN_RAD),
             mink.VelocityLimit(self.model, dict(zip(robot.joints, robot.velocity_limits, strict=True))),
         ]
+        self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
@@ -140,7 +144,19 @@ class Arm:
                 yield q, goal
 
     def _solved(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
-        """Return a configuration that brings the tool to a pose, searched from a seed; None if that does not arrive."""
+        """Return a configuration that brings the tool to a pose, searched from a seed; None if that does not arrive.
+
+        Grasps that differ in the hand's opening alone ask the same, so answers are kept for a while.
+        """
+        question = goal.position.tobytes(), goal.rotation.tobytes(), seed.tobytes(), margin
+        if question not in self._known:
+            if len(self._known) >= MAX_KNOWN:
+                self._known.clear()
+            self._known[question] = self._search(goal, seed, margin)
+        return self._known[question]
+
+    def _search(self, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
+        """Search as `_solved` says."""
         self._configuration.update(seed)
         self._posture.set_target(seed)
         self._frame.set_target(_transform(goal.position, goal.rotation))

@@ -19,7 +19,7 @@ MAX_SIMPLIFICATION_CHECKS = 3000
 """Number of configurations that are checked at most to make a path shorter."""
 
 SEARCHES = 3
-"""Number of searches of which the shortest path is taken, if the first one finds any."""
+"""Usual number of searches of which the shortest path is taken, if the first one finds any."""
 
 EDGE_STEP_M = 0.02
 """Distance of two checks on an edge, by what the joints could move the robot at most. It is coarse: the motion that is
@@ -35,14 +35,16 @@ Touches = Callable[[np.ndarray], Collection[str]]
 class MotionPlanner:
     """Plans paths of n joints that are free of collisions. The same seed and question give the same path."""
 
-    def __init__(self, ranges: np.ndarray, levers: np.ndarray, *, seed: int = 0) -> None:
+    def __init__(self, ranges: np.ndarray, levers: np.ndarray, *, seed: int = 0, searches: int = SEARCHES) -> None:
         """Plan for joints.
 
         Args:
             ranges: (n, 2) ends of their ranges, rad or m.
             levers: (n,) how far each can move a point of the robot, m per rad or m. They say how long a path is.
             seed: of the sampling.
+            searches: number of searches for a path.
         """
+        self._searches = searches
         self._low, self._high = ranges.T + np.array([[1.0], [-1.0]]) * JOINT_MARGIN_RAD
         self._levers, self._seed = levers, seed
         # Each search sets the seed, and OMPL complains of it.
@@ -63,7 +65,7 @@ class MotionPlanner:
             if met := touches(q):
                 raise BlockedError(f"the arm would touch {' and '.join(sorted(met))} where {where}", set(met))
         found: list[np.ndarray] = []
-        for number in range(SEARCHES):
+        for number in range(self._searches):
             search = _Search(self._low, self._high, self._levers, touches)
             path = search.path(start, goal, seed=SEARCHES * self._seed + number)
             if path is not None:

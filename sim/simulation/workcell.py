@@ -165,14 +165,18 @@ class Workcell:
         obj = self.contacts.handled
         if obj is None or self.data.time - self.contacts.pressed > CONTACT_FLICKER_S:
             return None
+        return obj if self._is_between_pads(obj) else None
+
+    def _is_between_pads(self, obj: str) -> bool:
+        """Return whether an object is where the hand could hold it; True if it is not observed now."""
         pose = self.latest_pose(obj)
         if pose is None:
-            return obj
+            return True
         tool = self.data.site(self.scene.robot.tool)
         offset = np.linalg.norm(pose.position - tool.xpos)
         if isinstance(self.scene.robot.gripper, SuctionGripper):  # which holds it by a face
             offset -= self.scene.shapes[obj].support(pose.rotation.T @ tool.xmat.reshape(3, 3)[:, 2])
-        return obj if offset < HOLD_OFFSET_M else None
+        return bool(offset < HOLD_OFFSET_M)
 
     @property
     def in_doubt(self) -> bool:

@@ -4,34 +4,45 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 from rich.text import Text
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json, add_limits, add_scenario
+from experiments.cli.arguments import Commands, add_command, add_json, add_limits, add_robot, add_scenario
 from experiments.cli.console import Console
 from experiments.cli.output import number
-from experiments.cli.start import tell_if_compiling
+from experiments.cli.progress import Bars
+from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import BAD_INPUT, DONE, no_plan
 from experiments.commands.planning import checkup
 from prefplan.front import Reason
 from prefplan.scenario.decode import Scenario
 
+if TYPE_CHECKING:
+    from sim.execution.feasibility import PlaceCheck
+
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Check a scenario without planning: its size, and whether each task alone can be satisfied."
+    summary = "Check a scenario without planning: its size, each task alone, and what the arm can do in its scene."
     more = (
         "Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults\n"
-        "are told), and 3 if a task cannot be satisfied even alone."
+        "are told) or a task needs what it cannot do, and 3 if a task cannot be satisfied even alone."
     )
     parser = add_command(
-        commands, check, summary, "prefplan check example", "prefplan check case_study_2 --json", more=more
+        commands, check, summary, "prefplan check example", "prefplan check kitchen --robot fetch --json", more=more
     )
     add_scenario(parser)
+    parser.add_argument(
+        "--quick", action="store_true", help="do not try out what the arm can do with each object at each location"
+    )
+    add_robot(parser)
     add_json(parser)
     add_limits(parser, "what is known by then")
 
@@ -41,10 +52,11 @@ def check(options: argparse.Namespace) -> int:
     scenario = scenarios.find(options.scenario)
     tell_if_compiling(quiet=options.quiet)
     limits = {"max_seconds": options.max_seconds, "max_memory": options.max_memory}
-    found = checkup.check(scenario, **{name: limit for name, limit in limits.items() if limit is not None})
+    given = {name: limit for name, limit in limits.items() if limit is not None}
+    with Bars(quiet=options.quiet) as bars:
+        found = checkup.check(scenario, robot=_robot(options.robot), quick=options.quick, tell=bars, **given)
     if options.json:
-        heading = {"scenario": scenario.name, "path": str(scenario.path)}
-        output.print_json(heading | asdict(found) | {"meaning": checkup.SEARCHES[found.contract]})
+        output.print_json(_json(scenario, found))
     else:
         _show(Console(highlight=False), scenario, found)
     for warning in found.warnings:
@@ -54,6 +66,24 @@ def check(options: argparse.Namespace) -> int:
     if found.faults:
         return BAD_INPUT
     return no_plan(Reason("task", found.impossible)) if found.impossible else DONE
+
+
+def _robot(name: str | None) -> str | None:
+    """Return the value of `--robot`; what checks it takes a second to load."""
+    if name is None:
+        return None
+    with loading():
+        from experiments.cli.simulation_options import robot_of
+    return robot_of(name)
+
+
+def _json(scenario: Scenario, found: checkup.Checkup) -> dict[str, Any]:
+    places = found.places and [
+        {"object": one.obj, "location": one.location, "possible": one.reason is None, "reason": one.reason}
+        for one in found.places
+    ]
+    heading = {"scenario": scenario.name, "path": str(scenario.path)}
+    return heading | asdict(found) | {"places": places, "meaning": checkup.SEARCHES[found.contract]}
 
 
 def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
@@ -70,6 +100,8 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
     if found.scene is not None:
         console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
+    if found.places is not None:
+        _show_places(console, found.places)
     table = Table(title="Each task alone", title_justify="left")
     table.add_column("task", style="bold")
     table.add_column("least cost", justify="right")
@@ -85,4 +117,23 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
         if task.skip is not None:
             options.append(f"skipped for {number(task.skip)}")
         table.add_row(task.name, cost, f"{task.automaton_states} states", " or ".join(options), Text(task.formula))
+    console.print(table)
+
+
+def _show_places(console: Console, places: Sequence[PlaceCheck]) -> None:
+    """Print what the arm cannot do with each object at each location; one line if it can do everything."""
+    reasons = defaultdict[tuple[str, str], list[str]](list)
+    for one in places:
+        if one.reason is not None:
+            reasons[one.obj, one.reason].append(one.location)
+    if not reasons:
+        console.print(f"  it can take and put every object at every place ({len(places)} pairs tried)")
+        return
+    impossible = sum(one.reason is not None for one in places)
+    table = Table(title=f"What the arm cannot do: {impossible} of {len(places)} pairs", title_justify="left")
+    table.add_column("object", style="bold")
+    table.add_column("at")
+    table.add_column("why not")
+    for (obj, reason), locations in reasons.items():
+        table.add_row(obj, ", ".join(locations), Text(reason))
     console.print(table)

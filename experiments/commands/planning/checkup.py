@@ -6,15 +6,16 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
+from functools import partial
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from experiments.cli.overview import kind_of
-from experiments.cli.start import loading
+from experiments.commands.planning.arm_check import ArmCheck, Tell, check_arm, tasks_out_of_reach
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
@@ -23,13 +24,15 @@ from prefplan.logic.formula import propositions_of
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
 from prefplan.models.graph_files.model import GraphFileModel
-from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.names import NAME
 from prefplan.planner import MEMORY_SHARE, Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
+
+if TYPE_CHECKING:
+    from sim.execution.feasibility import PlaceCheck
 
 SEARCHES = {
     "additive": "plans are compared by cost and preference penalty alone; no --max-cost is needed",
@@ -83,8 +86,9 @@ class Checkup:
         contract: of the preference.
         scene: whether the arm can work in the scene; None for other models than manipulation, without a
             simulator or time.
-        faults: why it cannot, each a sentence that begins with the key.
+        faults: why it cannot, or which task needs what it cannot do, each a sentence that begins with the key.
         warnings: likely mistakes, each a sentence that begins with the key.
+        places: what the arm can do with each object at each location; None if that was not looked at.
     """
 
     kind: str
@@ -99,6 +103,7 @@ class Checkup:
     scene: bool | None
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
+    places: tuple[PlaceCheck, ...] | None = None
 
     @property
     def impossible(self) -> tuple[str, ...]:
@@ -116,26 +121,41 @@ class _Size:
     propositions: dict[str, int | None]
 
 
-def check(scenario: Scenario, *, max_seconds: float = math.inf, max_memory: float = math.inf) -> Checkup:
+def check(
+    scenario: Scenario,
+    *,
+    robot: str | None = None,
+    quick: bool = False,
+    max_seconds: float = math.inf,
+    max_memory: float = math.inf,
+    tell: Tell = lambda stage, done, total, what: None,
+) -> Checkup:
     """Check a scenario without planning its tasks together.
 
     Args:
         scenario: what to check.
+        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
+        quick: leave out what the arm can do with each object at each location.
         max_seconds: time after which what is still unknown is left unknown.
         max_memory: bytes of memory for it.
+        tell: shows progress.
 
     Raises:
         ScenarioError: it has a mistake.
+        RobotError: the robot is unknown or cannot be had.
     """
     limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
     problem = scenario.problem()
     tasks = tuple(_check_task(problem, i, limits) for i in range(len(problem.tasks)))
-    faults, notes = (None, ()) if limits.out_of_time else judge_scene(scenario)
+    arm = ArmCheck() if limits.out_of_time else check_arm(scenario, limits, robot=robot, quick=quick, tell=tell)
+    needs = tasks_out_of_reach(
+        problem, [task.achievable is True for task in tasks], arm.places or (), partial(_is_achievable, limits=limits)
+    )
     size = _size(problem.system, limits)
     carried = size.propositions
     return Checkup(
         kind=kind_of(scenario.model),
-        complete=size.states is not None and all(task.achievable is not None for task in tasks),
+        complete=size.states is not None and arm.complete and all(task.achievable is not None for task in tasks),
         states=size.states,
         reachable=size.reachable,
         edges=size.edges,
@@ -143,9 +163,10 @@ def check(scenario: Scenario, *, max_seconds: float = math.inf, max_memory: floa
         propositions=carried,
         tasks=tasks,
         contract=problem.measure.contract,
-        scene=None if faults is None else not faults,
-        faults=faults or (),
-        warnings=(*notes, *_warnings(problem, carried, tasks)),
+        scene=None if arm.faults is None else not arm.faults,
+        faults=(*(arm.faults or ()), *needs),
+        warnings=(*arm.warnings, *_warnings(problem, carried, tasks)),
+        places=arm.places,
     )
 
 
@@ -176,27 +197,12 @@ def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
     }
 
 
-def judge_scene(scenario: Scenario) -> tuple[tuple[str, ...] | None, tuple[str, ...]]:
-    """Return why the arm cannot work in a scenario's scene, None if that cannot be told; and warnings."""
-    if not isinstance(scenario.model, ManipulationModel) or find_spec("mujoco") is None:
-        return None, ()
-    with loading():
-        from sim.errors import SimulationError
-        from sim.world.scene import build_scene
-
-    try:
-        scene = build_scene(scenario.model)
-    except SimulationError as error:
-        return tuple(f"model.{fault}" for fault in error.faults), ()
-    return (), tuple(f"model.{warning}" for warning in scene.warnings)
-
-
 def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
     task = problem.tasks[i]
     cost, achievable = None, None
     try:
         cost = _least_cost(problem.system, replace(task, relax=(), skip=None), limits)
-        achievable = cost is not None or _least_cost(problem.system, task, limits) is not None
+        achievable = cost is not None or _is_achievable(problem.system, task, limits)
     except UnfinishedError:
         pass
     return TaskCheck(
@@ -208,6 +214,15 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
         relaxations=len(task.relax),
         skip=task.skip,
     )
+
+
+def _is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
+    """Return whether a task alone can be satisfied, or else relaxed or skipped.
+
+    Raises:
+        UnfinishedError: a limit was reached before that is known.
+    """
+    return _least_cost(system, task, limits) is not None
 
 
 def _least_cost(system: TransitionSystem, task: Task, limits: Limits) -> Number | None:

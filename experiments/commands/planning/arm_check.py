@@ -1,0 +1,128 @@
+"""Checks of what the arm can do in a scenario's scene before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from experiments.cli.start import loading
+from prefplan.front import UnfinishedError
+from prefplan.limits import Limits
+from prefplan.models.manipulation.action import at
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.transition_system import Barred, TransitionSystem
+from prefplan.problem import Problem, Task
+from prefplan.scenario.decode import Scenario
+
+if TYPE_CHECKING:
+    from sim.execution.feasibility import PlaceCheck
+
+Tell = Callable[[str, int, int, str], None]
+"""Shows a stage, how much of it is done, out of how much, and what is done now."""
+
+Achievable = Callable[[TransitionSystem, Task], bool]
+"""Tells whether a task alone can be satisfied in a system, or else relaxed or skipped.
+
+Raises `UnfinishedError` if a limit was reached before that is known.
+"""
+
+
+@dataclass(frozen=True)
+class ArmCheck:
+    """What the arm can do in a scene.
+
+    Attributes:
+        faults: why it cannot work there at all, each a sentence that begins with the key; None if that cannot be told.
+        warnings: likely mistakes, each a sentence that begins with the key.
+        places: what it can do with each object at each location; None if that was not looked at.
+        complete: whether no limit ended the checks.
+    """
+
+    faults: tuple[str, ...] | None = None
+    warnings: tuple[str, ...] = ()
+    places: tuple[PlaceCheck, ...] | None = None
+    complete: bool = True
+
+
+def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: bool, tell: Tell) -> ArmCheck:
+    """Check what the arm can do in a scenario's scene.
+
+    Args:
+        scenario: what to check; only a manipulation model has a scene.
+        limits: time after which what is still unknown is left unknown.
+        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
+        quick: leave out what it can do with each object at each location.
+        tell: shows progress.
+
+    Raises:
+        RobotError: the robot is unknown or cannot be had.
+    """
+    if not isinstance(scenario.model, ManipulationModel) or find_spec("mujoco") is None:
+        return ArmCheck()
+    with loading():
+        from sim.errors import SimulationError
+        from sim.execution.feasibility import Rehearsal, allowed_places
+        from sim.world.scene import build_scene
+
+    try:
+        scene = build_scene(scenario.model, robot=robot)
+    except SimulationError as error:
+        return ArmCheck(tuple(f"model.{fault}" for fault in error.faults))
+    warnings = tuple(f"model.{warning}" for warning in scene.warnings)
+    if quick:
+        return ArmCheck((), warnings)
+    rehearsal = Rehearsal(scene)
+    places: list[PlaceCheck] = []
+    pairs = list(allowed_places(scene.model))
+    for done, (obj, location) in enumerate(pairs):
+        if limits.out_of_time:
+            return ArmCheck((), warnings, tuple(places), complete=False)
+        tell("arm", done, len(pairs), f"{obj} at {location}")
+        places.append(rehearsal.check(obj, location))
+    return ArmCheck((), warnings, tuple(places))
+
+
+def tasks_out_of_reach(
+    problem: Problem, wanted: Sequence[bool], places: Sequence[PlaceCheck], achievable: Achievable
+) -> Iterator[str]:
+    """Yield a fault, which begins with the key, for each task that needs what the arm cannot do.
+
+    Args:
+        problem: the tasks.
+        wanted: for each task whether it could be achieved by an arm that can do everything.
+        places: what the arm can do.
+        achievable: tells whether a task alone can be achieved.
+    """
+    unusable = [found for found in places if not found.usable]
+    if not unusable:
+        return
+    for i, task in enumerate(problem.tasks):
+        if not wanted[i] or _achievable_without(problem, task, unusable, achievable):
+            continue
+        needed: list[PlaceCheck] = []
+        spared: list[PlaceCheck] = []
+        for found in unusable:
+            if _achievable_without(problem, task, [*spared, found], achievable):
+                spared.append(found)
+            else:
+                needed.append(found)
+        what = " and ".join(f"{found.obj} at {found.location} ({found.reason})" for found in needed)
+        yield f"tasks[{i}].formula: task {task.name} needs what the arm cannot do: {what}"
+
+
+def _achievable_without(problem: Problem, task: Task, unusable: Sequence[PlaceCheck], achievable: Achievable) -> bool:
+    """Return whether a task can be achieved without some objects at some locations; True if a limit leaves it open."""
+    barred: Barred = [
+        entry
+        for found in unusable
+        for entry in (
+            (frozenset({at(found.obj, found.location)}), f"grasp {found.obj}"),
+            (frozenset[str](), f"release {found.obj} {found.location}"),
+        )
+    ]
+    try:
+        return achievable(problem.system.without(barred), task)
+    except UnfinishedError:
+        return True

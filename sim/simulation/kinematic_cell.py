@@ -1,0 +1,121 @@
+"""A workcell without physics: the arm is where it is sent at once, and what the hand holds moves with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+
+from sim.motion.planning import MotionPlanner
+from sim.motion.trajectory import CONTROL_PERIOD_S
+from sim.robots.gripper import SuctionGripper
+from sim.simulation.collision import CollisionChecker
+from sim.simulation.workcell import Workcell
+from sim.world.scene import Scene
+
+CONTACT_M = 0.002
+"""The hand holds an object when the width between its pads is less than the object's by more than this, m."""
+
+
+class KinematicCell(Workcell):
+    """A workcell in which skills are tried out: they plan and check all that they do in a run, and nothing slips.
+
+    It can be put into one state after another, in which some objects of the scene may be missing.
+    """
+
+    def __init__(self, scene: Scene, data: mujoco.MjData) -> None:
+        """See `Workcell`."""
+        super().__init__(scene, data)
+        # Any path will do: the same searches as in a run, but only the first of them.
+        self.planner = MotionPlanner(scene.robot.ranges(scene.mujoco), self._checker.levers, searches=1)
+        self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
+        self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
+        self._foreseen: tuple[bool, str | None, bool] | None = None
+
+    def begin(self, scene: Scene, qpos: np.ndarray) -> None:
+        """Go to a state of the same MuJoCo model with the arm at rest.
+
+        Args:
+            scene: with the objects that are there.
+            qpos: (nq,) positions of all joints.
+        """
+        self.scene, self._in_hand, self.destination = scene, None, None
+        self._foreseen = None
+        self.contacts.handle(None)
+        self.contacts.pressed = -np.inf
+        self.set_width(scene.robot.gripper.opening_m, 0.0)
+        self.data.qpos[:] = qpos
+        self.reference = self.angles.copy()
+        mujoco.mj_kinematics(scene.mujoco, self.data)
+        self._seen = {}
+        for obj in scene.shapes:
+            self.latest_pose(obj)
+
+    def follow(self, references: np.ndarray, *, within: float = 0.0, watch: Callable[[], None] = lambda: None) -> None:
+        """Put the arm where the movement ends."""
+        self._tick()
+        self.reference = references[-1]
+        self.data.qpos[self._qpos] = self.reference
+        mujoco.mj_kinematics(self.scene.mujoco, self.data)
+        self._carry()
+        self._tick()
+        watch()
+
+    def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
+        """See `Workcell.collisions`; until something moves, the objects are observed once."""
+        state = width is not None, self.contacts.handled, self.contacts.aloft
+        if state != self._foreseen or width is None:
+            self.foresight()
+            self._foreseen = state
+        return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
+
+    def foresight(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
+        """See `Workcell.foresight`."""
+        self._foreseen = None
+        return super().foresight(held=held, width=width)
+
+    def _tick(self) -> None:
+        """Close or open the hand as it was told to."""
+        self._widths.clear()
+        self._foreseen = None
+        self.data.time += CONTROL_PERIOD_S
+        obj, gripper = self.contacts.handled, self.scene.robot.gripper
+        width = self.width
+        closed = obj is not None and self.width < self._extent(obj) - CONTACT_M
+        if obj is not None and closed and (self._in_hand or self._is_between_pads(obj)):
+            if self._in_hand is None:
+                turn, tool = self._tool()
+                pose = self.data.body(obj)
+                self._in_hand = turn.T @ (pose.xpos - tool), turn.T @ pose.xmat.reshape(3, 3)
+            self.contacts.pad_forces[:] = 2 * gripper.firm_force_n
+            self.contacts.pressed, width = float(self.data.time), self._extent(obj)
+        else:
+            self._in_hand = None
+            self.contacts.pad_forces[:] = 0.0
+        self.data.qpos[self._finger_qpos] = gripper.positions(max(width, 0.0))
+        mujoco.mj_kinematics(self.scene.mujoco, self.data)
+
+    def _carry(self) -> None:
+        """Move the held object with the hand."""
+        obj = self.contacts.handled
+        if obj is None or self._in_hand is None:
+            return
+        turn, tool = self._tool()
+        offset, rotation = self._in_hand
+        pose = self.data.joint(obj).qpos
+        pose[:3] = tool + turn @ offset
+        mujoco.mju_mat2Quat(pose[3:], (turn @ rotation).ravel())
+        mujoco.mj_kinematics(self.scene.mujoco, self.data)
+
+    def _tool(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the (3, 3) axes of the tool and its (3,) position, m."""
+        site = self.data.site(self.scene.robot.tool)
+        return site.xmat.reshape(3, 3).copy(), site.xpos.copy()
+
+    def _extent(self, obj: str) -> float:
+        """Return how wide an object is along the line on which the hand closes, m; 0 for a cup, which draws it."""
+        if isinstance(self.scene.robot.gripper, SuctionGripper):
+            return 0.0
+        closing = self.data.body(obj).xmat.reshape(3, 3).T @ self._tool()[0][:, 1]
+        return 2 * self.scene.shapes[obj].support(closing)
