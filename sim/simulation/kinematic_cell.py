@@ -7,6 +7,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
+from sim.motion.kinematics import Arm
 from sim.motion.planning import MotionPlanner
 from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.robots.gripper import SuctionGripper
@@ -24,9 +25,10 @@ class KinematicCell(Workcell):
     It can be put into one state after another, in which some objects of the scene may be missing.
     """
 
-    def __init__(self, scene: Scene, data: mujoco.MjData) -> None:
-        """See `Workcell`."""
+    def __init__(self, scene: Scene, data: mujoco.MjData, *, arm: Arm | None = None) -> None:
+        """See `Workcell`; `arm` is that of another cell with the same robot, which remembers what it was asked."""
         super().__init__(scene, data)
+        self.arm = arm or self.arm
         # Any path will do: the same searches as in a run, but only the first of them.
         self.planner = MotionPlanner(scene.robot.ranges(scene.mujoco), self._checker.levers, searches=1)
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]

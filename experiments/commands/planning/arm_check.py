@@ -30,7 +30,7 @@ Raises `UnfinishedError` if a limit was reached before that is known.
 
 
 @dataclass(frozen=True)
-class ArmCheck:
+class SceneCheck:
     """What the arm can do in a scene.
 
     Attributes:
@@ -46,7 +46,7 @@ class ArmCheck:
     complete: bool = True
 
 
-def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: bool, tell: Tell) -> ArmCheck:
+def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: bool, tell: Tell) -> SceneCheck:
     """Check what the arm can do in a scenario's scene.
 
     Args:
@@ -60,28 +60,29 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
         RobotError: the robot is unknown or cannot be had.
     """
     if not isinstance(scenario.model, ManipulationModel) or find_spec("mujoco") is None:
-        return ArmCheck()
+        return SceneCheck()
     with loading():
         from sim.errors import SimulationError
-        from sim.execution.feasibility import Rehearsal, allowed_places
+        from sim.execution.arrangement import allowed_places
+        from sim.execution.feasibility import ArmCheck
         from sim.world.scene import build_scene
 
     try:
         scene = build_scene(scenario.model, robot=robot)
     except SimulationError as error:
-        return ArmCheck(tuple(f"model.{fault}" for fault in error.faults))
+        return SceneCheck(tuple(f"model.{fault}" for fault in error.faults))
     warnings = tuple(f"model.{warning}" for warning in scene.warnings)
     if quick:
-        return ArmCheck((), warnings)
-    rehearsal = Rehearsal(scene)
+        return SceneCheck((), warnings)
+    arm = ArmCheck(scene)
     places: list[PlaceCheck] = []
     pairs = list(allowed_places(scene.model))
     for done, (obj, location) in enumerate(pairs):
         if limits.out_of_time:
-            return ArmCheck((), warnings, tuple(places), complete=False)
+            return SceneCheck((), warnings, tuple(places), complete=False)
         tell("arm", done, len(pairs), f"{obj} at {location}")
-        places.append(rehearsal.check(obj, location))
-    return ArmCheck((), warnings, tuple(places))
+        places.append(arm.check(obj, location))
+    return SceneCheck((), warnings, tuple(places))
 
 
 def tasks_out_of_reach(

@@ -36,7 +36,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "are told) or a task needs what it cannot do, and 3 if a task cannot be satisfied even alone."
     )
     parser = add_command(
-        commands, check, summary, "prefplan check example", "prefplan check kitchen --robot fetch --json", more=more
+        commands,
+        check,
+        summary,
+        "prefplan check example",
+        "prefplan check case_study_3 --robot fetch --quick",
+        more=more,
     )
     add_scenario(parser)
     parser.add_argument(

@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from experiments.cli.overview import kind_of
-from experiments.commands.planning.arm_check import ArmCheck, Tell, check_arm, tasks_out_of_reach
+from experiments.commands.planning.arm_check import SceneCheck, Tell, check_arm, tasks_out_of_reach
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
@@ -147,7 +147,7 @@ def check(
     limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
     problem = scenario.problem()
     tasks = tuple(_check_task(problem, i, limits) for i in range(len(problem.tasks)))
-    arm = ArmCheck() if limits.out_of_time else check_arm(scenario, limits, robot=robot, quick=quick, tell=tell)
+    arm = SceneCheck() if limits.out_of_time else check_arm(scenario, limits, robot=robot, quick=quick, tell=tell)
     needs = tasks_out_of_reach(
         problem, [task.achievable is True for task in tasks], arm.places or (), partial(_is_achievable, limits=limits)
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import Run
-from scenario_texts import cup_scenario
+from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments import scenarios
 from experiments.cli.overview import first_sentence, introduction
@@ -233,4 +233,34 @@ def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Ru
     assert "model.locations.far: 0.95 m" in reach and "at most 0.80 m" in reach
     text = text.replace("size = [0.2]", "size = [0.045]").replace("0.9, 0.3", "0.75, 0.25")
     (tmp_path / "cell.toml").write_text(text.replace("[0.5, 0.05]", f"[0.5, {apart.split()[-2]}]"))
-    assert run("check", "cell.toml").status == 0
+    assert run("check", "cell.toml", "--quick").status == 0
+
+
+def test_what_the_arm_cannot_do_is_a_fault_only_if_a_task_needs_it(run: Run, tmp_path: Path) -> None:
+    places = PLACES_NEARBY | {"far": "{ at = [0.81, 0.0] }"}
+    wall = (
+        '[model.fixtures]\nwall = { kind = "box", at = [0.9, 0.11, 0.02], size = [0.3, 0.02, 0.04] }\n[model.objects]'
+    )
+    text = cup_scenario(places=places).replace("[model.objects]", wall)
+    (tmp_path / "cell.toml").write_text(text)
+    options = "--robot", "panda_suction"
+    result = run("check", "cell.toml", *options)
+    (row,) = [line.split(maxsplit=2) for line in result.out.splitlines() if line.startswith("cup")]
+    assert result.status == 0 and "What the arm cannot do: 1 of 3 pairs" in result.out
+    assert row[:2] == ["cup", "far"] and re.fullmatch(r"out of reach by \d cm", row[2].strip())
+    (tmp_path / "cell.toml").write_text(text.replace("cup_tray", "cup_far"))
+    result = run("check", "cell.toml", "--json", *options)
+    desk, tray, far = result.json["places"]
+    assert desk == {"object": "cup", "location": "desk", "possible": True, "reason": None}
+    assert tray["possible"] and not far["possible"] and far["reason"] == row[2].strip()
+    (fault,) = result.json["faults"]
+    assert (result.status, result.json["scene"]) == (2, True)
+    assert fault == f"tasks[0].formula: task tidy needs what the arm cannot do: cup at far ({far['reason']})"
+    assert run("check", "cell.toml", "--quick", "--json", *options).json["places"] is None
+    assert run("check", "cell.toml", "--max-seconds", "0", "--json").json["places"] is None
+
+
+def test_all_that_case_study_3_may_ask_for_is_possible(run: Run) -> None:
+    result = run("check", "case_study_3")
+    assert (result.status, result.err) == (0, "")
+    assert "it can take and put every object at every place (21 pairs tried)" in result.out

@@ -1,0 +1,127 @@
+"""Arrangements of objects in which one of them lies free at a location, as near to the start as the model allows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
+from prefplan.models.manipulation.slots import free_slot, slots_at_start
+from sim.world.scene import Scene, initial_state
+
+AWAY_M = np.array([50.0, 50.0, -10.0])
+"""Where objects are that are left out, m."""
+
+Places = dict[str, str]
+"""Locations of objects by their names, in the model's order; objects that are left out have none."""
+
+
+def allowed_places(model: ManipulationModel) -> Iterator[tuple[str, str]]:
+    """Yield each object and location for which the model has states in which the one lies free at the other."""
+    for obj in model.objects:
+        for place in model.locations:
+            if not obj.fixed and arranged(model, obj.name, place.name) is not None:
+                yield obj.name, place.name
+
+
+def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None:
+    """Return where objects are when one lies free at a location: the others where they start, as far as that goes.
+
+    What lies on it, or would be at its place, is left out. Where locations must carry it, others are put there if none
+    starts there. None if that cannot be: what is fixed keeps it from being there.
+    """
+    start = model.initial_state.place
+    places = {other: place for other, place in start.items() if other != obj}
+    fixed = {other.name for other in model.objects if other.fixed}
+    over = _over(model, location)
+    there = [other for other in places if places[other] == location and other not in fixed]
+    room = model.location(location).capacity - sum(places[other] == location for other in places)
+    left_out = [*there[: max(0, 1 - room)], *(other for other in places if places[other] in over)]
+    if room + len(there) < 1:
+        return None
+    carriers = [*reversed(under(model, location)), location]
+    places = _supported(model, {other: place for other, place in places.items() if other not in left_out})
+    for support in carriers[:-1]:
+        if support not in places.values():
+            stand_in = _stand_in(model, places, obj, carriers)
+            if stand_in is None:
+                return None
+            places[stand_in] = support
+    if fixed - {obj} - places.keys():
+        return None
+    return {
+        other.name: {**places, obj: location}[other.name] for other in model.objects if other.name in {*places, obj}
+    }
+
+
+def _supported(model: ManipulationModel, places: Places) -> Places:
+    """Return the places without those objects that would lie on nothing."""
+    resting = {
+        obj: place
+        for obj, place in places.items()
+        if all(support in places.values() for support in model.location(place).on)
+    }
+    return places if len(resting) == len(places) else _supported(model, resting)
+
+
+def _over(model: ManipulationModel, location: str) -> set[str]:
+    """Return the locations that lie on a location, and so on."""
+    direct = {place.name for place in model.locations if location in place.on}
+    return direct.union(*(_over(model, upper) for upper in direct))
+
+
+def under(model: ManipulationModel, location: str) -> list[str]:
+    """Return the locations that a location lies on, and so on, the upper ones first."""
+    direct = list(model.location(location).on)
+    deeper = [lower for support in direct for lower in under(model, support)]
+    return list(dict.fromkeys([*direct, *deeper]))
+
+
+def _stand_in(model: ManipulationModel, places: Places, obj: str, kept: list[str]) -> str | None:
+    """Return an object that can be put below another one: one that is left out, or else nothing lies on."""
+    start = model.initial_state.place
+    carrying = {support for place in places.values() for support in model.location(place).on}
+    below = under(model, start[obj])
+    free = [
+        other.name
+        for other in reversed(model.objects)
+        if other.name != obj and not other.fixed and places.get(other.name) not in {*carrying, *kept}
+    ]
+    return min(free, key=lambda name: (name in places, start[name] in below), default=None)
+
+
+def staged(scene: Scene, places: Places) -> Scene:
+    """Return a scene that has some of the objects alone, each where it is to be, in the slots where they start.
+
+    Raises:
+        ModelError: they cannot be there.
+    """
+    model = scene.model
+    first = model.initial_state
+    known = {place.name: place.capacity for place in model.locations}
+    before = slots_at_start(first.places, dict(first.slots), known)
+    slots = {obj: before[obj] for obj, place in places.items() if first.place[obj] == place}
+    for obj, place in places.items():
+        if obj not in slots:
+            used = {slots[other] for other, there in places.items() if there == place and other in slots}
+            taken = np.array([[i in used] for i in range(known[place])])
+            slots[obj] = int(free_slot(taken)[0])
+    objects = tuple(replace(obj, start=places[obj.name]) for obj in model.objects if obj.name in places)
+    begin = ManipulationState(model.start, None, tuple(places.items()), slots=tuple(slots.items()))
+    replace(model, objects=objects, begin=None)  # raises ModelError for what lies on nothing
+    return replace(
+        scene,
+        model=replace(model, objects=objects, begin=begin),
+        shapes={name: shape for name, shape in scene.shapes.items() if name in places},
+    )
+
+
+def positions(scene: Scene, arrangement: Scene) -> np.ndarray:
+    """Return the (nq,) joint positions of a scene in which the objects are arranged, and the others far away."""
+    qpos = initial_state(arrangement).qpos.copy()
+    for obj in scene.shapes.keys() - arrangement.shapes.keys():
+        first = int(scene.mujoco.joint(obj).qposadr[0])
+        qpos[first : first + 3] = AWAY_M
+    return qpos

@@ -1,0 +1,141 @@
+"""Why the arm cannot take an object at a location: by how much that is too far away, or what is above it too low."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+from functools import partial
+
+import mujoco
+import numpy as np
+
+from sim.errors import BlockedError, SimulationError
+from sim.execution.arrangement import positions, staged, under
+from sim.execution.rehearsal import Rehearsal
+from sim.motion.joint_limits import missing_turns
+from sim.simulation.kinematic_cell import KinematicCell
+from sim.skills.grasp_choice import ranked
+from sim.skills.hand import frame_of
+from sim.skills.skill import SkillError
+from sim.world.fixtures import body_name
+from sim.world.scene import Scene, initial_state
+
+MOST_CM = 32
+"""Greatest distance by which a location, or what is above it, is shifted to see whether that would help."""
+
+ROOF_START_M = 0.002
+"""Distance over an object from which what is above it is looked for, m."""
+
+WRIST_JOINTS = 3
+"""Number of joints that make up the wrist."""
+
+GRASPS_TRIED = 12
+"""Number of grasps for which it is worked out which joints would have to turn farther."""
+
+
+class Remedies:
+    """Finds the least change of a scene after which what is refused in it would be possible."""
+
+    def __init__(self, scene: Scene, cell: KinematicCell) -> None:
+        """Take the scene, and a cell in which to try things out."""
+        self._scene, self._cell = scene, cell
+        self._last: dict[tuple[str, str], int] = {}
+        # Rays pass through what is transparent: all but what collides and never moves.
+        self._fixtures = model = copy.copy(scene.mujoco)
+        solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        model.geom_matid[:] = -1
+        model.geom_rgba[:, 3] = solid & (model.body_weldid[model.geom_bodyid] == 0)
+
+    def reason(self, refused: Rehearsal, error: SimulationError) -> str:
+        """Return why a rehearsal fails that takes an object where it is and puts it down again."""
+        if isinstance(error, SkillError):
+            return str(error)
+        roof, blocked = self._roof(refused), isinstance(error, BlockedError)
+        reason, most = None, MOST_CM
+        if roof is not None and (raised := self._least(refused, partial(self._raised, refused, roof), most)):
+            reason, most = f"{self._name(roof)} above too low for the hand by {raised} cm", raised - 1
+        if roof is not None or not blocked:
+            if nearer := self._least(refused, partial(self._nearer, refused), most):
+                below = f" below {self._name(roof)}" if roof is not None and blocked else ""
+                reason = f"out of reach{below} by {nearer} cm"
+        return reason or (not blocked and self._joint_limit(refused)) or str(error)
+
+    def _name(self, geom: int) -> str:
+        """Return the name of the fixture, or of a body of the user's own scene, to which a geom belongs."""
+        body = str(self._scene.mujoco.body(int(self._scene.mujoco.geom_bodyid[geom])).name)
+        return next((one.name for one in self._scene.model.fixtures if body_name(one.name) == body), body)
+
+    def _least(self, refused: Rehearsal, helps: partial[bool], most: int) -> int | None:
+        """Return the least change up to `most` that helps, cm, where greater ones do as well; None if none does."""
+        known = refused.location, helps.func.__name__
+        last = self._last.get(known, 0)
+        if 0 < last <= most and helps(last) and (last == 1 or not helps(last - 1)):
+            return last
+        low, high = 0, 1
+        while high <= most and not helps(high):
+            low, high = high, min(2 * high, most) if high < most else most + 1
+        if high > most:
+            return None
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if helps(middle) else (middle, high)
+        self._last[known] = high
+        return high
+
+    def _nearer(self, refused: Rehearsal, centimetres: int) -> bool:
+        """Return whether it would work if the location, with what carries it, were so much nearer to the base."""
+        moved = {refused.location, *under(self._scene.model, refused.location)}
+        offset = (self._scene.robot.position - self._scene.slots[refused.location][0].position) * [1.0, 1.0, 0.0]
+        shift = centimetres / 100 * offset / np.linalg.norm(offset)
+        slots = {
+            name: tuple(replace(slot, position=slot.position + shift) for slot in row) if name in moved else row
+            for name, row in self._scene.slots.items()
+        }
+        return refused.works(self._cell, replace(self._scene, slots=slots))
+
+    def _roof(self, refused: Rehearsal) -> int | None:
+        """Return the geom above the object that nothing moves; None if there is none."""
+        self._arrange(refused)
+        pose = self._cell.observe(refused.obj)
+        top = pose.position + [0.0, 0.0, self._scene.shapes[refused.obj].half[2] + ROOF_START_M]
+        geom, up = np.array([[-1]], dtype=np.int32), np.array([[0.0], [0.0], [1.0]])
+        mujoco.mj_ray(self._fixtures, self._cell.data, top.reshape(3, 1), up, None, True, -1, geom)
+        return int(geom[0, 0]) if geom[0, 0] >= 0 else None
+
+    def _raised(self, refused: Rehearsal, roof: int, centimetres: int) -> bool:
+        """Return whether it would work if what is above it were so much higher, with what lies on it."""
+        shift = np.array([0.0, 0.0, centimetres / 100])
+        model = copy.copy(self._scene.mujoco)
+        body = int(model.geom_bodyid[roof])
+        underside = float(self._cell.data.geom_xpos[roof, 2])
+        model.geom_pos[roof] += self._cell.data.xmat[body].reshape(3, 3).T @ shift
+        # The box round the whole body grows with it; those round its parts are left aside.
+        model.bvh_aabb[model.body_bvhadr[body], 3:] += shift.max()
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE
+        slots = {
+            name: tuple(replace(slot, position=slot.position + shift * (slot.position[2] > underside)) for slot in row)
+            for name, row in self._scene.slots.items()
+        }
+        scene = replace(self._scene, mujoco=model, slots=slots)
+        return refused.works(KinematicCell(scene, initial_state(scene), arm=self._cell.arm), scene)
+
+    def _joint_limit(self, refused: Rehearsal) -> str | None:
+        """Return which joints would have to turn how much farther; None if the arm is too short even so."""
+        self._arrange(refused)
+        cell, obj = self._cell, refused.obj
+        pose = cell.observe(obj)
+        frame = frame_of(self._scene.shapes[obj], pose, pose.yaw)
+        grasps = list(ranked(cell, obj, frame))[:GRASPS_TRIED]
+        goals = (goal for grasp in grasps for goal in grasp.at(pose.position, frame).either_way())
+        missing = [turns for goal in goals if (turns := missing_turns(cell.arm, goal))]
+        if not missing:
+            return None
+        least = min(missing, key=lambda turns: sum(turns.values()))
+        wrist = set(least) <= set(self._scene.robot.joints[-WRIST_JOINTS:])
+        what = " and ".join(f"{name} lacks {np.degrees(turn):.0f} degrees" for name, turn in least.items())
+        return f"{'wrist' if wrist else 'joint'} limit: {what}"
+
+    def _arrange(self, refused: Rehearsal) -> None:
+        """Put the objects where the rehearsal begins."""
+        arrangement = staged(self._scene, refused.places)
+        self._cell.begin(arrangement, positions(self._scene, arrangement))

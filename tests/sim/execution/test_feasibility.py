@@ -1,0 +1,81 @@
+"""What `check` says of objects at locations: what it refuses works once the scene is changed by what it names."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from scenario_texts import shipped
+
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from prefplan.models.manipulation.surroundings import Fixture
+from sim.execution.arrangement import allowed_places, arranged
+from sim.execution.feasibility import ArmCheck, PlaceCheck
+from sim.motion.joint_limits import missing_turns
+from sim.motion.kinematics import Arm
+from sim.robots.panda import PANDA
+from sim.world.scene import build_scene
+
+COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
+
+POST = Fixture("post", "box", at=(0.9, 0.11, 0.02), size=(0.3, 0.02, 0.04))
+"""A low wall: what has something beside it is not refused before anything is tried out."""
+
+
+def check_cup(at: tuple[float, ...], *fixtures: Fixture) -> PlaceCheck:
+    """Return what an arm with a suction cup, which has few grasps, can do with a cup where it starts."""
+    places, cup = (Location("here", at=at),), (Object("cup", "here"),)
+    model = ManipulationModel("home", COSTS, places, cup, fixtures=fixtures, robot="panda_suction")
+    return ArmCheck(build_scene(model, meshes=False)).check("cup", "here")
+
+
+def missing(found: PlaceCheck, words: str) -> float:
+    """Return the distance, m, that words name which a refusal must be."""
+    match = re.fullmatch(words, found.reason or "")
+    assert match is not None and not found.usable, found.reason
+    return int(match[1]) / 100
+
+
+def test_a_place_out_of_reach_is_told_with_the_distance_that_is_missing() -> None:
+    short = missing(check_cup((0.83, 0.0), POST), r"out of reach by (\d+) cm")
+    assert check_cup((0.83 - short - 0.01, 0.0), POST) == PlaceCheck("cup", "here", None, usable=True)
+
+
+def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> None:
+    def shelf(board: float) -> Fixture:
+        size = (0.24, 0.5, board + 0.2)
+        return Fixture("shelf", "shelf", at=(0.62, 0.28, 0.0), size=size, yaw=180, boards=(0.0, board))
+
+    low = missing(check_cup((0.55, 0.28), shelf(0.44)), r"shelf above too low for the hand by (\d+) cm")
+    assert check_cup((0.55, 0.28), shelf(0.44 + low + 0.01)).reason is None
+
+
+def test_the_joints_that_would_have_to_turn_farther_are_named() -> None:
+    arm = Arm(PANDA)
+    goal = arm.tool(PANDA.home)
+    assert missing_turns(arm, goal) == {}
+    arm.model.jnt_range[-1, 1] = PANDA.home[-1] - np.radians(20)
+    (name, turn), *others = missing_turns(arm, goal).items()
+    assert (name, others) == ("joint7", []) and np.degrees(turn) == pytest.approx(20, abs=1)
+    assert missing_turns(arm, goal.shifted([2.0, 0.0, 0.0])) == {}
+
+
+@pytest.mark.parametrize("name", ["case_study_3", "clutter", "shelf"])
+def test_the_pairs_are_those_of_which_a_state_of_the_model_tells(name: str) -> None:
+    model = shipped(name).model
+    assert isinstance(model, ManipulationModel)
+    found = {place for label in model.transition_system().listed.label_sets for place in label}
+    pairs = {(obj.name, place.name) for obj in model.objects for place in model.locations if not obj.fixed}
+    assert set(allowed_places(model)) == {(obj, place) for obj, place in pairs if f"{obj}_{place}" in found}
+
+
+def test_others_are_left_where_they_start_unless_they_are_in_the_way() -> None:
+    model = shipped("kitchen").model
+    assert isinstance(model, ManipulationModel)
+    start = {obj.name: obj.start for obj in model.objects}
+    assert arranged(model, "pie", "pile") == start
+    assert arranged(model, "soup", "board") == {"soup": "board", "fish": "counter", "mug": "plate2"}
+    assert arranged(model, "fish", "plate2") == {"soup": "board", "pie": "pile", "fish": "plate2"}
+    assert arranged(model, "mug", "counter") == start | {"mug": "counter"}
+    assert arranged(model, "soup", "pile") == {"soup": "pile", "pie": "board", "fish": "counter", "mug": "plate2"}
