@@ -1,7 +1,7 @@
 """Scenes drawn at random, each planned and carried out once: how general the arm is.
 
 Each has three to eight objects of all shapes, up to three obstacles, in every third a shelf, and two or three tasks.
-What is finished is not lost: the same command goes on. Run it as `python -m experiments.benchmark.random_scenes`; it
+What is finished is not lost: the same command goes on. Run it as `python -m experiments.random_scenes`; it
 prints a page for `experiments/results/random_scenes.md`, and keeps every scene as a file that `prefplan run` takes.
 """
 
@@ -202,7 +202,7 @@ def markdown(records: Sequence[Record], seed: int) -> str:
         [
             "# Scenes drawn at random, each carried out once",
             "",
-            f"`python -m experiments.benchmark.random_scenes --scenes {len(records)} --seed {seed}`, MuJoCo "
+            f"`python -m experiments.random_scenes --scenes {len(records)} --seed {seed}`, MuJoCo "
             f"{version('mujoco')}: three to eight cubes, boxes and cylinders, up to three obstacles, in every third "
             f"scene a shelf, two or three tasks, starts that differ by {USUAL}. Brackets: 95 % interval (Wilson).",
             "",
