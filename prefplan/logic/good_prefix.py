@@ -23,6 +23,9 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
+from copy import copy
+from functools import cache
+from itertools import tee
 
 from prefplan.logic.formula import (
     And,
@@ -36,6 +39,7 @@ from prefplan.logic.formula import (
     holds,
     is_temporal,
     later,
+    propositions_of,
 )
 
 Label = frozenset[str]
@@ -62,9 +66,20 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
     The search goes depth first through (position, obligations); beyond the trace all positions are alike. It ends with
     a continuation that falsifies the formula where it meets obligations that it is about to pass on.
     """
+    mentioned = propositions_of(formula)
+    read = [*(label & mentioned for label in trace), None]
+
+    @cache
+    def begun(obligations: _Obligations, label: Label | None) -> Iterator[_Obligations]:
+        return tee(_passed_on(obligations, label), 1)[0]
+
+    def passed_on(here: tuple[int, _Obligations]) -> Iterator[_Obligations]:
+        # The same obligations meet the same label again and again: what they pass on is worked out once.
+        return copy(begun(here[1], read[here[0]]))
+
     start = (0, frozenset({formula}))
     path, done = {start}, set()
-    stack = [(start, _passed_on(start[1], trace[0] if trace else None))]
+    stack = [(start, passed_on(start))]
     while stack:
         here, options = stack[-1]
         following = min(here[0] + 1, len(trace))
@@ -74,7 +89,7 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
                 return False
             if there not in done:
                 path.add(there)
-                stack.append((there, _passed_on(obligations, trace[following] if following < len(trace) else None)))
+                stack.append((there, passed_on(there)))
                 break
         else:
             stack.pop()
