@@ -43,8 +43,7 @@ def in_words(preference: Preference, tasks: Sequence[str]) -> str:
     match preference:
         case Order(order):
             steps = [entry if isinstance(entry, str) else _in_any_order(entry) for entry in order or tasks]
-            ordered = {name for entry in order or tasks for name in ([entry] if isinstance(entry, str) else entry)}
-            others = [name for name in tasks if name not in ordered]
+            others = [name for name in tasks if name not in _flat(order or tasks)]
             also = f" ({', '.join(others)} weigh nothing)" if others else ""
             return (
                 f"Preferred order of the tasks: {', '.join(steps)}{also}. The preference penalty adds up, over the "
@@ -108,8 +107,7 @@ def shares(preference: Preference, plan: Plan) -> tuple[Share, ...]:
 
 def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction]) -> tuple[Share, ...]:
     """Return the delay of each task for its place; members of a group take its places as they are done."""
-    named = [name for entry in order for name in ([entry] if isinstance(entry, str) else entry)]
-    times, found = sorted(costs[name] for name in named), list[Share]()
+    times, found = sorted(costs[name] for name in _flat(order)), list[Share]()
     for entry in order:
         members = [entry] if isinstance(entry, str) else sorted(entry, key=costs.__getitem__)
         first, last = len(found), len(found) + len(members) - 1
@@ -118,6 +116,11 @@ def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction
             delay = to_number(max(Fraction(0), costs[name] - times[place]))
             found.append(Share(name, words, delay, delay))
     return tuple(found)
+
+
+def _flat(order: Sequence[str | tuple[str, ...]]) -> list[str]:
+    """Return the tasks of an order, those of groups too."""
+    return [name for entry in order for name in ([entry] if isinstance(entry, str) else entry)]
 
 
 def _in_any_order(names: Sequence[str]) -> str:
