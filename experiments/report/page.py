@@ -38,6 +38,8 @@ SCRIPTS = (
     "timeline.js",
     "map.js",
     "graph.js",
+    "parallel.js",
+    "wishes.js",
     "automata.js",
     "scene.js",
     "panel.js",

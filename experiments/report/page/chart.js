@@ -74,18 +74,19 @@ function frontSpec(plans, unit, objectives, width, height) {
   return {
     width: "container", height, background: "transparent", data: { values },
     description: `The Pareto front: ${plans.length} plans, ${objectives ? objectives.join(" against ") : "cost against preference penalty"}.`,
-    params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }],
+    params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }, { name: "beyond", value: [] }],
     config: { view: { stroke: null }, font: getComputedStyle(document.body).fontFamily, axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
     layer: [
       { data: { values: borderOf(values) }, mark: { type: "line", interpolate: "step-after", color: soft, strokeWidth: 1.5, aria: false }, encoding: { x, y } },
       {
-        mark: { type: "point", filled: true, opacity: 1, cursor: "pointer", strokeWidth: 2 },
+        mark: { type: "point", filled: true, cursor: "pointer", strokeWidth: 2 },
         encoding: {
           x, y,
           shape: { condition: { test: "datum.index === other", value: "square" }, value: "circle" },
           size: { condition: { test: "datum.index === chosen || datum.index === other", value: 320 }, value: many ? 90 : 190 },
           color: { condition: tests, value: paper },
           stroke: { condition: tests, value: ink },
+          opacity: { condition: { test: "indexof(beyond, datum.index) >= 0", value: 0.2 }, value: 1 },
           description: { field: "words" },
           tooltip: { field: "words" },
         },
@@ -109,6 +110,7 @@ class FrontChart {
     this.plans = plans;
     this.choose = choose;
     this.chosen = [-1, -1];
+    this.beyond = [];
     this.view = null;
     this.axes = ["across", "up"].map((id) => document.getElementById(id)).filter(Boolean);
     for (const axis of this.axes) axis.onchange = () => { this.queue = this.queue.then(() => this.draw()); };
@@ -153,12 +155,18 @@ class FrontChart {
   }
 
   async mark() {
-    await this.view.signal("chosen", this.chosen[0]).signal("other", this.chosen[1]).runAsync();
+    await this.view.signal("chosen", this.chosen[0]).signal("other", this.chosen[1]).signal("beyond", this.beyond).runAsync();
     this.prepare();
   }
 
   show(chosen, other) {
     this.chosen = [chosen, other === null ? -1 : other];
+    this.queue = this.queue.then(() => this.mark());
+  }
+
+  // Grey the plans out that exceed a wish.
+  wish(beyond) {
+    this.beyond = [...beyond];
     this.queue = this.queue.then(() => this.mark());
   }
 }

@@ -9,7 +9,9 @@
   const wanted = new URLSearchParams(location.hash.slice(1));
   const pictures = new Pictures(byId("pictures"), data, { choose: showPictures, update, inScene: wanted.has("3d") });
   let chosen = 0, other = null, panels = [];
-  const chart = new FrontChart(byId("chart"), plans, data.cost_unit, (index, compare) => (compare ? select(chosen, index) : select(index, other)));
+  const choose = (index, compare) => (compare ? select(chosen, index) : select(index, other));
+  const chart = new FrontChart(byId("chart"), plans, data.cost_unit, choose);
+  const parallel = data.wishes && new ParallelCoordinates(byId("parallel"), data.wishes, plans, choose);
 
   function select(plan, against) {
     chosen = plan;
@@ -38,6 +40,13 @@
       row.querySelector(".compare").disabled = index === chosen;
     }
     chart.show(chosen, other);
+    if (parallel) parallel.show(chosen, other);
+  }
+
+  function wish(bounds, beyond) {
+    chart.wish(beyond);
+    parallel.wish(bounds, beyond);
+    for (const row of byId("points").querySelectorAll("tbody tr")) row.classList.toggle("beyond", beyond.has(Number(row.dataset.plan)));
   }
 
   function showPictures() {
@@ -120,6 +129,7 @@
   const known = (name) => (plans[Number(wanted.get(name))] && wanted.has(name) ? Number(wanted.get(name)) : null);
   const best = plans.length > 1 ? plans.length - 1 : null;
   select(known("plan") ?? 0, wanted.has("plan") ? known("with") : best);
+  if (parallel) new Wishes(byId("wishes"), data.wishes, wish);
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   if (wanted.has("plan") || still) return;
   if (panels.some((panel) => panel.video || panel.map)) clock.play();

@@ -109,11 +109,18 @@ def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
     return once
 
 
+WISH = """for (const slider of document.querySelectorAll(".wish input")) {
+  slider.value = slider.max / 2;
+  slider.dispatchEvent(new Event("input"));
+}"""
+
+
 def opened(chrome: webdriver.Chrome, path: Path) -> Page:
-    """Return a page with all its details and, if there are two plans, a comparison."""
+    """Return a page with all its details, middling wishes and, if there are two plans, a comparison."""
     page = Page(chrome, path)
     page.wait(lambda: page.all("#chart path[data-plan]"))
     chrome.execute_script(AUDIT)
+    chrome.execute_script(WISH)
     chrome.execute_script("document.querySelectorAll('details').forEach((details) => { details.open = true; })")
     return page
 
