@@ -38,9 +38,17 @@ class Page:
     """A report that is open."""
 
     def __init__(
-        self, browser: webdriver.Chrome, path: Path, *, chosen: str = "", width: int = 1280, scheme: str = "light"
+        self,
+        browser: webdriver.Chrome,
+        path: Path,
+        *,
+        chosen: str = "",
+        width: int = 1280,
+        scheme: str = "light",
+        still: bool = False,
     ) -> None:
-        self.browser = browser
+        """Open it; where it is to be `still`, as for readers who want no motion, nothing plays by itself."""
+        self.browser, self.still = browser, still
         self.resize(width)
         self.set_scheme(scheme)
         browser.get("about:blank")
@@ -52,7 +60,8 @@ class Page:
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
 
     def set_scheme(self, scheme: str) -> None:
-        media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+        wanted = {"prefers-color-scheme": scheme, "prefers-reduced-motion": "reduce" if self.still else ""}
+        media = {"features": [{"name": name, "value": value} for name, value in wanted.items()]}
         self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
 
     def wait(self, happens: Callable[[], Any]) -> Any:

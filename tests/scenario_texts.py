@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-from prefplan import Scenario, ScenarioError, load
+from prefplan import Front, Scenario, ScenarioError, load, pareto_front
 
 ROOT = Path(__file__).parents[1]
 
@@ -197,6 +198,12 @@ weights = { serve = 1, wash = 1 }
 def shipped(name: str) -> Scenario:
     """Return a scenario that comes with the program."""
     return load(ROOT / "experiments" / "scenarios" / f"{name}.toml")
+
+
+@cache
+def shipped_front(name: str) -> Front:
+    """Return the whole front of such a scenario, planned once for all tests of a process."""
+    return pareto_front(shipped(name).problem())
 
 
 def error_of(file: Path, text: str) -> str:

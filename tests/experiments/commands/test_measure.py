@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 from command_line import Run, call
-from scenario_texts import cup_scenario
+from scenario_texts import cup_scenario, shipped_front
 
 from experiments import scenarios
 from experiments.runs import carry_out
 from experiments.runs.outcome import outcome_json
-from prefplan import Front, load, pareto_front
+from prefplan import load, pareto_front
 from prefplan.models.manipulation.measured_costs import measurements_file
 from sim.execution import cost_measurement
 
@@ -155,35 +155,28 @@ def test_only_manipulation_is_measured(program: Any) -> None:
     assert status == 2 and "only a manipulation model can be carried out" in err
 
 
-@pytest.fixture(scope="module")
-def front_of() -> Callable[[str], Front]:
-    """Return the front of a scenario by name, planned once."""
-    return functools.cache(lambda name: pareto_front(scenarios.find(name).problem()))
-
-
 def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> None:
     assert set(EXECUTED) == set(MEASURED)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "index"), [(name, index) for name, indices in EXECUTED.items() for index in indices])
-def test_plans_still_take_what_was_measured(name: str, index: int, front_of: Callable[[str], Front]) -> None:
+def test_plans_still_take_what_was_measured(name: str, index: int) -> None:
     scenario = scenarios.find(name)
-    outcome = carry_out.carry_out(scenario, carry_out.scene_of(scenario), front_of(name)[index], seed=1)
+    outcome = carry_out.carry_out(scenario, carry_out.scene_of(scenario), shipped_front(name)[index], seed=1)
     assert outcome.rollout.completed, outcome.rollout.reason
     measured = outcome_json(outcome)["measured"]
     assert measured["executed"] == pytest.approx(measured["predicted"], rel=0.05)
 
 
 def test_energy_gives_the_arch_the_same_trade_off_as_numbers_do() -> None:
-    front = pareto_front(scenarios.find("case_study_3_energy").problem())
-    numbers = pareto_front(scenarios.find("case_study_3").problem())
+    front, numbers = shipped_front("case_study_3_energy"), shipped_front("case_study_3")
     assert [plan.actions for plan in front][0] == [plan.actions for plan in numbers][0]
     assert len(front) == len(numbers) == 2 and front[-1].preference == 0
 
 
 @pytest.mark.slow
-def test_energy_tells_more_of_the_kitchens_trade_offs_apart(front_of: Callable[[str], Front]) -> None:
-    front = front_of("kitchen_energy")
+def test_energy_tells_more_of_the_kitchens_trade_offs_apart() -> None:
+    front = shipped_front("kitchen_energy")
     assert len(front) == 10  # with one number for each kind of action there are 7
     assert (front[0].cost, front[-1].cost, front[-1].preference) == (522.923, 720.746, 0)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from scenario_texts import shipped_front
 
 import prefplan as pp
 from experiments import scenarios
@@ -48,10 +49,9 @@ SHIPPED = ("case_study_1", "case_study_2_skip20", "case_study_3", "case_study_3_
 def named(name: str) -> tuple[Scenario, tuple[NamedPlan, ...]]:
     scenario = scenarios.find(name)
     problem = scenario.problem()
-    front = pp.pareto_front(problem)
     return scenario, tuple(
         NamedPlan(plan, Ledger.of_plan(problem, plan), f"plan {i}" if i else "the cheapest")
-        for i, plan in enumerate(front)
+        for i, plan in enumerate(shipped_front(name))
     )
 
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from itertools import product
+from math import inf
 from pathlib import Path
 
 import pytest
 from report_browser import Page
+from scenario_texts import shipped, shipped_front
 from selenium import webdriver
 
 from experiments import scenarios
 from experiments.report.page import write_page
 from experiments.starters import starter
-from prefplan import Scenario, load
+from prefplan import Front, Scenario, load
 from prefplan.planner import Planner
 
 WIDTHS = (390, 1280, 1920)
@@ -22,7 +25,7 @@ WIDTHS = (390, 1280, 1920)
 
 AUDIT = Path(__file__).with_name("page_audit.js").read_text(encoding="utf-8")
 
-MAX_COST = {"case_study_1": 70, "crowded": 62, "kitchen": 62, "kitchen_energy": 565}
+MAX_COST = {"case_study_1": 70, "city": 3000, "crowded": 62, "kitchen": 62, "kitchen_energy": 565, "rover": 73}
 """Bounds of fronts with many plans, as a page needs two plans to show all of its parts."""
 
 CROWDED = """# Eight places on a map, some in single cells side by side, and six tasks with long names.
@@ -93,18 +96,18 @@ Make = Callable[[str], Path]
 def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
     """Return a function that makes the page of a scenario, once, of plans that are not carried out."""
 
-    def scenario_of(name: str, folder: Path) -> Scenario:
+    def planned(name: str, folder: Path) -> tuple[Scenario, Front]:
         if name not in OWN:
-            return scenarios.find(name)
+            front, most = shipped_front(name), MAX_COST.get(name, inf)
+            return shipped(name), replace(front, plans=tuple(plan for plan in front if plan.cost <= most))
         (folder / f"{name}.toml").write_text(OWN[name])
-        return load(folder / f"{name}.toml")
+        scenario = load(folder / f"{name}.toml")
+        return scenario, Planner(scenario.problem()).front(max_cost=MAX_COST.get(name))
 
     @cache
     def once(name: str) -> Path:
         folder = tmp_path_factory.mktemp(name)
-        scenario = scenario_of(name, folder)
-        front = Planner(scenario.problem()).front(max_cost=MAX_COST.get(name))
-        return write_page(scenario, front, {}, folder)
+        return write_page(*planned(name, folder), {}, folder)
 
     return once
 
@@ -117,7 +120,7 @@ WISH = """for (const slider of document.querySelectorAll(".wish input")) {
 
 def opened(chrome: webdriver.Chrome, path: Path) -> Page:
     """Return a page with all its details, middling wishes and, if there are two plans, a comparison."""
-    page = Page(chrome, path)
+    page = Page(chrome, path, still=True)
     page.wait(lambda: page.all("#chart path[data-plan]"))
     chrome.execute_script(AUDIT)
     chrome.execute_script(WISH)

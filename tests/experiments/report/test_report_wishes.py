@@ -12,17 +12,16 @@ from typing import Any
 
 import pytest
 from report_browser import Page
+from scenario_texts import shipped, shipped_front
 from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from experiments import scenarios
 from experiments.cli.output import number
 from experiments.report.page import write_page
 from experiments.report.wishes import FOUND, WORDS, wishes
-from prefplan import Front, Scenario
+from prefplan import Front, pareto_front
 from prefplan.exact_costs import Number
-from prefplan.planner import Planner
 from prefplan.scenario.decode import loads
 
 LARGE = 2**53
@@ -64,18 +63,14 @@ weights = {{ dig = 1 }}
 Make = Callable[[str], tuple[Front, Path]]
 
 
-def scenario_of(name: str) -> Scenario:
-    return loads(SEA, name="sea") if name == "sea" else scenarios.find(name)
-
-
 @pytest.fixture(scope="module")
 def make(tmp_path_factory: pytest.TempPathFactory) -> Make:
     """Return a function that makes the page of a scenario, once."""
 
     @cache
     def once(name: str) -> tuple[Front, Path]:
-        scenario = scenario_of(name)
-        front = Planner(scenario.problem()).front()
+        scenario = loads(SEA, name="sea") if name == "sea" else shipped(name)
+        front = pareto_front(scenario.problem()) if name == "sea" else shipped_front(name)
         return front, write_page(scenario, front, {}, tmp_path_factory.mktemp(name))
 
     return once
@@ -125,7 +120,7 @@ WISH = """return arguments[0].map((bounds) => {
 @pytest.mark.parametrize("name", ["rover", "sea"])
 def test_what_wishes_cost_is_what_the_plans_that_meet_them_say(name: str, make: Make, chrome: webdriver.Chrome) -> None:
     front, path = make(name)
-    page, draw = Page(chrome, path, chosen="#plan=0"), random.Random(5)
+    page, draw = Page(chrome, path, chosen="#plan=0", still=True), random.Random(5)
     found = {name: values(front, name) for name in front.objectives}
     most = [len(one) - 1 for one in found.values()]
     ends = [[*most[:k], 0, *most[k + 1 :]] for k in range(len(most))]
@@ -161,7 +156,7 @@ def test_a_wish_in_words(make: Make, chrome: webdriver.Chrome) -> None:
 
 def test_lines_stand_at_the_values_of_their_plans(make: Make, chrome: webdriver.Chrome) -> None:
     front, path = make("rover")
-    page = Page(chrome, path, chosen="#plan=0")
+    page = Page(chrome, path, chosen="#plan=0", still=True)
     lines, axes, ticks = (
         page.run(f"[...document.querySelectorAll('.parallel {part}')].map((path) => path.getAttribute('d'))")
         for part in (".line .stroke", ".barred + path", ".tick")
@@ -184,7 +179,7 @@ def test_a_line_is_chosen_by_keyboard_and_pointer_and_with_it_the_point_of_the_c
     make: Make, chrome: webdriver.Chrome
 ) -> None:
     front, path = make("rover")
-    page = Page(chrome, path, chosen="#plan=0")
+    page = Page(chrome, path, chosen="#plan=0", still=True)
     points = page.points(len(front))
     assert len(page.all(".line[tabindex='0']")) == 1, "a single stop for Tab"
     page.browser.execute_script("document.querySelector('.line[tabindex=\"0\"]').focus()")

@@ -102,19 +102,23 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
 
     until(lambda: text(".count").startswith("0 of 4 actions done"))
     assert text(".current") == "transit desk"
-    click("Step")
-    until(lambda: text(".count").startswith("1 of 4") and text(".state") == "paused")
-    assert text(".current") == "grasp cup"
     assert browser.title == "cup - prefplan"
     icon = browser.find_element(By.CSS_SELECTOR, "link[rel=icon]").get_attribute("href") or ""
     assert icon.startswith("data:image/svg+xml;base64,")
-    browser.find_element(By.CSS_SELECTOR, "svg [data-row='0: cost 10, preference penalty 0']").click()
-    until(lambda: text(".count").startswith("0 of 4") and text(".state") == "playing")
-    click("Knock over")
-    until(lambda: "fault: knock:cup@1" in text(".news:last-of-type"))
     choose("Speed", "8")
+    click("Step")
+    until(lambda: text(".count").startswith("1 of 4") and text(".state") == "paused")
+    assert text(".current") == "grasp cup"
+    click("Restart")
+    until(lambda: text(".count").startswith("0 of 4"))
+    # While nothing moves: how soon a browser tells of a click depends on the machine.
+    click("Knock over")
+    click("Play")
     until(lambda: text(".state") == "completed")
-    assert "again: after `" in text("")
+    assert "fault: knock:cup@1" in text("") and " again: " in text("")
+    browser.find_element(By.CSS_SELECTOR, "svg [data-row='0: cost 10, preference penalty 0'] circle").click()
+    until(lambda: text(".state") == "completed" and "fault" not in text(""))
+    assert text(".count").startswith("4 of 4")
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")
     ActionChains(browser).drag_and_drop_by_offset(thumb, -100, 0).perform()
     until(lambda: text(".state") == "paused")

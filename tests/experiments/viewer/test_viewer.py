@@ -18,7 +18,7 @@ from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
 from prefplan.scenario.decode import loads
 from sim.execution.faults import Fault
-from sim.world.scene import initial_state
+from sim.world.scene import build_scene, initial_state
 
 CUP = cup_scenario("""
 [[tasks]]
@@ -190,7 +190,7 @@ def test_the_front_is_drawn_with_the_plans_that_are_carried_out() -> None:
 
 def test_a_location_at_work_glows() -> None:
     washed = CUP.replace("tray = { at", 'basin = { at = [0.45, 0.32], marks = "clean" }\ntray = { at')
-    scene = scene_of(loads(washed))
+    scene = build_scene(loads(washed).model, meshes=False)
     qpos = initial_state(scene).qpos
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
     try:
