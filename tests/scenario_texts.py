@@ -149,6 +149,16 @@ cup = {{ start = "desk" }}
 
 CUP = cup_scenario()
 
+WALLS = """[model.fixtures]
+front = { kind = "box", at = [0.485, -0.15, 0.025], size = [0.02, 0.3, 0.05] }
+side = { kind = "box", at = [0.4, -0.185, 0.025], size = [0.14, 0.02, 0.05] }
+[model.locations]"""
+
+CORNER = cup_scenario(
+    places={"desk": "{ at = [0.45, -0.15] }", "tray": "{ at = [0.45, 0.15] }", "rest": "{ at = [0.4, 0.32] }"}
+).replace("[model.locations]", WALLS)
+"""A cup in a corner between two walls."""
+
 PAST_A_TOWER = """
 [model]
 kind = "manipulation"

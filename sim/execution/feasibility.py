@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
 from sim.errors import BlockedError, SimulationError
@@ -12,6 +13,9 @@ from sim.execution.rehearsal import Rehearsal
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.world.scene import Scene, initial_state
 
+TAKEN, BROUGHT = 2, 4
+"""Number of actions after which an object has been taken where it is, and after which it has been put elsewhere."""
+
 
 @dataclass(frozen=True)
 class PlaceCheck:
@@ -20,14 +24,16 @@ class PlaceCheck:
     Attributes:
         obj: name of the object.
         location: name of the location.
-        reason: why it cannot, or why it cannot be brought there from where it starts; None if it can.
-        usable: whether it can be taken and put there once it is there, or once others were moved away.
+        reason: why one of both cannot be done, or why it cannot be brought there from where it starts; None if all can.
+        take: whether it can be taken there, perhaps after others were moved away.
+        put: whether it can be put there, likewise.
     """
 
     obj: str
     location: str
-    reason: str | None
-    usable: bool
+    reason: str | None = None
+    take: bool = True
+    put: bool = True
 
 
 class ArmCheck:
@@ -47,23 +53,29 @@ class ArmCheck:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
-        there = f"grasp {obj}", f"release {obj} {location}"
-        refusal: SimulationError | None = None
+        take, put = f"grasp {obj}", f"release {obj} {location}"
+        brought, refused = 0, None
         if start != location:
-            bringing = f"transit {start}", there[0], f"transport {obj} {location}", there[1]
-            try:
-                Rehearsal((*bringing, *there), {**places, obj: start}, obj, location)(self._cell, self._scene)
-                return PlaceCheck(obj, location, None, usable=True)
-            except ModelError:
-                pass  # what it lies on at the start is to carry it there
-            except SimulationError as error:
-                refusal = error
-        staying = Rehearsal((f"transit {location}", *there), places, obj, location)
-        try:
-            staying(self._cell, self._scene)
-        except SimulationError as error:
-            return PlaceCheck(obj, location, self._remedies.reason(staying, error), usable=self._may_change(error))
-        return PlaceCheck(obj, location, f"from {start}: {refusal}" if refusal else None, usable=True)
+            actions = f"transit {start}", take, f"transport {obj} {location}", put, take
+            with suppress(ModelError):  # what it lies on at the start may be what carries it there
+                brought, refused = self._run(Rehearsal(actions, {**places, obj: start}, obj, location))
+                if refused is None:
+                    return PlaceCheck(obj, location)
+        staying = Rehearsal((f"transit {location}", take, put), places, obj, location)
+        done, error = self._run(staying)
+        if error is None:
+            unbrought = f"from {start}: {refused}" if refused is not None and brought < BROUGHT else None
+            return PlaceCheck(obj, location, unbrought)
+        may_change = self._may_change(error)
+        if done >= TAKEN:
+            if brought >= BROUGHT:
+                return PlaceCheck(obj, location)
+            return PlaceCheck(obj, location, f"to put it there: {error}", put=may_change)
+        reason = self._remedies.reason(replace(staying, actions=staying.actions[:TAKEN]), error)
+        return PlaceCheck(obj, location, reason, take=may_change, put=may_change or brought >= BROUGHT)
+
+    def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
+        return rehearsal.run(self._cell, self._scene)
 
     def _may_change(self, error: SimulationError) -> bool:
         """Return whether an object is in the way that a plan may put elsewhere first."""

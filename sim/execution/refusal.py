@@ -47,7 +47,7 @@ class Remedies:
         model.geom_rgba[:, 3] = solid & (model.body_weldid[model.geom_bodyid] == 0)
 
     def reason(self, refused: Rehearsal, error: SimulationError) -> str:
-        """Return why a rehearsal fails that takes an object where it is and puts it down again."""
+        """Return why a rehearsal fails that takes an object where it is."""
         if isinstance(error, SkillError):
             return str(error)
         roof, blocked = self._roof(refused), isinstance(error, BlockedError)
@@ -91,7 +91,7 @@ class Remedies:
             name: tuple(replace(slot, position=slot.position + shift) for slot in row) if name in moved else row
             for name, row in self._scene.slots.items()
         }
-        return refused.works(self._cell, replace(self._scene, slots=slots))
+        return refused.run(self._cell, replace(self._scene, slots=slots))[1] is None
 
     def _roof(self, refused: Rehearsal) -> int | None:
         """Return the geom above the object that nothing moves; None if there is none."""
@@ -117,7 +117,8 @@ class Remedies:
             for name, row in self._scene.slots.items()
         }
         scene = replace(self._scene, mujoco=model, slots=slots)
-        return refused.works(KinematicCell(scene, initial_state(scene), arm=self._cell.arm), scene)
+        cell = KinematicCell(scene, initial_state(scene), arm=self._cell.arm)
+        return refused.run(cell, scene)[1] is None
 
     def _joint_limit(self, refused: Rehearsal) -> str | None:
         """Return which joints would have to turn how much farther; None if the arm is too short even so."""

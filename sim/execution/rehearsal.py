@@ -27,23 +27,18 @@ class Rehearsal:
     obj: str
     location: str
 
-    def __call__(self, cell: KinematicCell, scene: Scene) -> None:
-        """Carry the actions out in a cell of a scene.
+    def run(self, cell: KinematicCell, scene: Scene) -> tuple[int, SimulationError | None]:
+        """Return how many actions can be carried out in a cell of a scene, and why the next one cannot.
 
         Raises:
             ModelError: the objects cannot be so.
-            SimulationError: an action cannot be carried out.
         """
         arrangement = staged(scene, self.places)
         cell.begin(arrangement, positions(scene, arrangement))
         cell.destination = self.location
-        for action in self.actions:
-            perform(cell, action)
-
-    def works(self, cell: KinematicCell, scene: Scene) -> bool:
-        """Return whether the actions can be carried out in a cell of a scene."""
-        try:
-            self(cell, scene)
-        except SimulationError:
-            return False
-        return True
+        for done, action in enumerate(self.actions):
+            try:
+                perform(cell, action)
+            except SimulationError as error:
+                return done, error
+        return len(self.actions), None

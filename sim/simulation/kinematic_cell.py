@@ -18,6 +18,9 @@ from sim.world.scene import Scene
 CONTACT_M = 0.002
 """The hand holds an object when the width between its pads is less than the object's by more than this, m."""
 
+PRESSED_N = 2.75
+"""Force on each pad as its tip presses an object down: in a run the hand gives way until it is about so large, N."""
+
 
 class KinematicCell(Workcell):
     """A workcell in which skills are tried out: they plan and check all that they do in a run, and nothing slips.
@@ -55,14 +58,22 @@ class KinematicCell(Workcell):
             self.latest_pose(obj)
 
     def follow(self, references: np.ndarray, *, within: float = 0.0, watch: Callable[[], None] = lambda: None) -> None:
-        """Put the arm where the movement ends."""
+        """Put the arm where the movement ends; the closed hand comes down on an object, and draws it, row by row."""
         self._tick()
-        self.reference = references[-1]
-        self.data.qpos[self._qpos] = self.reference
+        for q in references if self._is_closed() and self._in_hand is None else references[-1:]:
+            self._go(q)
+            watch()
+
+    def _go(self, q: np.ndarray) -> None:
+        """Put the arm at (n,) joint angles, rad, with what it holds or presses down."""
+        obj, pressed, before = self.contacts.handled, self._presses(), self._tool()[1]
+        self.reference = q
+        self.data.qpos[self._qpos] = q
         mujoco.mj_kinematics(self.scene.mujoco, self.data)
+        if pressed:
+            self.data.joint(obj).qpos[:2] += (self._tool()[1] - before)[:2]
         self._carry()
         self._tick()
-        watch()
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """See `Workcell.collisions`; until something moves, the objects are observed once."""
@@ -84,8 +95,7 @@ class KinematicCell(Workcell):
         self.data.time += CONTROL_PERIOD_S
         obj, gripper = self.contacts.handled, self.scene.robot.gripper
         width = self.width
-        closed = obj is not None and self.width < self._extent(obj) - CONTACT_M
-        if obj is not None and closed and (self._in_hand or self._is_between_pads(obj)):
+        if obj is not None and self._is_closed() and (self._in_hand or self._is_between_pads(obj)):
             if self._in_hand is None:
                 turn, tool = self._tool()
                 pose = self.data.body(obj)
@@ -94,9 +104,22 @@ class KinematicCell(Workcell):
             self.contacts.pressed, width = float(self.data.time), self._extent(obj)
         else:
             self._in_hand = None
-            self.contacts.pad_forces[:] = 0.0
+            self.contacts.pad_forces[:] = PRESSED_N if self._presses() else 0.0
         self.data.qpos[self._finger_qpos] = gripper.positions(max(width, 0.0))
         mujoco.mj_kinematics(self.scene.mujoco, self.data)
+
+    def _is_closed(self) -> bool:
+        """Return whether the hand is told to be narrower than the object that it handles."""
+        obj = self.contacts.handled
+        return obj is not None and self.width < self._extent(obj) - CONTACT_M
+
+    def _presses(self) -> bool:
+        """Return whether the tips of the closed hand are on top of the object that it handles."""
+        obj = self.contacts.handled
+        if obj is None or self._in_hand is not None or not self._is_closed():
+            return False
+        half, off = self.scene.shapes[obj].half, self._tool()[1] - self.data.body(obj).xpos
+        return bool(off[2] - self.scene.robot.gripper.fingertip_m < half[2] and np.hypot(*off[:2]) < half[:2].max())
 
     def _carry(self) -> None:
         """Move the held object with the hand."""

@@ -96,7 +96,7 @@ def tasks_out_of_reach(
         places: what the arm can do.
         achievable: tells whether a task alone can be achieved.
     """
-    unusable = [found for found in places if not found.usable]
+    unusable = [found for found in places if not (found.take and found.put)]
     if not unusable:
         return
     for i, task in enumerate(problem.tasks):
@@ -118,10 +118,11 @@ def _achievable_without(problem: Problem, task: Task, unusable: Sequence[PlaceCh
     barred: Barred = [
         entry
         for found in unusable
-        for entry in (
-            (frozenset({at(found.obj, found.location)}), f"grasp {found.obj}"),
-            (frozenset[str](), f"release {found.obj} {found.location}"),
+        for possible, entry in (
+            (found.take, (frozenset({at(found.obj, found.location)}), f"grasp {found.obj}")),
+            (found.put, (frozenset[str](), f"release {found.obj} {found.location}")),
         )
+        if not possible
     ]
     try:
         return achievable(problem.system.without(barred), task)

@@ -84,7 +84,7 @@ def _robot(name: str | None) -> str | None:
 
 def _json(scenario: Scenario, found: checkup.Checkup) -> dict[str, Any]:
     places = found.places and [
-        {"object": one.obj, "location": one.location, "possible": one.reason is None, "reason": one.reason}
+        {"object": one.obj, "location": one.location, "take": one.take, "put": one.put, "reason": one.reason}
         for one in found.places
     ]
     heading = {"scenario": scenario.name, "path": str(scenario.path)}

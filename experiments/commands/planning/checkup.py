@@ -149,7 +149,7 @@ def check(
     tasks = tuple(_check_task(problem, i, limits) for i in range(len(problem.tasks)))
     arm = SceneCheck() if limits.out_of_time else check_arm(scenario, limits, robot=robot, quick=quick, tell=tell)
     needs = tasks_out_of_reach(
-        problem, [task.achievable is True for task in tasks], arm.places or (), partial(_is_achievable, limits=limits)
+        problem, [task.achievable is True for task in tasks], arm.places or (), partial(is_achievable, limits=limits)
     )
     size = _size(problem.system, limits)
     carried = size.propositions
@@ -202,7 +202,7 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
     cost, achievable = None, None
     try:
         cost = _least_cost(problem.system, replace(task, relax=(), skip=None), limits)
-        achievable = cost is not None or _is_achievable(problem.system, task, limits)
+        achievable = cost is not None or is_achievable(problem.system, task, limits)
     except UnfinishedError:
         pass
     return TaskCheck(
@@ -216,7 +216,7 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
     )
 
 
-def _is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
+def is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
     """Return whether a task alone can be satisfied, or else relaxed or skipped.
 
     Raises:

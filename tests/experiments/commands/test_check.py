@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,11 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 from experiments import scenarios
 from experiments.cli.overview import first_sentence, introduction
 from experiments.commands.planning import checkup
+from experiments.commands.planning.arm_check import tasks_out_of_reach
+from prefplan.limits import Limits
 from prefplan.planner import Planner
+from prefplan.scenario.decode import loads
+from sim.execution.feasibility import PlaceCheck
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
 
@@ -241,26 +246,29 @@ def test_what_the_arm_cannot_do_is_a_fault_only_if_a_task_needs_it(run: Run, tmp
     wall = (
         '[model.fixtures]\nwall = { kind = "box", at = [0.9, 0.11, 0.02], size = [0.3, 0.02, 0.04] }\n[model.objects]'
     )
-    text = cup_scenario(places=places).replace("[model.objects]", wall)
+    text = cup_scenario(places=places).replace("[model.objects]", wall).replace("cup_tray", "cup_far")
     (tmp_path / "cell.toml").write_text(text)
-    options = "--robot", "panda_suction"
-    result = run("check", "cell.toml", *options)
+    options = "cell.toml", "--robot", "panda_suction"
+    result = run("check", *options)
     (row,) = [line.split(maxsplit=2) for line in result.out.splitlines() if line.startswith("cup")]
-    assert result.status == 0 and "What the arm cannot do: 1 of 3 pairs" in result.out
-    assert row[:2] == ["cup", "far"] and re.fullmatch(r"out of reach by \d cm", row[2].strip())
-    (tmp_path / "cell.toml").write_text(text.replace("cup_tray", "cup_far"))
-    result = run("check", "cell.toml", "--json", *options)
-    desk, tray, far = result.json["places"]
-    assert desk == {"object": "cup", "location": "desk", "possible": True, "reason": None}
-    assert tray["possible"] and not far["possible"] and far["reason"] == row[2].strip()
-    (fault,) = result.json["faults"]
-    assert (result.status, result.json["scene"]) == (2, True)
-    assert fault == f"tasks[0].formula: task tidy needs what the arm cannot do: cup at far ({far['reason']})"
-    assert run("check", "cell.toml", "--quick", "--json", *options).json["places"] is None
-    assert run("check", "cell.toml", "--max-seconds", "0", "--json").json["places"] is None
+    assert result.status == 2 and "What the arm cannot do: 1 of 3 pairs" in result.out
+    assert row[:2] == ["cup", "far"] and re.fullmatch(r"out of reach by \d cm", reason := row[2].strip())
+    fault = f"tasks[0].formula: task tidy needs what the arm cannot do: cup at far ({reason})"
+    assert result.err == f"prefplan: cell.toml: {fault}\n"
+    quick = run("check", *options, "--quick", "--json")
+    assert (quick.status, quick.json["scene"], quick.json["places"]) == (0, True, None)
+
+    refused = [PlaceCheck("cup", "far", reason, take=False, put=False)]
+    achievable = partial(checkup.is_achievable, limits=Limits())
+    needing, other = (loads(words).problem() for words in (text, text.replace("cup_far", "cup_tray")))
+    assert list(tasks_out_of_reach(needing, [True], refused, achievable)) == [fault]
+    assert list(tasks_out_of_reach(other, [True], refused, achievable)) == []
+    assert list(tasks_out_of_reach(needing, [False], refused, achievable)) == []
 
 
 def test_all_that_case_study_3_may_ask_for_is_possible(run: Run) -> None:
-    result = run("check", "case_study_3")
-    assert (result.status, result.err) == (0, "")
-    assert "it can take and put every object at every place (21 pairs tried)" in result.out
+    result = run("check", "case_study_3", "--json")
+    assert (result.status, result.err, len(result.json["places"])) == (0, "", 21)
+    for place in result.json["places"]:
+        assert set(place) == {"object", "location", "take", "put", "reason"}
+        assert (place["take"], place["put"], place["reason"]) == (True, True, None)

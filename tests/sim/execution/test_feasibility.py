@@ -6,10 +6,11 @@ import re
 
 import numpy as np
 import pytest
-from scenario_texts import shipped
+from scenario_texts import CORNER, shipped
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
+from prefplan.scenario.decode import loads
 from sim.execution.arrangement import allowed_places, arranged
 from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.motion.joint_limits import missing_turns
@@ -33,13 +34,13 @@ def check_cup(at: tuple[float, ...], *fixtures: Fixture) -> PlaceCheck:
 def missing(found: PlaceCheck, words: str) -> float:
     """Return the distance, m, that words name which a refusal must be."""
     match = re.fullmatch(words, found.reason or "")
-    assert match is not None and not found.usable, found.reason
+    assert match is not None and not found.take, found.reason
     return int(match[1]) / 100
 
 
 def test_a_place_out_of_reach_is_told_with_the_distance_that_is_missing() -> None:
     short = missing(check_cup((0.83, 0.0), POST), r"out of reach by (\d+) cm")
-    assert check_cup((0.83 - short - 0.01, 0.0), POST) == PlaceCheck("cup", "here", None, usable=True)
+    assert check_cup((0.83 - short - 0.01, 0.0), POST) == PlaceCheck("cup", "here")
 
 
 def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> None:
@@ -49,6 +50,13 @@ def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> No
 
     low = missing(check_cup((0.55, 0.28), shelf(0.44)), r"shelf above too low for the hand by (\d+) cm")
     assert check_cup((0.55, 0.28), shelf(0.44 + low + 0.01)).reason is None
+
+
+def test_an_object_in_a_corner_is_drawn_free_as_in_a_run() -> None:
+    model = loads(CORNER).model
+    assert isinstance(model, ManipulationModel)
+    found = ArmCheck(build_scene(model, meshes=False))
+    assert found.check("cup", "tray") == PlaceCheck("cup", "tray")
 
 
 def test_the_joints_that_would_have_to_turn_farther_are_named() -> None:

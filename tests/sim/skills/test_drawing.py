@@ -3,19 +3,10 @@
 from __future__ import annotations
 
 from forged_logs import log_of_run
-from scenario_texts import cup_scenario
+from scenario_texts import CORNER
 
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
-
-WALLS = """[model.fixtures]
-front = { kind = "box", at = [0.485, -0.15, 0.025], size = [0.02, 0.3, 0.05] }
-side = { kind = "box", at = [0.4, -0.185, 0.025], size = [0.14, 0.02, 0.05] }
-[model.locations]"""
-
-CORNER = cup_scenario(
-    places={"desk": "{ at = [0.45, -0.15] }", "tray": "{ at = [0.45, 0.15] }", "rest": "{ at = [0.4, 0.32] }"}
-).replace("[model.locations]", WALLS)
 
 
 def test_an_object_in_a_corner_is_drawn_free_and_taken() -> None:
