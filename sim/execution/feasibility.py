@@ -11,6 +11,7 @@ from sim.execution.arrangement import arranged
 from sim.execution.refusal import Remedies
 from sim.execution.rehearsal import Rehearsal
 from sim.simulation.kinematic_cell import KinematicCell
+from sim.skills.skill import SkillError
 from sim.world.scene import Scene, initial_state
 
 TAKEN, BROUGHT = 2, 4
@@ -80,4 +81,5 @@ class ArmCheck:
     def _may_change(self, error: SimulationError) -> bool:
         """Return whether an object is in the way that a plan may put elsewhere first."""
         movable = {other.name for other in self._scene.model.objects if not other.fixed}
-        return isinstance(error, BlockedError) and not movable.isdisjoint(error.by)
+        # What else keeps a skill from its effect here is that there is no room, or that supports do not suit.
+        return isinstance(error, SkillError) or (isinstance(error, BlockedError) and not movable.isdisjoint(error.by))

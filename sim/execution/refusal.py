@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -51,19 +52,23 @@ class Remedies:
         if isinstance(error, SkillError):
             return str(error)
         roof, blocked = self._roof(refused), isinstance(error, BlockedError)
-        reason, most = None, MOST_CM
-        if roof is not None and (raised := self._least(refused, partial(self._raised, refused, roof), most)):
-            reason, most = f"{self._name(roof)} above too low for the hand by {raised} cm", raised - 1
+        remedies = []
+        if roof is not None:
+            remedies.append((partial(self._raised, refused, roof), f"{self._name(roof)} above too low for the hand"))
         if roof is not None or not blocked:
-            if nearer := self._least(refused, partial(self._nearer, refused), most):
-                below = f" below {self._name(roof)}" if roof is not None and blocked else ""
-                reason = f"out of reach{below} by {nearer} cm"
+            below = f" below {self._name(roof)}" if roof is not None and blocked else ""
+            remedies.append((partial(self._nearer, refused), f"out of reach{below}"))
+        reason, most = None, MOST_CM
+        for helps, words in remedies if blocked else reversed(remedies):
+            if change := self._least(refused, helps, most):
+                reason, most = f"{words} by {change} cm", change - 1
         return reason or (not blocked and self._joint_limit(refused)) or str(error)
 
     def _name(self, geom: int) -> str:
         """Return the name of the fixture, or of a body of the user's own scene, to which a geom belongs."""
         body = str(self._scene.mujoco.body(int(self._scene.mujoco.geom_bodyid[geom])).name)
-        return next((one.name for one in self._scene.model.fixtures if body_name(one.name) == body), body)
+        own = next((one.name for one in self._scene.model.fixtures if body_name(one.name) == body), body)
+        return own if self._scene.model.scene is None else own.removeprefix(f"{Path(self._scene.model.scene).stem}/")
 
     def _least(self, refused: Rehearsal, helps: partial[bool], most: int) -> int | None:
         """Return the least change up to `most` that helps, cm, where greater ones do as well; None if none does."""
