@@ -12,6 +12,7 @@ from typing import Any
 
 from prefplan.errors import PrefplanError, ScenarioError
 from prefplan.exact_costs import Number
+from prefplan.limits import LimitError
 from prefplan.models.graph import GraphModel
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.grid import GridModel
@@ -64,6 +65,8 @@ class Scenario:
     def _problem(self) -> Problem:
         try:
             system = self.model.transition_system()
+        except LimitError:
+            raise
         except PrefplanError as error:
             raise ScenarioError(f"{self.path}: model.{error}") from None
         try:
@@ -77,6 +80,7 @@ class Scenario:
 
         Raises:
             ScenarioError: if a formula or the preference does not fit; the message names the file and the key.
+            LimitError: a limit was reached while the system was built.
         """
         return self._problem
 

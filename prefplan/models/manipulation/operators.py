@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -68,6 +69,7 @@ class Operator:
             yield action, index, targets
 
 
+@dataclass(frozen=True)
 class Transit(Operator):
     """Move the empty hand to another location, occupied or not."""
 
@@ -82,6 +84,7 @@ class Transit(Operator):
             yield Action(self.kind, location=name), mask, layer.codes[mask] + (x - layer.hand[mask])
 
 
+@dataclass(frozen=True)
 class Grasp(Operator):
     """Take an object with nothing on it from the location below the empty hand."""
 
@@ -103,6 +106,7 @@ class Grasp(Operator):
             yield Action(self.kind, obj.name), mask, layer.codes[mask] + raised + space.above[slot] - layer.hand[mask]
 
 
+@dataclass(frozen=True)
 class Transport(Operator):
     """Carry the held object to another location that accepts it."""
 
@@ -124,6 +128,7 @@ class Transport(Operator):
                 yield Action(self.kind, obj, name), mask, target
 
 
+@dataclass(frozen=True)
 class Release(Operator):
     """Put the held object down at the location below the hand, which may mark it."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import random
 
 import pytest
@@ -94,3 +95,12 @@ def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
     }
     with pytest.raises(ModelError, match="20 objects and 25 places are more than a state can hold"):
         _ = model.transition_system().size
+
+
+def test_a_model_that_another_process_gets_is_not_listed_either() -> None:
+    places = [spot(f"s{k}") for k in range(16)]
+    model = ManipulationModel("home", COSTS, tuple(places), tuple(Object(f"o{k}", f"s{k}") for k in range(12)))
+    there = pickle.loads(pickle.dumps(model))
+    assert there == model
+    (plan,) = pareto_front(Problem(there.transition_system(), [Task("one", "F o0_s14")], Order()))
+    assert (plan.cost, len(plan.actions)) == (10, 4)
