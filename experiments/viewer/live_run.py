@@ -29,6 +29,8 @@ REFUSED = "refused"
 NEWS = {
     "fault": "fault: {fault}",
     REFUSED: "not now: {fault}: {reason}",
+    "turned over": "{object} turned over: no single grasp sets it upright",
+    "drawn free": "{object} drawn free: beside it the fingers had no room",
     "retry": "tried again: {reason}",
     "unaffected": "{reason}: what is left of the plan is not affected",
     "replan": "planned again: {reason}. New plan, cost {cost}, preference penalty {preference}: {plan}",
@@ -67,7 +69,7 @@ class Status:
         plan: the plan followed now; it begins with the actions done.
         done: number of actions done.
         costs: what they cost, and what the preference makes of it.
-        news: a line for each fault, new plan and new attempt so far.
+        news: a line for each fault, new plan, new attempt and freed or turned object so far.
         ended: `completed`, or why the run ended before; None while it goes on.
     """
 
@@ -218,11 +220,11 @@ class LiveRun(threading.Thread):
     def _note(self, loop: ClosedLoop, *, ended: str | None = None) -> None:
         run, plan = loop.run, loop.plan
         costs = ledger_of(self.problem, plan, run.steps).final
-        news = tuple(_news(run.cell.events))
+        news = tuple(news_of(run.cell.events))
         self.statuses.append(Status(float(run.cell.data.time), plan, len(run.steps), costs, news, ended))
 
 
-def _news(events: list[Event]) -> list[str]:
+def news_of(events: list[Event]) -> list[str]:
     """Return a line for each event that is news."""
     return [f"{event.time:.1f} s: {_in_words(event)}" for event in events if event.kind in NEWS]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from prefplan.models.manipulation.action import Action
@@ -13,7 +15,7 @@ from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.drawing import draw_free, find_draw
 from sim.skills.grasp_choice import choose_grasp
-from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, move_tool
+from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, move_tool, pregrasps
 from sim.skills.skill import Skill, SkillError
 from sim.skills.transfer import travel
 from sim.skills.turning import find_turn, set_down
@@ -109,17 +111,38 @@ class GraspSkill(Grasp, Skill):
         cell.settle()
         cell.set_width(grasp.width - cell.scene.robot.gripper.squeeze_m, SQUEEZE_DURATION_S)
         forces = _await_firm_grip(cell)
-        if forces is None:
+        blocked: BlockedError | None = None
+        if forces is not None:
+            try:
+                _raise(cell, before)
+            except BlockedError as error:
+                blocked = error
+        if forces is None or blocked is not None:
             cell.grip(grasp.opening, OPEN_DURATION_S)
-        move_tool(cell, [before], within=BLEND_M)
-        if forces is None:
-            raise SkillError(f"the fingers closed without a firm grip on {obj}")
+            move_tool(cell, [before], within=BLEND_M)
+            raise blocked or SkillError(f"the fingers closed without a firm grip on {obj}")
         check_held(cell, obj)
         return forces
 
     def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
         """Return the pose of the tool at which the fingers close on an object; `target` is that of its grasp."""
         return target
+
+
+def _raise(cell: Workcell, before: ToolPose) -> None:
+    """Raise the hand with an object to where it came from, or straight up if something is in the object's way there.
+
+    Raises:
+        BlockedError: something is, either way.
+    """
+    try:
+        move_tool(cell, [before], within=BLEND_M)
+    except BlockedError as blocked:
+        for pose in pregrasps(cell.arm.tool(cell.reference)):
+            with suppress(SimulationError):
+                move_tool(cell, [pose], within=BLEND_M)
+                return
+        raise blocked
 
 
 def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import ToolPose, wrap
 from sim.perception.sensors import ObjectPose, Posture
 from sim.simulation.workcell import Workcell
-from sim.skills.hand import frame_of, free_pose, held_grasp
+from sim.skills.hand import FORESEEN_MARGIN_RAD, PLACING_MARGIN_RAD, frame_of, free_pose, held_grasp
 from sim.skills.placing import free_slot, resting_centre
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose, grasps, openings
@@ -75,7 +76,7 @@ def choose_grasp(
 
 
 def choose_placement(
-    cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, near: np.ndarray | None = None
+    cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, near: np.ndarray | None = None, margin: float
 ) -> tuple[ToolPose, ToolPose]:
     """Return the tool's pose that sets an object, so grasped, upright into a slot, the fingers free to open.
 
@@ -87,6 +88,7 @@ def choose_placement(
         slot: where it is put.
         grasp: how the hand holds it.
         near: (n,) where the arm comes from, rad; None for anywhere.
+        margin: of a tilted hand from the ends of the joints, rad.
 
     Raises:
         BlockedError: bodies are in the way.
@@ -97,7 +99,7 @@ def choose_placement(
     for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
         for option in openings(grasp):
             try:
-                return free_pose(cell, goals, option, near=near)
+                return free_pose(cell, goals, option, near=near, margin=margin)
             except BlockedError as error:
                 blockers.update(error.by)
             except SimulationError as error:
@@ -116,12 +118,13 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[Tool
     """
     aloft = cell.contacts.aloft
     cell.contacts.handle(obj)  # not aloft: in the slot it touches what carries it
+    choose = partial(choose_placement, cell, obj, slot, near=cell.reference, margin=PLACING_MARGIN_RAD)
     try:
-        return choose_placement(cell, obj, slot, held_grasp(cell, obj), near=cell.reference)
+        return choose(held_grasp(cell, obj))
     except SimulationError:
         if cell.observe(obj).posture != Posture.LEANING:
             raise
-        return choose_placement(cell, obj, slot, held_grasp(cell, obj, leaning=True), near=cell.reference)
+        return choose(held_grasp(cell, obj, leaning=True))
     finally:
         cell.contacts.handle(obj, aloft=aloft)
 
@@ -171,7 +174,7 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
 
 def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose) -> bool:
     try:
-        choose_placement(cell, obj, slot, grasp)
+        choose_placement(cell, obj, slot, grasp, margin=FORESEEN_MARGIN_RAD)
     except SimulationError:
         return False
     return True

@@ -36,9 +36,10 @@ DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
 APPROACH_STEPS, MAX_APPROACH_STEP_RAD = 4, 0.3
 """Number of steps in which a tilted hand is followed to an object, and how far a joint may turn in each, rad."""
 
-CHOSEN_MARGIN_RAD = 0.12
-"""Distance that the poses chosen for a tilted hand keep from the ends of the joints, rad: an object that is measured
-again is not quite where it was, and neither is the hand then."""
+FORESEEN_MARGIN_RAD, CHOSEN_MARGIN_RAD, PLACING_MARGIN_RAD = 0.15, 0.12, 0.09
+"""Distances that poses of a tilted hand keep from the ends of the joints, rad: where an object that is not held yet is
+to be put, where one is taken, and where a held one is put and the hand travels to. What is measured again is not quite
+where it was, so that each leaves space for the next."""
 
 PATH_CLEARANCE_M = 0.006
 """Least clearance of the arm and its load from obstacles along a path; they deviate from it by 2 mm at most."""
@@ -90,7 +91,12 @@ def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:
 
 
 def free_pose(
-    cell: Workcell, goals: Sequence[ToolPose], grasp: GraspPose, *, near: np.ndarray | None = None
+    cell: Workcell,
+    goals: Sequence[ToolPose],
+    grasp: GraspPose,
+    *,
+    near: np.ndarray | None = None,
+    margin: float = CHOSEN_MARGIN_RAD,
 ) -> tuple[ToolPose, ToolPose]:
     """Return which of several poses the hand takes to open and close for a grasp there without a collision.
 
@@ -99,6 +105,7 @@ def free_pose(
         goals: poses that would do.
         grasp: how wide the hand opens and closes.
         near: (n,) where the arm comes from, rad; None for anywhere.
+        margin: of a tilted hand from the ends of the joints, rad.
 
     Returns:
         From where it comes straight to that pose, and the pose.
@@ -111,10 +118,10 @@ def free_pose(
     unreachable = SimulationError("the joints would have to turn round")
     for options in zip(*map(pregrasps, goals), strict=True):
         try:
-            q, before = cell.arm.reach(options, near=near, margin=CHOSEN_MARGIN_RAD)
+            q, before = cell.arm.reach(options, near=near, margin=margin)
             pose = goals[next(i for i, option in enumerate(options) if option is before)]
             met = _met(cell, q, grasp.opening, FINGER_CLEARANCE_M if pose.points_down else PLANNING_CLEARANCE_M)
-            path = followed(cell, q, before, pose)
+            path = followed(cell, q, before, pose, margin=margin)
         except SimulationError as error:
             unreachable = error
             continue
@@ -131,7 +138,7 @@ def free_pose(
 
 
 def followed(
-    cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose, *, margin: float = CHOSEN_MARGIN_RAD
+    cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose, *, margin: float = PLACING_MARGIN_RAD
 ) -> list[np.ndarray]:
     """Return joint angles, rad, on the straight path to a pose from another one, where they are (n,) q; the last there.
 

@@ -11,7 +11,7 @@ from sim.motion.timing import along, begun_late
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path, planned_path
-from sim.skills.hand import BLEND_M, CHOSEN_MARGIN_RAD, PATH_CLEARANCE_M, PLANNING_CLEARANCE_M, followed
+from sim.skills.hand import BLEND_M, PATH_CLEARANCE_M, PLACING_MARGIN_RAD, PLANNING_CLEARANCE_M, followed
 
 DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
 """Arches to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
@@ -57,7 +57,7 @@ def _movements(
     cell: Workcell, goals: Sequence[ToolPose], height: float, onward: ToolPose | None, blockers: set[str]
 ) -> Iterator[np.ndarray]:
     """Yield the (N, joints) references of movements to try, rad; add to the blockers what keeps others from being."""
-    goal, pose = cell.arm.reach(goals, near=cell.reference, margin=CHOSEN_MARGIN_RAD)
+    goal, pose = cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)
     for raised, drawn_in in DETOURS:
         try:
             yield cell.arm.move(
@@ -65,7 +65,7 @@ def _movements(
             )
         except SimulationError:
             continue
-    for goal, pose in cell.arm.configurations(goals, near=cell.reference, margin=CHOSEN_MARGIN_RAD):
+    for goal, pose in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
         try:
             if onward is not None:
                 followed(cell, goal, pose, onward)  # before it is planned in vain

@@ -11,13 +11,14 @@ import viser
 from scenario_texts import cup_scenario
 
 from experiments.runs.carry_out import begin, scene_of
-from experiments.viewer.live_run import Frame, LiveRun, Status
+from experiments.viewer.live_run import Frame, LiveRun, Status, news_of
 from experiments.viewer.panel import front_html, status_html
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
 from prefplan.scenario.decode import loads
 from sim.execution.faults import Fault
+from sim.simulation.rollout import Event
 from sim.world.scene import build_scene, initial_state
 
 CUP = cup_scenario("""
@@ -158,6 +159,15 @@ def test_faults_are_told() -> None:
     assert end.ended == "completed"
     told = "\n".join(end.news)
     assert re.search(r"s: fault: miss:1@1\n.* s: tried again: after `grasp cup`", told), told
+
+
+def test_what_the_arm_does_to_reach_an_object_is_told() -> None:
+    kinds = ("drawn free", "grasped", "turned over")
+    told = news_of([Event(1.0, kind, {"object": "cup"}) for kind in kinds])
+    assert [line.partition(": no")[0].partition(": beside")[0] for line in told] == [
+        "1.0 s: cup drawn free",
+        "1.0 s: cup turned over",
+    ]
 
 
 def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
