@@ -14,7 +14,7 @@ from sim.geometry.mjcf import solid_geoms
 from sim.geometry.rectangle import overlap
 from sim.motion.trajectory import ToolPose
 from sim.perception.grounding import footprint, half_height
-from sim.perception.sensors import ObjectPose
+from sim.perception.sensors import ObjectPose, Posture
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_grasp
@@ -85,8 +85,12 @@ class _FeltError(SimulationError):
 
 
 def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> Draw | None:
-    """Return how to draw an object to where it can be taken; None if that is not found."""
-    if isinstance(cell.scene.robot.gripper, SuctionGripper):
+    """Return how to draw an object to where it can be taken; None if that is not found.
+
+    What lies on a round side is not drawn: it would roll.
+    """
+    rolls = cell.scene.shapes[obj].is_round and pose.posture != Posture.UPRIGHT
+    if rolls or isinstance(cell.scene.robot.gripper, SuctionGripper):
         return None
     for shift in _shifts(cell, obj, pose):
         try:
@@ -144,20 +148,23 @@ def _feel(cell: Workcell, force: float) -> None:
 
 
 def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> tuple[ToolPose, ToolPose] | None:
-    """Return where the closed fingertips are just above an object, after from where they come; None if nowhere."""
-    top = half_height(cell.scene, {obj: pose}, obj) + cell.scene.robot.gripper.fingertip_m
+    """Return where the closed fingertips are just above an object, after from where they come; None if nowhere.
+
+    Nothing may be in their way where they would be if it gave way by as much as they are above it then.
+    """
+    top = half_height(cell.scene, {obj: pose}, obj)
     sides = footprint(cell.scene, {obj: pose}, obj)
     offsets = (OFF_CENTRE * OFFSETS * sides.half) @ sides.axes
     # Drawn at its rear it tips the least.
     for offset in sorted(offsets, key=lambda offset: float(offset @ shift[:2])):
-        over = pose.position + [*offset, top]
-        for turn in (0.0, np.pi / 2):
+        pressed = pose.position + [*offset, top]
+        for goal in (ToolPose.down(pressed, sides.yaw + turn) for turn in (0.0, np.pi / 2)):
             try:
-                found = free_pose(cell, [ToolPose.down(over, sides.yaw + turn)], CLOSED, near=cell.reference)
-                free_pose(cell, [found[1].shifted(shift)], CLOSED, near=cell.reference)
+                before, lowest = free_pose(cell, [goal], CLOSED, near=cell.reference)
+                free_pose(cell, [lowest.shifted(shift)], CLOSED, near=cell.reference)
             except SimulationError:
                 continue
-            return found
+            return before, lowest.shifted([0.0, 0.0, cell.scene.robot.gripper.fingertip_m])
     return None
 
 

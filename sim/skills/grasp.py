@@ -38,6 +38,9 @@ FIRM_DURATION_S = 0.1
 GRIP_TIMEOUT_S = 0.6
 """How long to wait for a firm grip once the hand should have closed."""
 
+MAX_PREPARATIONS = 2
+"""An object is drawn free or turned over so often at most before it is taken."""
+
 MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
 
@@ -55,14 +58,16 @@ class GraspSkill(Grasp, Skill):
             raise SkillError(f"{action.obj} itself is in the way") from None
 
     def _take(self, cell: Workcell, obj: str) -> None:
-        slot, pose = _slot_below(cell, obj), cell.measure(obj)
+        slot = _slot_below(cell, obj)
         cell.contacts.handle(obj)
-        try:
-            forces = self._lift(cell, obj, pose, slot.yaw)
-        except SimulationError as error:
-            if not self._prepare(cell, obj, pose, error):
-                raise
-            forces = self._lift(cell, obj, cell.measure(obj), slot.yaw)
+        for tries_left in reversed(range(MAX_PREPARATIONS + 1)):
+            pose = cell.measure(obj)
+            try:
+                forces = self._lift(cell, obj, pose, slot.yaw)
+                break
+            except SimulationError as error:
+                if not tries_left or not self._prepare(cell, obj, pose, error):
+                    raise
         cell.log_event("grasped", object=obj, force=[round(float(force), 2) for force in forces])
 
     def _prepare(self, cell: Workcell, obj: str, pose: ObjectPose, error: SimulationError) -> bool:

@@ -211,3 +211,17 @@ def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., TableLayout])
     kinds = {place: Location("hot", at=(0.45, 0.30), kind=place, marks="cooked") for place in ("stove", "pad")}
     lamps = {kind: layout_of(place).stations[0].lamp is not None for kind, place in kinds.items()}
     assert lamps == {"stove": False, "pad": True}
+
+
+def test_a_cylinder_between_the_pads_never_counts_as_deep_in_one(scene: Scene) -> None:
+    """With MuJoCo's default tolerance, in this pose, as recorded in a run, it is 10.9 mm deep."""
+    model = mujoco.MjModel.from_xml_string("""<mujoco><worldbody>
+        <body pos="0.3409827 0.3244219 0.1180751" quat="0.0027281 0.9235707 0.0126559 0.3832095">
+          <freejoint/><geom type="box" size="0.0088 0.0055 0.0092"/></body>
+        <body pos="0.3401326 0.3598055 0.1188116" quat="-0.0023587 -0.5716458 0.8204639 -0.0073790">
+          <freejoint/><geom type="cylinder" size="0.03 0.015"/></body>
+        </worldbody></mujoco>""")
+    model.opt.ccd_tolerance = scene.mujoco.opt.ccd_tolerance
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ncon and np.allclose(data.contact.dist, -0.00012, atol=1e-5)
