@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import nullcontext
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
@@ -9,13 +13,31 @@ from scipy.spatial.transform import Rotation
 from skill_runs import assert_placed, contacts
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.errors import BlockedError
+from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Posture, object_pose
 from sim.simulation.workcell import Workcell
+from sim.skills import grasp, hand
 from sim.skills.catalogue import perform
 from sim.world.scene import build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 LOCATIONS = Location("near", at=(0.45, -0.2)), Location("dish", at=(0.5, 0.2), kind="plate")
+
+
+def lying(kind: str, size: tuple[float, ...], heading: float) -> Workcell:
+    """Return a running simulation in which x lies near with a heading, rad, to be put onto the dish."""
+    model = ManipulationModel("home", COSTS, LOCATIONS, (Object("x", "near", kind=kind, size=size),))
+    scene = build_scene(model, meshes=False)
+    data = initial_state(scene)
+    rotation = Rotation.from_euler("ZY", [heading, np.pi / 2])
+    data.joint("x").qpos[2] = scene.shapes["x"].depth(rotation.as_matrix())
+    data.joint("x").qpos[3:] = rotation.as_quat(scalar_first=True)
+    mujoco.mj_forward(scene.mujoco, data)
+    assert object_pose(scene, data, "x").posture == Posture.LYING
+    cell = Workcell(scene, data)
+    cell.destination = "dish"
+    return cell
 
 
 @pytest.mark.parametrize(
@@ -30,18 +52,29 @@ LOCATIONS = Location("near", at=(0.45, -0.2)), Location("dish", at=(0.5, 0.2), k
     ],
 )
 def test_what_lies_is_taken_and_set_upright(kind: str, size: tuple[float, ...], heading: float) -> None:
-    model = ManipulationModel("home", COSTS, LOCATIONS, (Object("x", "near", kind=kind, size=size),))
-    scene = build_scene(model, meshes=False)
-    data = initial_state(scene)
-    rotation = Rotation.from_euler("ZY", [heading, np.pi / 2])
-    data.joint("x").qpos[2] = scene.shapes["x"].depth(rotation.as_matrix())
-    data.joint("x").qpos[3:] = rotation.as_quat(scalar_first=True)
-    mujoco.mj_forward(scene.mujoco, data)
-    assert object_pose(scene, data, "x").posture == Posture.LYING
-    cell = Workcell(scene, data)
-    cell.destination = "dish"
+    cell = lying(kind, size, heading)
     for action in ("transit near", "grasp x", "transport x dish", "release x dish"):
         perform(cell, action)
-    assert object_pose(scene, cell.data, "x").tilt < np.radians(1)
+    assert object_pose(cell.scene, cell.data, "x").tilt < np.radians(1)
     assert_placed(cell, "x", "dish")
     assert contacts(cell.events) == []
+
+
+@pytest.mark.parametrize(("refusals", "held"), [(1, "x"), (3, None)], ids=["raised straight up", "let go"])
+def test_what_cannot_be_raised_the_way_the_hand_came(
+    monkeypatch: pytest.MonkeyPatch, refusals: int, held: str | None
+) -> None:
+    cell, left = lying("cylinder", (0.06, 0.03), 1.0), [BlockedError("blocked by y", {"y"})] * refusals
+
+    def move_tool(cell: Workcell, goals: Sequence[ToolPose], **options: Any) -> ToolPose:
+        if cell.held() and left:
+            raise left.pop()
+        return hand.move_tool(cell, goals, **options)
+
+    monkeypatch.setattr(grasp, "move_tool", move_tool)
+    perform(cell, "transit near")
+    with nullcontext() if held else pytest.raises(BlockedError):
+        perform(cell, "grasp x")
+    cell.settle()
+    assert cell.held() == held and not left
+    assert (cell.observe("x").position[2] > 0.1) == (held is not None)
