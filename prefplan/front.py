@@ -110,11 +110,16 @@ class NoPlanError(PrefplanError):
         self.reason = reason
 
 
+def stopped_by(ended: str) -> str:
+    """Return in words what ended a search."""
+    return "interrupted" if ended == "interrupt" else f"stopped by the {ended} limit"
+
+
 class UnfinishedError(PrefplanError):
     """A limit ended the search for one plan before that plan was known; there may well be one.
 
     Attributes:
-        ended: what ended it: `time` or `memory`.
+        ended: what ended it: `time`, `memory` or `interrupt`.
         complete_below: no plan that keeps the bounds and is cheaper than this is missing; None if that is not known.
         best: the best plan known by then, or None.
         within: what is minimised is for that plan at most so many percent more than for any; None if that is not known.
@@ -132,7 +137,7 @@ class UnfinishedError(PrefplanError):
         what = "no plan is known yet" if best is None else "a better plan may exist"
         what += f"; this one costs at most {within} % more than any" if within is not None else ""
         below = "" if complete_below is None or best else f"; any costs at least {complete_below}"
-        super().__init__(f"stopped by the {ended} limit: {what}{below}")
+        super().__init__(f"{stopped_by(ended)}: {what}{below}")
         self.ended, self.complete_below, self.best, self.within = ended, complete_below, best, within
 
 
@@ -199,10 +204,9 @@ class Front(Sequence[Plan]):
         """What stopped the search and how far it got, as a sentence; None if it ran to its end."""
         if self.ended is None:
             return None
-        why = "interrupted" if self.ended == "interrupt" else f"stopped by the {self.ended} limit"
         below = "" if self.complete_below is None else f"; the front is complete below cost {self.complete_below}"
         proven = "" if self.within is None else f"; every best trade-off is within {self.within} % of one of these"
-        return f"{why}{below}{proven}"
+        return f"{stopped_by(self.ended)}{below}{proven}"
 
     def over(self, objectives: Collection[str]) -> Front:
         """Return the points that no other dominates in some costs and preferences alone, given by name.

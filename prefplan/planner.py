@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
@@ -19,7 +19,7 @@ from prefplan.exact_costs import Number, exact, inclusive, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.ledger import Ledger
-from prefplan.limits import EXACT, LimitError, Limits, Percent, available_memory, percent
+from prefplan.limits import DRAFT, EXACT, LimitError, Limits, Percent, available_memory, percent
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import Quotient
@@ -30,7 +30,7 @@ from prefplan.product.product_automaton import Product
 from prefplan.search.bounds import FrontLimits, PlanLimits, bounded, require_bounds
 from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
 from prefplan.search.exact_search import ExactSearch
-from prefplan.search.guided import least_estimate, plans_soon
+from prefplan.search.guided import GUIDED_TASKS, CheapestSearch
 from prefplan.search.narrowing import NarrowingSearch, proven_percent
 from prefplan.search.objective_search import points
 from prefplan.search.vector_search import VectorSearch
@@ -39,9 +39,6 @@ AnySearch = Search | ExactSearch | NarrowingSearch
 
 MEMORY_SHARE = 0.8
 """Part of the free memory that a search may take unless told otherwise."""
-
-GUIDED_TASKS = 9
-"""Tasks from which on some plan is looked for before the cheapest, if time is limited."""
 
 
 def pareto_front(
@@ -129,8 +126,8 @@ class Planner:
         self.problem = problem
         self._options = options or Options()
         self.stats = Stats()
-        self._incumbent: Found | None = None
-        self._least_cost = 0.0
+        self._cheapest: CheapestSearch | None = None
+        self._draft: list[Plan] = []
         self._stopped: AnySearch | None = None
 
     @cached_property
@@ -172,21 +169,16 @@ class Planner:
         limited = bounded(self.problem, **wanted)
         require_bounds(self.problem, **limited)
         plans: list[Plan] = []
-        self._stopped = None
+        self._stopped, self._draft = None, []
         reason: Reason | None = None
-        try:
-            with limits:
-                for plan in self._search(limits, tolerance=tolerance, **limited):
-                    plans.append(plan)
-                if not plans and not limits.ended:
-                    reason = self._why_not(limits, **limited)
-        except LimitError as error:
-            limits.ended = error.ended
-        except KeyboardInterrupt:
-            if not keep_on_interrupt:
-                raise
-            limits.ended = "interrupt"
-        if tolerance.value and self.problem.is_bi_objective:
+        with _stopped_by(limits, interrupts=keep_on_interrupt):
+            for plan in self._search(limits, tolerance=tolerance, **limited):
+                plans.append(plan)
+            if not plans and not limits.ended:
+                reason = self._why_not(limits, **limited)
+        if limits.ended:
+            plans += self._draft
+        if (tolerance.value or self._draft) and self.problem.is_bi_objective:
             plans = _undominated(plans)
         return Front(
             tuple(plans),
@@ -199,24 +191,23 @@ class Planner:
             stats=self.stats,
         )
 
-    def best(self, objective: str, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least value of one objective; see `best_plan`."""
+    def best(self, objective: str, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
+        """Return the plan of least value of one objective; see `best_plan`, and `front` for `keep_on_interrupt`."""
         names = self.problem.objective_names
         if objective not in names:
             raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
         if self.problem.is_bi_objective:
-            return self.cheapest(**wanted) if objective == names[0] else self.preferred(**wanted)
+            choose = self.cheapest if objective == names[0] else self.preferred
+            return choose(keep_on_interrupt=keep_on_interrupt, **wanted)
         limits = _limits(**wanted)
         limited = bounded(self.problem, **wanted)
         require_bounds(self.problem, **limited)
         place, found, reason = names.index(objective), list[tuple[tuple[Any, ...], Found]](), None
-        try:
-            with limits:
-                found += [(one.objectives or (), one) for one in self._points(limits, objective, **limited)]
-                if not found and not limits.ended:
-                    reason = self._why_not(limits, **limited)
-        except LimitError as error:
-            limits.ended = error.ended
+        with _stopped_by(limits, interrupts=keep_on_interrupt):
+            for one in self._points(limits, objective, **limited):
+                found.append((one.objectives or (), one))
+            if not found and not limits.ended:
+                reason = self._why_not(limits, **limited)
         if reason is not None:
             raise NoPlanError(reason)
         best = min(found, key=lambda pair: (pair[0][place], *pair[0]))[1].plan if found else None
@@ -235,48 +226,47 @@ class Planner:
             proven = None
         return None if proven is None else to_number(proven)
 
-    def cheapest(self, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least total cost within a bound on mu; see `cheapest_plan`."""
+    def cheapest(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
+        """Return the plan of least total cost within a bound on mu; see `cheapest_plan`, and `front`."""
         if not self.problem.is_bi_objective:
-            return self.best(self.problem.cost_names[0], **wanted)
+            return self.best(self.problem.cost_names[0], keep_on_interrupt=keep_on_interrupt, **wanted)
         wanted = bounded(self.problem, **wanted)
         if wanted.get("max_preference") is not None:
             require_bounds(self.problem, **wanted)
         limits = _limits(**wanted)
-        self._incumbent, self._least_cost = None, 0
-        try:
-            with limits:
-                if self.problem.measure.contract == "general" and wanted.get("max_preference") is None:
-                    self._require_feasible(limits)
-                plan = next(self._search(limits, single=True, **wanted), None)
-                if plan is None and not limits.ended:
-                    raise NoPlanError(self._why_not(limits, **wanted))
-        except LimitError as error:
-            limits.ended = error.ended
-            plan = None
+        self._cheapest = None
+        plan: Plan | None = None
+        with _stopped_by(limits, interrupts=keep_on_interrupt):
+            if self.problem.measure.contract == "general" and wanted.get("max_preference") is None:
+                self._require_feasible(limits)
+            plan = next(self._search(limits, single=True, **wanted), None)
+            if plan is None and not limits.ended:
+                raise NoPlanError(self._why_not(limits, **wanted))
         if plan is not None:
             return plan
-        below = max(limits.complete_below, self._least_cost)
-        if self._incumbent is None:
+        known = self._cheapest
+        if known is None or known.incumbent is None:
             raise UnfinishedError(limits.ended or "", complete_below=self._below(limits))
-        gap = 100 * (self._incumbent.cost - below) / below if below else None
+        below = max(limits.complete_below, known.least_cost)
+        gap = 100 * (known.incumbent.cost - below) / below if below else None
         raise UnfinishedError(
             limits.ended or "",
             complete_below=self._below(limits),
-            best=self._checked(self._incumbent, self._product),
+            best=self._checked(known.incumbent, self._product),
             within=None if gap is None else math.ceil(10 * max(gap, 0)) / 10,
         )
 
-    def preferred(self, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least mu; see `preferred_plan`."""
+    def preferred(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
+        """Return the plan of least mu; see `preferred_plan`, and `front`."""
         if not self.problem.preferences:
             raise PrefplanError(f"there is no preference {choices('', self.problem.objective_names)}")
         if not self.problem.is_bi_objective:
-            return self.best(self.problem.preferences[0].name, **wanted)
+            return self.best(self.problem.preferences[0].name, keep_on_interrupt=keep_on_interrupt, **wanted)
         wanted = bounded(self.problem, **wanted)
         max_preference = wanted.pop("max_preference", None)
         kept = ("max_cost", "max_seconds", "max_memory")
-        front = self.front(**cast(FrontLimits, {name: wanted.get(name) for name in kept}))
+        bounds = cast(FrontLimits, {name: wanted.get(name) for name in kept})
+        front = self.front(keep_on_interrupt=keep_on_interrupt, **bounds)
         if front.reason:
             raise NoPlanError(front.reason)
         best: Plan | None = front[-1] if front else None
@@ -316,7 +306,10 @@ class Planner:
                 )
                 if search is None:
                     return
-                self._stopped = search
+                if isinstance(search, BiObjectiveSearch) and not single and max_mu is None:
+                    self._draft_front(search.prepared, limits, max_cost)
+                if not limits.ended:
+                    self._stopped = search
                 for found in search.goals(limits) if not limits.ended else ():
                     self._account(search, began)
                     if found.cost > yielded or tolerance.value:
@@ -331,6 +324,16 @@ class Planner:
                     raise
                 # What 64 bits may not hold is searched again in Python's integers.
                 limits.ended = None
+
+    def _draft_front(self, prepared: Prepared, limits: Limits, max_cost: float) -> None:
+        """Look for plans that are close to the front, to have some soon, unless it is found soon itself."""
+        if len(self.problem.tasks) >= GUIDED_TASKS:
+            self._stopped = NarrowingSearch(prepared, DRAFT, max_cost=max_cost)
+            # The front is not complete up to where this search gets.
+            own = replace(limits)
+            for found in self._stopped.goals(own):
+                self._draft.append(self._checked(found, self._product))
+            limits.ended = own.ended
 
     def _points(self, limits: Limits, first: str | None, **wanted: Unpack[PlanLimits]) -> Iterator[Found]:
         """Yield points of the front of several costs and preferences; see `objective_search.points`."""
@@ -369,36 +372,15 @@ class Planner:
         if bytes_to_prepare(self._product) > limits.bytes:
             limits.ended = "memory"
             return None
-        many = len(self.problem.tasks) >= GUIDED_TASKS
-        if single and max_mu is None and measure.bi_objective and many and limits.seconds < math.inf:
-            max_cost = self._find_incumbent(limits, max_cost)
+        if single and max_mu is None and measure.bi_objective:
+            self._cheapest = CheapestSearch(self._product, options, limits, max_cost)
+            return self._cheapest.search()
         prepared = Prepared(self._product, options, single=single, max_bytes=limits.bytes)
         if not measure.bi_objective:
             return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, tolerance=tolerance)
         if tolerance.value and max_mu is None:
             return NarrowingSearch(prepared, tolerance, max_cost=max_cost)
-        if single and max_mu is None:
-            return self._tightest(prepared, limits, max_cost)
         return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single)
-
-    def _find_incumbent(self, limits: Limits, max_cost: float) -> float:
-        """Look for some plan, to have one early; return the bound on the total cost that follows."""
-        options = replace(self._options, heuristic=1, preference_bound=False)
-        light = Prepared(self._product, options, single=True, max_bytes=limits.bytes)
-        self._least_cost = least_estimate(light)
-        for found in plans_soon(light, limits, max_cost):
-            self._incumbent = found
-            max_cost = found.cost
-        return max_cost
-
-    def _tightest(self, prepared: Prepared, limits: Limits, max_cost: float) -> Search:
-        """Return a search for the least mu among the cheapest plans: one of those is found by A*, then improved on."""
-        alone = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
-        cheapest = next(alone.goals(limits), None)
-        if cheapest is None:
-            return alone
-        self._incumbent, self._least_cost = cheapest, cheapest.cost
-        return BiObjectiveSearch(prepared, max_mu=Fraction(cheapest.mu), max_cost=cheapest.cost)
 
     def _checked(self, found: Found, searched: Product) -> Plan:
         """Return the plan of a goal, which is asserted to be worth in the model what the search counted."""
@@ -495,6 +477,20 @@ class Planner:
         reason = self._infeasible(limits)
         if reason is not None:
             raise NoPlanError(reason)
+
+
+@contextmanager
+def _stopped_by(limits: Limits, *, interrupts: bool) -> Iterator[None]:
+    """Work within limits: what stops it is noted in them, and so is Ctrl-C if wanted."""
+    try:
+        with limits:
+            yield
+    except LimitError as error:
+        limits.ended = error.ended
+    except KeyboardInterrupt:
+        if not interrupts:
+            raise
+        limits.ended = "interrupt"
 
 
 def _undominated(plans: Sequence[Plan]) -> list[Plan]:

@@ -18,10 +18,10 @@ from prefplan.scenario.decode import Scenario
 from prefplan.search.bounds import PlanLimits
 
 
-def chosen_plan(planner: Planner, options: argparse.Namespace) -> Plan:
+def chosen_plan(planner: Planner, options: argparse.Namespace, *, keep_on_interrupt: bool = False) -> Plan:
     """Return the plan that the options of `add_plan` name, and of `add_limits` if there are any; see `choose`."""
     limits = {name: getattr(options, name, None) for name in PlanLimits.__annotations__}
-    return choose(planner, options.plan, **cast(PlanLimits, limits))
+    return choose(planner, options.plan, keep_on_interrupt=keep_on_interrupt, **cast(PlanLimits, limits))
 
 
 def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
@@ -34,12 +34,15 @@ def plan_name(wanted: str | int) -> str:
     return wanted if isinstance(wanted, str) else f"plan_{wanted}"
 
 
-def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) -> Plan:
+def choose(
+    planner: Planner, wanted: str | int, *, keep_on_interrupt: bool = False, **limits: Unpack[PlanLimits]
+) -> Plan:
     """Return the plan that `--plan` names, within limits.
 
     Args:
         planner: of the problem.
         wanted: `cost`, `preference`, the name of a cost or a preference, or an index of the front.
+        keep_on_interrupt: whether Ctrl-C counts as a limit.
         **limits: those of `cheapest_plan`.
 
     Raises:
@@ -49,13 +52,15 @@ def choose(planner: Planner, wanted: str | int, **limits: Unpack[PlanLimits]) ->
         PrefplanError: the front has no plan of that index, or that plan is not preferred enough.
     """
     if isinstance(wanted, str):
-        return planner.best(objective_name(planner.problem, wanted), **limits)
+        name = objective_name(planner.problem, wanted)
+        return planner.best(name, keep_on_interrupt=keep_on_interrupt, **limits)
     bound = limits.get("max_preference")
     front = planner.front(
         max_cost=limits.get("max_cost"),
         at_most=limits.get("at_most"),
         max_seconds=limits.get("max_seconds"),
         max_memory=limits.get("max_memory"),
+        keep_on_interrupt=keep_on_interrupt,
     )
     if front.reason:
         raise NoPlanError(front.reason)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward, cost_to_go
+from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projections import Projected, Projections, projected
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.successors import INFINITE
@@ -134,21 +135,28 @@ def added_bound(
 
 
 @bare_kernel
-def raise_bound(databases: Patterns, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer) -> Integer:
-    """Look tables up for h(p) until it exceeds a limit or is complete, and return what it is so far.
+def raise_bound(
+    databases: Patterns, marks: Landmarks, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
+) -> Integer:
+    """Look bounds up for h(p) until it exceeds a limit or is complete, and return what it is so far.
 
-    What is known of p is kept in `known`: `COST_BOUND` so far, that so many tables were `LOOKED` up, and the `LIKELY`
-    one, to look up first: the one that gave the bound of the state before.
+    What is known of p is kept in `known`: `COST_BOUND` so far, that so many bounds were `LOOKED` up, first that of
+    landmarks, then one table after the other, and the `LIKELY` table, to look up before all: the one that gave the
+    bound of the state before.
     """
-    bound, likely, p = known[COST_BOUND], known[LIKELY], known[LOOKED]
-    if p == 0 and likely < databases.base.shape[0]:
-        bound = max(bound, _entry(databases, node, automata, likely))
-    while p < databases.base.shape[0] and bound <= limit:
-        entry = _entry(databases, node, automata, p)
+    bound, likely, looked = known[COST_BOUND], known[LIKELY], known[LOOKED]
+    if looked == 0:
+        if likely < databases.base.shape[0]:
+            bound = max(bound, _entry(databases, node, automata, likely))
+        if bound <= limit:
+            bound = max(bound, landmark_bound(marks, node, automata))
+            looked = np.int64(1)
+    while 0 < looked <= databases.base.shape[0] and bound <= limit:
+        entry = _entry(databases, node, automata, looked - 1)
         if entry > bound:
-            bound, likely = entry, p
-        p += 1
-    known[COST_BOUND], known[LOOKED], known[LIKELY] = bound, p, likely
+            bound, likely = entry, looked - 1
+        looked += 1
+    known[COST_BOUND], known[LOOKED], known[LIKELY] = bound, looked, likely
     return bound
 
 

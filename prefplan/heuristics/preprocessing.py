@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.landmarks import Landmarks, landmarks, no_landmarks
 from prefplan.heuristics.pattern_database import (
     Patterns,
     count_entries,
@@ -46,6 +47,7 @@ class Options:
     Attributes:
         heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
             to choose.
+        landmarks: whether to bound the cost-to-go by what every plan still visits.
         preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states that change nothing, where few matter.
         generated: whether states of large manipulation models are generated as the search meets them, where they can
@@ -54,6 +56,7 @@ class Options:
     """
 
     heuristic: int | None = None
+    landmarks: bool = True
     preference_bound: bool = True
     contraction: bool = True
     generated: bool = True
@@ -65,12 +68,14 @@ class Bounds(NamedTuple):
 
     Attributes:
         patterns: of the cost-to-go, the largest of which counts.
+        landmarks: of the cost-to-go, too.
         added: of the cost-to-go, the sum of which counts.
         blocks: of mu's growth.
         projections: of the model, in which the tables are; none where its states are listed.
     """
 
     patterns: Patterns
+    landmarks: Landmarks
     added: Patterns
     blocks: Blocks
     projections: Projections
@@ -130,7 +135,8 @@ class Prepared:
         if size is None:
             size = pattern_size(backward, single=single, max_entries=self._max_entries)
         known = patterns(backward, min(size, measure.tasks)) if size else no_patterns()
-        self.bounds = Bounds(known, no_patterns(), self._growths(backward, known), no_projections())
+        marks = landmarks(product, self.view, self.start_node) if options.landmarks else no_landmarks()
+        self.bounds = Bounds(known, marks, no_patterns(), self._growths(backward, known), no_projections())
 
     def _prepare_generated(self, product: GeneratedProduct) -> None:
         self.graph, self._backward = None, None
@@ -140,7 +146,7 @@ class Prepared:
         backward = Projected(product)
         added = projected_patterns(backward) if self.options.heuristic != 0 else no_patterns()
         growths = self._growths(backward, no_patterns())
-        self.bounds = Bounds(no_patterns(), added, growths, backward.projections())
+        self.bounds = Bounds(no_patterns(), no_landmarks(), added, growths, backward.projections())
 
     def _growths(self, backward: Backward | Projected, known: Patterns) -> Blocks:
         measure = self.product.problem.measure
@@ -148,7 +154,7 @@ class Prepared:
             return no_blocks(measure.tasks)
         return blocks(backward, measure, self.product.units.factor, known)
 
-    def guided(self, weight: float) -> Prepared:
+    def guided(self, weight: float, *, with_landmarks: bool = False) -> Prepared:
         """Return the same with so many times the sum of all tables in place of bounds.
 
         The larger the weight, the sooner best-first search has a plan, and the dearer that may be (weighted A*:
@@ -156,9 +162,9 @@ class Prepared:
         """
         known = self.bounds.added if len(self.bounds.added.base) else self.bounds.patterns
         guided = copy(self)
-        guided.bounds = self.bounds._replace(
-            patterns=no_patterns(), added=scaled(known, weight), blocks=no_blocks(len(self.product.sizes))
-        )
+        nothing, none = no_patterns(), no_blocks(len(self.product.sizes))
+        marks = self.bounds.landmarks if with_landmarks else no_landmarks()
+        guided.bounds = Bounds(nothing, marks, scaled(known, weight), none, self.bounds.projections)
         return guided
 
     @property

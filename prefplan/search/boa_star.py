@@ -122,29 +122,47 @@ def run(
         if pops == 0:
             return PAUSED
         pops -= 1
-        label = pop(queue, counters)
-        row, mu = labels.row[label], labels.mu[label]
-        known = states.known[row]
-        if mu == DOMINATED or mu + known[GROWTH_BOUND] >= limits[0]:
+        label = _take(view, bounds, states, labels, queue, counters, limits, buffer, tolerance)
+        if label == NONE:
             continue
-        cost = labels.cost[label]
-        if known[LOOKED] < bounds.patterns.base.shape[0]:
-            node = decode(view, known[CODE], buffer.choice)
-            raise_bound(bounds.patterns, node, buffer.choice, known, counters[LOWEST] - cost)
-        rest = known[COST_BOUND]
-        if _is_covered(tolerance, cost + rest, mu + known[GROWTH_BOUND]):
-            continue
-        estimate = cost + _inflated(view, tolerance, rest)
-        if estimate > counters[LOWEST]:
-            if rest < INFINITE and cost + rest <= limits[1]:
-                push(queue, counters, label, estimate)
-            continue
+        known = states.known[labels.row[label]]
         if known[SATISFIED] < 0:
-            limits[0], counters[FOUND] = mu, label
+            limits[0], counters[FOUND] = labels.mu[label], label
             return GOAL
         counters[EXPANDED] += 1
         counters[PARENT], counters[NEXT] = label, 0
         counters[COUNT] = successors(view, known[CODE], buffer)
+
+
+@bare_kernel
+def _take(
+    view: ProductView,
+    bounds: Bounds,
+    states: States,
+    labels: Labels,
+    queue: Queue,
+    counters: np.ndarray,
+    limits: np.ndarray,
+    buffer: Successors,
+    tolerance: Tolerance,
+) -> Integer:
+    """Take a label from the open list and return it; NONE if it need not be expanded, or is put back by its bound."""
+    label = pop(queue, counters)
+    cost, mu, known = labels.cost[label], labels.mu[label], states.known[labels.row[label]]
+    if mu == DOMINATED or mu + known[GROWTH_BOUND] >= limits[0]:
+        return NONE
+    if known[LOOKED] <= bounds.patterns.base.shape[0]:
+        node = decode(view, known[CODE], buffer.choice)
+        raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, counters[LOWEST] - cost)
+    rest = known[COST_BOUND]
+    if _is_covered(tolerance, cost + rest, mu + known[GROWTH_BOUND]):
+        return NONE
+    estimate = cost + _inflated(view, tolerance, rest)
+    if estimate <= counters[LOWEST]:
+        return label
+    if rest < INFINITE and cost + rest <= limits[1]:
+        push(queue, counters, label, estimate)
+    return NONE
 
 
 @bare_kernel

@@ -28,6 +28,7 @@ from prefplan.search.labels import (
     EXPANDED,
     FOUND,
     GOAL,
+    HEAD,
     LABELS,
     LOWEST,
     MORE_LABELS,
@@ -181,10 +182,10 @@ class Search(ABC):
 
         Args:
             limits: of time and memory.
-            most_expanded: labels after which to stop without more ado.
+            most_expanded: labels after which to stop without more ado; another call goes on from there.
         """
         pending: Found | None = None
-        while self.counters[EXPANDED] < most_expanded:
+        while pending or self.counters[EXPANDED] < most_expanded:
             end = self._run(POPS)
             limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
@@ -220,20 +221,27 @@ class Search(ABC):
         """Take note of a goal; return whether it is one, by its exact mu."""
 
     def _found(self, label: int) -> Found:
-        view = self.prepared.view
-        cost = int(self.labels.cost[label]) >> self.product.shift
         mu, labels = self._exact_mu(label), []
+        last = label
         while label != NONE:
             labels.append(label)
             label = int(self.labels.parent[label])
         labels.reverse()
-        codes = self.states.known[self.labels.row[labels], CODE]
-        automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
-        costs = self.labels.cost[labels].tolist()
-        nodes = (codes % view.nodes).tolist()
-        path = tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
+        codes, costs = self.states.known[self.labels.row[labels], CODE], self.labels.cost[labels]
+        path = self.waypoints(codes, costs.tolist())
         start = self._start_of(labels[0], path[0])
-        return Found(cost, mu, lambda: extract(self.product, self.prepared.graph, path, start))
+        return Found(
+            int(self.labels.cost[last]) >> self.product.shift,
+            mu,
+            lambda: extract(self.product, self.prepared.graph, path, start),
+        )
+
+    def waypoints(self, codes: np.ndarray, costs: Sequence[int]) -> tuple[Waypoint, ...]:
+        """Return product states (n,) on a path, and the costs of getting there, as waypoints."""
+        view = self.prepared.view
+        automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
+        nodes = (codes % view.nodes).tolist()
+        return tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
         """Return how a label without parent begins: of the starts that lead to its state the one of its mu."""
@@ -339,6 +347,15 @@ class BiObjectiveSearch(Search):
     def _exact_mu(self, label: int) -> int:
         return int(self.labels.mu[label])
 
+    def bound_cost(self, most: float) -> None:
+        """Look for no goals that cost more, in units."""
+        self.limits[1] = min(self.limits[1], self._up_to(most))
+
+    def adopt_states(self, other: Search) -> None:
+        """Take over the product states, with their bounds, of another search over the same."""
+        self.states, self.counters[ROWS] = other.states, other.counters[ROWS]
+        self.states.known[: other.counters[ROWS], HEAD] = NONE
+
     def _accept(self, goal: Found) -> bool:
         if self._cost_only:
             self.limits[1] = -1
@@ -365,3 +382,12 @@ def _longer(array: np.ndarray) -> np.ndarray:
     longer = np.empty((2 * len(array), *array.shape[1:]), array.dtype)
     longer[: len(array)] = array
     return longer
+
+
+def found_path(search: BiObjectiveSearch, path: Sequence[tuple[int, int]]) -> Found:
+    """Return the plan along product states, each with the cost of getting there."""
+    codes, costs = zip(*path, strict=True)
+    waypoints = search.waypoints(np.array(codes, dtype=np.int64), costs)
+    start = search._start_of(NONE, waypoints[0])
+    product, graph = search.product, search.prepared.graph
+    return Found(costs[-1] >> product.shift, None, lambda: extract(product, graph, waypoints, start))

@@ -20,7 +20,7 @@ from experiments.cli.choice import chosen_plan, show_no_plan
 from experiments.cli.completion import complete, objectives
 from experiments.cli.console import Console
 from experiments.cli.start import tell_if_compiling
-from experiments.cli.status import DONE, FAILED
+from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from prefplan.front import NoPlanError, UnfinishedError
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
@@ -62,7 +62,7 @@ def plan(options: argparse.Namespace) -> int:
     planner = Planner(scenario.problem())
     tell_if_compiling(quiet=options.quiet)
     try:
-        chosen = chosen_plan(planner, options)
+        chosen = chosen_plan(planner, options, keep_on_interrupt=True)
     except UnfinishedError as error:
         return _unfinished(options, scenario, planner, error)
     except NoPlanError as error:
@@ -75,10 +75,12 @@ def plan(options: argparse.Namespace) -> int:
 
 
 def _unfinished(options: argparse.Namespace, scenario: Scenario, planner: Planner, error: UnfinishedError) -> int:
-    """Print what is known when a limit ends the search."""
+    """Print what is known when a limit or Ctrl-C ends the search."""
     if options.json:
         output.print_json(output.unfinished_json(scenario, error, planner.stats))
     elif error.best:
         output.show_plan(Console(), scenario, error.best)
     print(f"prefplan: {error}", file=sys.stderr)
+    if error.ended == "interrupt":
+        return INTERRUPTED
     return DONE if error.best else FAILED

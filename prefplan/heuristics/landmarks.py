@@ -1,0 +1,260 @@
+"""Lower bounds of the cost-to-go by places that every plan still visits, as in the travelling salesman problem.
+
+A *landmark* of a product state is a set of nodes one of which every run to the end still reads (J. Hoffmann, J.
+Porteous and L. Sebastia, "Ordered landmarks in planning", JAIR 2004). In the order of first visits these are a path
+through all of them that begins at the state's node, so that no plan costs less than a minimum spanning tree over least
+costs between the sets. Multipliers on the sets make the tree more like a path, on which all but the ends have two
+neighbours (M. Held and R. M. Karp, "The traveling-salesman problem and minimum spanning trees", 1970): they are worked
+out for the start, and give a bound everywhere.
+
+Where many tasks are left this is larger than what sets of a few tasks cost (`pattern_database`), and it adds tables of
+no more than the graph's size. It is admissible, but need not be consistent.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prefplan.product.contraction import by_way_of
+from prefplan.product.kernels import Integer, bare_kernel, kernel
+from prefplan.product.product_automaton import Product
+from prefplan.product.successors import INFINITE, ProductView
+
+MOST_LANDMARKS = 62
+"""Landmarks are bits of one machine word."""
+
+SCALE = 16
+"""Multipliers are multiples of one part in so many of a unit of cost."""
+
+FAR = 2**48
+"""In place of the cost between sets of which none can be reached from the other; costs are less, times `SCALE`."""
+
+ROUNDS, FIRST_STEP, SHRINKING, HOPED = 200, 1.0, 0.98, 1.15
+"""Of the ascent: trees, the first step towards a bound so many times as large as the best yet, and how steps shrink."""
+
+
+class Landmarks(NamedTuple):
+    """M sets of the S nodes of a contracted graph. Costs are scaled by `SCALE`.
+
+    Attributes:
+        remaining: (N, Q) int64, the landmarks of each automaton's states, as bits.
+        between: (M, M) int64, least cost from one to the other, in the cheaper direction, and both multipliers.
+        ahead: (S, M) int64, least cost of going there from each node, and both multipliers.
+        price: (M,) int64, multipliers. node_price: (S,) int64.
+        least: (M,) int64, order: (M,) int64: scratch.
+    """
+
+    remaining: np.ndarray
+    between: np.ndarray
+    ahead: np.ndarray
+    price: np.ndarray
+    node_price: np.ndarray
+    least: np.ndarray
+    order: np.ndarray
+
+
+def no_landmarks() -> Landmarks:
+    """Return no sets: the bound 0."""
+    grid, none = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    return Landmarks(grid, grid, grid, none, none, none, none)
+
+
+def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks:
+    """Return the landmarks of a product over a contracted graph; none over another, or if costs are too large."""
+    if not view.macro:
+        return no_landmarks()
+    least = by_way_of(view.near, np.ones(len(view.near), dtype=bool))
+    if ((least < INFINITE) & (least >= FAR // SCALE)).any():
+        return no_landmarks()
+    remaining, sets = _sets(product, view)
+    if not sets:
+        return no_landmarks()
+    costs = np.where(least < INFINITE, least * SCALE, FAR)
+    ahead = np.stack([costs[:, nodes].min(axis=1) for nodes in sets], axis=1)
+    between = np.stack([ahead[nodes].min(axis=0) for nodes in sets])
+    shared = np.array([[bool(np.intersect1d(one, other).size) for other in sets] for one in sets])
+    between = np.where(shared, 0, np.minimum(between, between.T))
+    nowhere, scratch = np.zeros((2, len(least)), dtype=np.int64), np.zeros((2, len(sets)), dtype=np.int64)
+    plain = Landmarks(remaining, between, ahead, scratch[0] * 0, nowhere[0], *scratch)
+    codes = [product.decode(start.code)[1] for start in product.starts]
+    at_start = [int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes]
+    return _priced(plain, sets, start_node, max(at_start, key=int.bit_count))
+
+
+def _priced(plain: Landmarks, sets: list[np.ndarray], node: int, bits: int) -> Landmarks:
+    """Return landmarks with multipliers that make the bound of the start, where these remain, large."""
+    price, node_price = np.zeros_like(plain.price), np.zeros_like(plain.node_price)
+    price[:], node_price[node] = ascent(plain, node, bits)
+    for m, nodes in reversed(list(enumerate(sets))):
+        node_price[nodes] = price[m]
+    between = plain.between + price[:, None] + price[None, :]
+    ahead = plain.ahead + node_price[:, None] + price[None, :]
+    return plain._replace(between=between, ahead=ahead, price=price, node_price=node_price)
+
+
+def _sets(product: Product, view: ProductView) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return (N, Q) the landmarks of each automaton's states as bits, and which nodes each landmark has."""
+    tasks, most, labels = product.delta.shape
+    met = np.zeros(labels, dtype=bool)
+    met[view.classes] = True
+    numbers: dict[bytes, int] = {}
+    sets: list[np.ndarray] = []
+    remaining = np.zeros((tasks, most), dtype=np.int64)
+    for i in range(tasks):
+        leads = _leads(product, i) & met
+        ends = np.isin(np.arange(most), product.ends[i][product.ends[i] >= 0])
+        needed = {c.tobytes(): _without(leads, ends, c) for c in _candidates(product, i, leads) & met}
+        dead = _without(leads, ends, np.zeros(labels, dtype=bool))
+        for q in np.flatnonzero(~ends & ~dead):
+            cuts = [np.frombuffer(c, dtype=bool) for c, cut in needed.items() if cut[q]]
+            for cut in cuts:
+                if any((other <= cut).all() and (other < cut).any() for other in cuts):
+                    continue
+                if cut.tobytes() not in numbers and len(sets) < MOST_LANDMARKS:
+                    numbers[cut.tobytes()] = len(sets)
+                    sets.append(np.flatnonzero(cut[view.classes]))
+                if cut.tobytes() in numbers:
+                    remaining[i, q] |= 1 << numbers[cut.tobytes()]
+    return remaining, sets
+
+
+def _leads(product: Product, i: int) -> np.ndarray:
+    """Return (Q, Q, C) whether an automaton may get from a state to another by reading a label class."""
+    _, most, labels = product.delta.shape
+    leads = np.zeros((most, most, labels), dtype=bool)
+    q, c = np.ogrid[:most, :labels]
+    leads[q, product.delta[i], c] = True
+    for state, label in np.argwhere(np.diff(product.extra_first[i], axis=1)):
+        bought = slice(product.extra_first[i, state, label], product.extra_first[i, state, label + 1])
+        leads[state, product.extra_state[bought], label] = True
+    return leads
+
+
+def _candidates(product: Product, i: int, leads: np.ndarray) -> np.ndarray:
+    """Return (n, C) sets of label classes that an automaton may not do without."""
+    changes = leads & ~np.eye(len(leads), dtype=bool)[:, :, None]
+    names = sorted(product.automata[i].propositions)
+    named = [[name in label for label in product.class_sets] for name in names]
+    return np.concatenate(
+        [changes.any(axis=1), changes.any(axis=0), np.array(named, dtype=bool).reshape(len(names), -1)]
+    )
+
+
+def _without(leads: np.ndarray, ends: np.ndarray, avoided: np.ndarray) -> np.ndarray:
+    """Return (Q,) from which states no end can be reached without reading some label classes."""
+    steps = leads[:, :, ~avoided].any(axis=2)
+    reached = ends
+    while ((now := reached | (steps & reached).any(axis=1)) != reached).any():
+        reached = now
+    return ~reached
+
+
+@kernel
+def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, Any]:
+    """Return (M,) multipliers of landmarks, and that of the node of the start, that make the start's bound large."""
+    count = plain.price.shape[0]
+    price, best_price = np.zeros(count + 1, dtype=np.int64), np.zeros(count + 1, dtype=np.int64)
+    exact, best = np.zeros(count + 1), -1.0
+    degree, before = np.zeros(count + 1), np.zeros(count + 1)
+    nearest = np.zeros(count, dtype=np.int64)
+    length = FIRST_STEP
+    for _ in range(ROUNDS):
+        for m in range(count + 1):
+            price[m] = round(exact[m])
+        bound = float(_tree(plain, price, node, bits, nearest, degree))
+        if bound > best:
+            best = bound
+            best_price[:] = price
+        slack = degree - 2.0
+        norm = 0.0
+        for m in range(count + 1):
+            if m < count and not bits >> m & 1:
+                slack[m] = 0.0
+            norm += slack[m] * slack[m]
+        if norm == 0.0 or best >= FAR / 2:
+            break
+        step = length * max(HOPED * best - bound, 1.0) / norm
+        for m in range(count + 1):
+            exact[m] += step * (0.7 * slack[m] + 0.3 * before[m])
+            before[m] = slack[m]
+        length *= SHRINKING
+    return best_price[:count], best_price[count]
+
+
+@kernel
+def _tree(
+    plain: Landmarks, price: np.ndarray, node: Integer, bits: Integer, nearest: np.ndarray, degree: np.ndarray
+) -> Integer:
+    """Return the bound by a minimum spanning tree with multipliers, and write degrees in it, the start's last.
+
+    The end of the path counts as joined to the start, so that on a path all degrees are 2.
+    """
+    count = plain.price.shape[0]
+    degree[:] = 0.0
+    total, cheapest, last = -price[count], np.int64(FAR), 0
+    for m in range(count):
+        if bits >> m & 1:
+            plain.least[m] = plain.ahead[node, m] + price[count] + price[m]
+            nearest[m] = count
+            total -= 2 * price[m]
+            if price[m] < cheapest:
+                cheapest, last = price[m], m
+    left = bits
+    while left:
+        best, cost = -1, np.int64(2 * FAR)
+        for m in range(count):
+            if left >> m & 1 and plain.least[m] < cost:
+                best, cost = m, plain.least[m]
+        left ^= 1 << best
+        total += cost
+        degree[best] += 1.0
+        degree[nearest[best]] += 1.0
+        for m in range(count):
+            if left >> m & 1:
+                onward = plain.between[best, m] + price[best] + price[m]
+                if onward < plain.least[m]:
+                    plain.least[m], nearest[m] = onward, best
+    degree[last] += 1.0
+    degree[count] += 1.0
+    return np.int64(total + cheapest)
+
+
+@bare_kernel
+def landmark_bound(marks: Landmarks, node: Integer, automata: np.ndarray) -> Integer:
+    """Return a lower bound of the cost-to-go of a product state; `INFINITE` if not all landmarks can be visited."""
+    if marks.price.shape[0] == 0:
+        return np.int64(0)
+    bits = np.int64(0)
+    for i in range(automata.shape[0]):
+        bits |= marks.remaining[i, automata[i]]
+    if bits == 0:
+        return np.int64(0)
+    count, best, m = 0, 0, 0
+    total, cheapest = -marks.node_price[node], np.int64(FAR)
+    while bits:
+        if bits & 1:
+            marks.order[count], marks.least[count] = m, marks.ahead[node, m]
+            if marks.least[count] < marks.least[best]:
+                best = count
+            total -= 2 * marks.price[m]
+            cheapest = min(cheapest, marks.price[m])
+            count += 1
+        bits >>= 1
+        m += 1
+    # Prim's algorithm; those not yet in the tree are kept together.
+    while count:
+        total += marks.least[best]
+        added = marks.order[best]
+        count -= 1
+        marks.order[best], marks.least[best] = marks.order[count], marks.least[count]
+        best = 0
+        for k in range(count):
+            marks.least[k] = min(marks.least[k], marks.between[added, marks.order[k]])
+            if marks.least[k] < marks.least[best]:
+                best = k
+    bound = total + cheapest
+    if bound >= FAR // 2:
+        return np.int64(INFINITE)
+    return np.int64(max(0, (bound + SCALE - 1) // SCALE))

@@ -1,0 +1,109 @@
+"""What is known of a plan or a front when the search is stopped is so, whenever that is; judged by exact fronts."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import judge
+import pytest
+from judge.verdict import beyond, misjudged
+
+from prefplan import Planner, UnfinishedError, pareto_front
+from prefplan import planner as planner_module
+from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.limits import Limits
+from prefplan.scenario.decode import from_dict
+from prefplan.search import driver, guided
+from prefplan.search.beam import beam_search
+from prefplan.search.driver import BiObjectiveSearch
+
+
+@pytest.fixture(autouse=True)
+def _few_tasks_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Guide the search for few tasks, too, and let it widen its beam after few labels."""
+    monkeypatch.setattr(guided, "GUIDED_TASKS", 1)
+    monkeypatch.setattr(planner_module, "GUIDED_TASKS", 1)
+    monkeypatch.setattr(guided, "FIRST_EXPANDED", 2)
+    monkeypatch.setattr(guided, "WIDTHS", (1, 2))
+    monkeypatch.setattr(driver, "POPS", 1)
+
+
+def stop_after(looks: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the time be up when the clock was looked at so often."""
+    seen: list[Limits] = []
+
+    def out_of_time(limits: Limits) -> bool:
+        seen.append(limits)
+        return len(seen) > looks
+
+    monkeypatch.setattr(Limits, "out_of_time", property(out_of_time))
+
+
+def problems() -> list[Any]:
+    return [judge.random_errands(seed, "order") for seed in range(3)] + [
+        judge.random_problem(seed, kind="order", tasks=3, relaxed=False) for seed in range(6)
+    ]
+
+
+def test_a_guided_search_finds_what_the_exact_one_finds() -> None:
+    for problem in problems():
+        planned = from_dict(problem.scenario(), name="problem").problem()
+        front = pareto_front(planned, max_cost=100)
+        if front:
+            plan = Planner(planned).cheapest()
+            assert (plan.cost, plan.preference) == (front[0].cost, front[0].preference)
+            assert misjudged(problem, plan) is None
+
+
+def test_a_stopped_search_for_a_plan_proves_no_more_than_is_so() -> None:
+    known = 0
+    for problem in problems():
+        planned = from_dict(problem.scenario(), name="problem").problem()
+        front = pareto_front(planned, max_cost=100)
+        for looks in (0, 3, 9, 20, 60) if front else ():
+            with pytest.MonkeyPatch.context() as patch:
+                stop_after(looks, patch)
+                try:
+                    plan, within = Planner(planned).cheapest(max_seconds=60), 0
+                except UnfinishedError as error:
+                    assert (error.complete_below or 0) <= front[0].cost
+                    plan, within = error.best, error.within
+            if plan is not None:
+                known += 1
+                assert misjudged(problem, plan) is None
+                if within is not None:
+                    assert front[0].cost <= plan.cost <= front[0].cost * (1 + within / 100) * (1 + 1e-12)
+    assert known > 10
+
+
+def test_a_stopped_front_has_plans_beyond_and_proves_no_more_than_is_so() -> None:
+    proven = 0
+    for problem in problems():
+        planned = from_dict(problem.scenario(), name="problem").problem()
+        exact = pareto_front(planned, max_cost=100)
+        expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
+        for looks in (5, 20, 60, 120, 240) if exact else ():
+            with pytest.MonkeyPatch.context() as patch:
+                stop_after(looks, patch)
+                front = pareto_front(planned, max_cost=100)
+            assert all(misjudged(problem, plan) is None for plan in front)
+            below = front.complete_below or 0
+            points = [(plan.cost, plan.preference) for plan in front]
+            assert front.complete or all((plan.cost, plan.preference) in points for plan in exact if plan.cost < below)
+            if front.ended and front.within is not None:
+                proven += 1
+                assert beyond(front, expected, Fraction(str(front.within))) is None
+    assert proven > 8
+
+
+def test_a_wide_beam_follows_every_way() -> None:
+    for problem in problems():
+        planned = from_dict(problem.scenario(), name="problem").problem()
+        front = pareto_front(planned, max_cost=100)
+        planner = Planner(planned)
+        light = Prepared(planner._product, Options(heuristic=1, preference_bound=False), single=True)
+        search = BiObjectiveSearch(light.guided(0, with_landmarks=True), cost_only=True)
+        found = beam_search(search, 10**6, 10**9)
+        assert (found and found.plan.cost) == (front[0].cost if front else None)
+        assert found is None or beam_search(search, 10**6, found.cost) is None
