@@ -172,7 +172,8 @@ class Front(Sequence[Plan]):
         plans: the points.
         reason: why there is no plan; None if there is one, or if that is not known.
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
-        complete_below: every point of lower cost has been found; None if the front is complete, or within some percent.
+        complete_below: every point of lower cost has been found, and what is dearer is a plan that may be none of the
+            front; None if the front is complete, or within some percent.
         within: every point of the exact front has one here whose cost and mu are at most so many percent larger: 0 for
             a complete front, None where the search was stopped before it could prove any.
         resolution: of what the model's costs were rounded to a multiple; None if they are as they were given.

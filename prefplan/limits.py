@@ -183,9 +183,6 @@ class Percent:
 
 EXACT = Percent(Fraction(0))
 
-DRAFT = Percent(Fraction(50))
-"""Of a front that is found in a tenth of the time of the exact one, to have plans soon."""
-
 
 def percent(value: Number) -> Percent:
     """Return a number of percent, which must not be negative."""

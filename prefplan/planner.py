@@ -19,7 +19,7 @@ from prefplan.exact_costs import Number, exact, inclusive, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.ledger import Ledger
-from prefplan.limits import DRAFT, EXACT, LimitError, Limits, Percent, available_memory, percent
+from prefplan.limits import EXACT, LimitError, Limits, Percent, available_memory, percent
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import Quotient
@@ -30,7 +30,7 @@ from prefplan.product.product_automaton import Product
 from prefplan.search.bounds import FrontLimits, PlanLimits, bounded, require_bounds
 from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
 from prefplan.search.exact_search import ExactSearch
-from prefplan.search.guided import GUIDED_TASKS, CheapestSearch
+from prefplan.search.guided import GUIDED_TASKS, CheapestSearch, draft
 from prefplan.search.narrowing import NarrowingSearch, proven_percent
 from prefplan.search.objective_search import points
 from prefplan.search.vector_search import VectorSearch
@@ -306,10 +306,7 @@ class Planner:
                 )
                 if search is None:
                     return
-                if isinstance(search, BiObjectiveSearch) and not single and max_mu is None:
-                    self._draft_front(search.prepared, limits, max_cost)
-                if not limits.ended:
-                    self._stopped = search
+                self._stopped = search
                 for found in search.goals(limits) if not limits.ended else ():
                     self._account(search, began)
                     if found.cost > yielded or tolerance.value:
@@ -325,15 +322,11 @@ class Planner:
                 # What 64 bits may not hold is searched again in Python's integers.
                 limits.ended = None
 
-    def _draft_front(self, prepared: Prepared, limits: Limits, max_cost: float) -> None:
+    def _draft_front(self, limits: Limits, max_cost: float) -> None:
         """Look for plans that are close to the front, to have some soon, unless it is found soon itself."""
         if len(self.problem.tasks) >= GUIDED_TASKS:
-            self._stopped = NarrowingSearch(prepared, DRAFT, max_cost=max_cost)
-            # The front is not complete up to where this search gets.
-            own = replace(limits)
-            for found in self._stopped.goals(own):
+            for found in draft(self._product, self._options, limits, max_cost):
                 self._draft.append(self._checked(found, self._product))
-            limits.ended = own.ended
 
     def _points(self, limits: Limits, first: str | None, **wanted: Unpack[PlanLimits]) -> Iterator[Found]:
         """Yield points of the front of several costs and preferences; see `objective_search.points`."""
@@ -375,6 +368,8 @@ class Planner:
         if single and max_mu is None and measure.bi_objective:
             self._cheapest = CheapestSearch(self._product, options, limits, max_cost)
             return self._cheapest.search()
+        if not (single or tolerance.value) and max_mu is None and measure.bi_objective:
+            self._draft_front(limits, max_cost)
         prepared = Prepared(self._product, options, single=single, max_bytes=limits.bytes)
         if not measure.bi_objective:
             return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, tolerance=tolerance)

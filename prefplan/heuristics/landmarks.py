@@ -136,9 +136,9 @@ def _candidates(product: Product, i: int, leads: np.ndarray) -> np.ndarray:
     """Return (n, C) sets of label classes that an automaton may not do without."""
     changes = leads & ~np.eye(len(leads), dtype=bool)[:, :, None]
     names = sorted(product.automata[i].propositions)
-    named = [[name in label for label in product.class_sets] for name in names]
+    named = np.array([[name in label for label in product.class_sets] for name in names], dtype=bool)
     return np.concatenate(
-        [changes.any(axis=1), changes.any(axis=0), np.array(named, dtype=bool).reshape(len(names), -1)]
+        [changes.any(axis=1), changes.any(axis=0), named.reshape(len(names), len(product.class_sets))]
     )
 
 

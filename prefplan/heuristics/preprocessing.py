@@ -34,6 +34,9 @@ UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
 """Time to fill an entry without stages, and to expand a label, in all and for each set, in units of the time to fill an
 entry with stages, about 20 ns."""
 
+SHARED = 0.4
+"""Of the sum of what tasks cost alone, about what they cost together."""
+
 ENTRY_BYTES = 8
 
 TABLES_SHARE = 0.5
@@ -154,17 +157,23 @@ class Prepared:
             return no_blocks(measure.tasks)
         return blocks(backward, measure, self.product.units.factor, known)
 
-    def guided(self, weight: float, *, with_landmarks: bool = False) -> Prepared:
+    def guided(self, weight: float) -> Prepared:
         """Return the same with so many times the sum of all tables in place of bounds.
 
         The larger the weight, the sooner best-first search has a plan, and the dearer that may be (weighted A*:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
+        return self._with(weight, no_landmarks(), no_blocks(len(self.product.sizes)))
+
+    def for_beams(self) -> Prepared:
+        """Return the same with estimates of what is left of cost and mu, that know dead ends."""
+        marks = self.bounds.landmarks
+        return self._with(0 if len(marks.price) else SHARED, marks, self.bounds.blocks)
+
+    def _with(self, weight: float, marks: Landmarks, growths: Blocks) -> Prepared:
         known = self.bounds.added if len(self.bounds.added.base) else self.bounds.patterns
         guided = copy(self)
-        nothing, none = no_patterns(), no_blocks(len(self.product.sizes))
-        marks = self.bounds.landmarks if with_landmarks else no_landmarks()
-        guided.bounds = Bounds(nothing, marks, scaled(known, weight), none, self.bounds.projections)
+        guided.bounds = Bounds(no_patterns(), marks, scaled(known, weight), growths, self.bounds.projections)
         return guided
 
     @property

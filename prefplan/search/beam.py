@@ -1,8 +1,8 @@
 """Better plans with more work: beam search.
 
-From layer to layer, only so many product states are followed, those of the least sum of the cost so far and an estimate
-of what is left (B. Lowerre, "The Harpy speech recognition system", 1976). Whatever it finds is a plan; how far that is
-from the best it does not tell.
+From layer to layer, only so many product states are followed, those of the least sum of what was spent and an estimate
+of what is left, where mu may weigh, too (B. Lowerre, "The Harpy speech recognition system", 1976). Whatever is found is
+a plan; how far that is from the best it does not tell.
 """
 
 from __future__ import annotations
@@ -14,13 +14,15 @@ import numpy as np
 
 from prefplan.heuristics.landmarks import landmark_bound
 from prefplan.heuristics.pattern_database import added_bound
-from prefplan.heuristics.preprocessing import Bounds, Prepared
+from prefplan.heuristics.preference_bound import preference_bound
+from prefplan.heuristics.preprocessing import Bounds
 from prefplan.limits import check_limits
 from prefplan.product.contraction import NODE_LIMIT
 from prefplan.product.kernels import Integer, kernel
 from prefplan.product.moves import unpack
 from prefplan.product.successors import INFINITE, ProductView, Successors, decode, masks, successors
 from prefplan.search.driver import BiObjectiveSearch, Found, found_path
+from prefplan.search.labels import Growth, mu_after
 
 PORTION = 2**14
 """Successors that are worked out between two looks at the limits."""
@@ -30,12 +32,15 @@ class Beam(NamedTuple):
     """Product states of a layer.
 
     Attributes:
-        code: (n,) int64. cost: (n,) int64, of getting there. origin: (n,) int64, place in the layer before.
-        rank: (n,) int64, the cost so far and an estimate of what is left. done: (n,) bool, whether no task is left.
+        code: (n,) int64. cost: (n,) int64, mu: (n,) int64, of getting there. origin: (n,) int64, place in the layer
+            before.
+        rank: (n,) float64, cost and weighted mu so far, and an estimate of what is left of both.
+        done: (n,) bool, whether no task is left.
     """
 
     code: np.ndarray
     cost: np.ndarray
+    mu: np.ndarray
     origin: np.ndarray
     rank: np.ndarray
     done: np.ndarray
@@ -45,52 +50,58 @@ class Beam(NamedTuple):
         return Beam(*(column[kept] for column in self))
 
 
-def beam_search(search: BiObjectiveSearch, width: int, most: float) -> Found | None:
-    """Return the cheapest plan that a beam finds, or None.
+def beam_search(search: BiObjectiveSearch, width: int, most: float, weight: float = 0.0) -> Found | None:
+    """Return the plan of the least weighted sum of cost and mu that a beam finds, or None.
 
     Args:
-        search: begins where plans do; its added tables and its landmarks are the estimate.
+        search: begins where plans do, with what `Prepared.for_beams` gives.
         width: product states of a layer that are followed.
         most: bound of the plan's cost, in units; it must be less.
+        weight: what a unit of mu weighs, in units of cost.
 
     Raises:
         LimitError: a limit was reached.
     """
     search.reset()
-    prepared, starts = search.prepared, len(search.product.starts)
+    starts = len(search.product.starts)
     nothing = np.zeros(starts, dtype=np.int64)
-    now = Beam(search.buffer.code[:starts].copy(), nothing, np.arange(starts), nothing, nothing > 0)
+    paid = search.buffer.violation[:starts] @ search.growth.violation
+    now = Beam(search.buffer.code[:starts].copy(), nothing, paid, np.arange(starts), nothing * 0.0, nothing > 0)
     limit = INFINITE if most == math.inf else int(most) << search.product.shift
-    passed, path = [now], list[tuple[int, int]]()
-    # A plan that is worth its cost does not meet a product state twice; beams end much earlier.
-    for _ in range(int(search.product.sizes.sum()) * min(prepared.view.nodes, NODE_LIMIT)):
-        after = _expanded(prepared, now, search.buffer, limit)
-        for goal in np.flatnonzero(after.done & (after.cost < limit)):
-            if after.cost[goal] < limit:
-                limit, path = int(after.cost[goal]), _path([*passed, after], int(goal))
-        now = _narrowed(after.of(np.flatnonzero(~after.done & (after.cost < limit))), width)
+    passed, path, best = [now], list[tuple[int, int]](), math.inf
+    # Where automata can come back, a beam might go on for long; where they cannot, it ends much earlier.
+    for _ in range(int(search.product.sizes.sum()) * min(search.prepared.view.nodes, NODE_LIMIT)):
+        after = _expanded(search, now, limit, weight)
+        goals = np.flatnonzero(after.done & (after.rank < best))
+        if len(goals):
+            goal = int(goals[after.rank[goals].argmin()])
+            best, path = after.rank[goal], _path([*passed, after], goal)
+        now = _narrowed(after.of(np.flatnonzero(~after.done & (after.rank < best))), width)
         if not len(now.code):
             break
         passed.append(now)
     return found_path(search, path) if path else None
 
 
-def _expanded(prepared: Prepared, now: Beam, buffer: Successors, limit: int) -> Beam:
+def _expanded(search: BiObjectiveSearch, now: Beam, limit: int, weight: float) -> Beam:
     """Return the successors of a layer."""
+    prepared, buffer = search.prepared, search.buffer
     room = PORTION + len(buffer.code)
     first, found = 0, list[Beam]()
+    per_mu = weight * 2**search.product.shift
     while first < len(now.code):
         check_limits()
-        code, cost, origin, rank = np.empty((4, room), dtype=np.int64)
-        made = Beam(code, cost, origin, rank, np.empty(room, dtype=np.bool_))
-        first, count = map(int, expand_layer(prepared.view, prepared.bounds, now, first, limit, buffer, made))
+        code, cost, mu, origin = np.empty((4, room), dtype=np.int64)
+        made = Beam(code, cost, mu, origin, np.empty(room), np.empty(room, dtype=np.bool_))
+        args = prepared.view, prepared.bounds, search.growth, now, first, limit, per_mu, buffer, made
+        first, count = map(int, expand_layer(*args))
         found.append(made.of(np.arange(count)))
     return Beam(*map(np.concatenate, zip(*found, strict=True)))
 
 
 def _narrowed(layer: Beam, width: int) -> Beam:
-    """Return of each product state the cheapest, and of those so many of the least rank."""
-    order = np.lexsort((layer.cost, layer.code))
+    """Return of each product state the path of the least rank, and of those so many of the least."""
+    order = np.lexsort((layer.rank, layer.code))
     code = layer.code[order]
     layer = layer.of(order[np.concatenate([[True], code[1:] != code[:-1]])] if len(code) else order)
     return layer.of(np.argsort(layer.rank, kind="stable")[:width])
@@ -107,7 +118,15 @@ def _path(layers: list[Beam], at: int) -> list[tuple[int, int]]:
 
 @kernel
 def expand_layer(
-    view: ProductView, bounds: Bounds, layer: Beam, first: Integer, limit: Integer, buffer: Successors, made: Beam
+    view: ProductView,
+    bounds: Bounds,
+    growth: Growth,
+    layer: Beam,
+    first: Integer,
+    limit: Integer,
+    weight: float,
+    buffer: Successors,
+    made: Beam,
 ) -> tuple[Integer, Integer]:
     """Write the successors of a layer's states from one on, as far as there is room.
 
@@ -116,20 +135,28 @@ def expand_layer(
     """
     count, digits = 0, buffer.digits.seen
     while first < layer.code.shape[0] and count + buffer.code.shape[0] <= made.code.shape[0]:
+        before = layer.cost[first]
         for k in range(successors(view, layer.code[first], buffer)):
-            cost = layer.cost[first] + buffer.cost[k]
-            if cost >= limit:
+            after = before + buffer.cost[k]
+            if after >= limit or after >> view.shift >= growth.cost_limit:
                 continue
+            satisfied, _ = masks(view, buffer.automata)
+            spent = before >> view.shift
+            mu = mu_after(
+                growth, layer.mu[first], satisfied, spent, after >> view.shift, buffer.violation[k], view.relaxed
+            )
             node = decode(view, buffer.code[k], buffer.choice)
             if view.generated:
                 unpack(view.moves, node, digits)
+            satisfied, done = masks(view, buffer.choice)
             estimate = added_bound(bounds.added, bounds.projections, digits, node, buffer.choice)
             left = landmark_bound(bounds.landmarks, node, buffer.choice)
-            if estimate >= INFINITE or cost + left >= limit:
+            rising = preference_bound(bounds.blocks, bounds.projections, digits, node, buffer.choice, satisfied)
+            if max(estimate, left, rising, mu) >= INFINITE or after + left >= limit:
                 continue
-            _, done = masks(view, buffer.choice)
-            made.code[count], made.cost[count], made.origin[count] = buffer.code[k], cost, first
-            made.rank[count], made.done[count] = cost + estimate + left, done == (1 << buffer.choice.shape[0]) - 1
+            made.code[count], made.cost[count], made.mu[count], made.origin[count] = buffer.code[k], after, mu, first
+            made.rank[count] = float(after + estimate + left) + weight * float(mu + rising)
+            made.done[count] = done == (1 << buffer.choice.shape[0]) - 1
             count += 1
         first += 1
     return first, count

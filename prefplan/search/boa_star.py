@@ -43,8 +43,8 @@ from prefplan.search.labels import (
     Growth,
     Queue,
     States,
-    added_mu,
     enter_state,
+    mu_after,
     pop,
     push,
 )
@@ -216,12 +216,8 @@ def _enter(
         return ENTERED
     if spent >= growth.cost_limit:
         return TOO_LARGE
-    mu += added_mu(growth, satisfied, before, spent)
-    if view.relaxed or parent == NONE:
-        for i in range(growth.violation.shape[0]):
-            mu += growth.violation[i] * buffer.violation[k, i]
-    for m in range(growth.maximum.shape[0]):
-        mu = max(mu, growth.maximum[m, satisfied] * spent)
+    pays = view.relaxed or parent == NONE
+    mu = np.int64(mu_after(growth, mu, satisfied, before, spent, buffer.violation[k], pays))
     if mu >= limits[0]:
         return ENTERED
     slack, most, next_lookup = limits[0] - mu, min(limits[1] - after, INFINITE - 1), counters[LOWEST] - after

@@ -11,7 +11,7 @@ from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.search.beam import beam_search
-from prefplan.search.driver import BiObjectiveSearch, Found, Search
+from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
 from prefplan.search.labels import EXPANDED, LOWEST, PAUSED
 
 WIDTHS = (1, 10, 100)
@@ -30,6 +30,9 @@ better ones, as tasks share their ways."""
 MOST_EXPANDED = 200_000
 """Labels that each weight may take: about half a second."""
 
+
+DRAFT_WIDTHS, DRAFT_WEIGHTS = (1, 30), (0.0, 0.1, 0.5, 2.0, 1e6)
+"""Widths of beams for a draft of a front, and how much mu weighs in each, next to cost: all take 0.1 s for 10 tasks."""
 
 GUIDED_TASKS = 9
 """Tasks from which on some plan is looked for before the cheapest."""
@@ -70,7 +73,7 @@ class CheapestSearch:
         light = Prepared(self._product, options, single=True, max_bytes=self._limits.bytes)
         self.least_cost = least_estimate(light)
         if len(light.bounds.landmarks.price):
-            self._beams = BiObjectiveSearch(light.guided(0, with_landmarks=True), cost_only=True)
+            self._beams = BiObjectiveSearch(light.for_beams(), cost_only=True)
             for width in WIDTHS:
                 self._follow_beam(width)
         if self.incumbent is None:
@@ -102,6 +105,33 @@ class CheapestSearch:
             width, expanded = width * WIDER, expanded * WIDER
             if self._follow_beam(width):
                 alone.bound_cost(self._max_cost)
+
+
+def draft(product: Product, options: Options, limits: Limits, max_cost: float) -> Iterator[Found]:
+    """Yield plans that are close to the front, or some of them: cheap ones, preferred ones, and some in between.
+
+    Args:
+        product: what to search.
+        options: how.
+        limits: of memory.
+        max_cost: inclusive bound of the total cost, in units.
+
+    Raises:
+        LimitError: a limit was reached.
+    """
+    light = Prepared(product, replace(options, heuristic=1), single=False, max_bytes=limits.bytes)
+    beams = BiObjectiveSearch(light.for_beams())
+    for width in DRAFT_WIDTHS:
+        ratio = 0.0
+        for weight in DRAFT_WEIGHTS:
+            found = beam_search(beams, width, max_cost + 1, weight * ratio)
+            if found is None:
+                break
+            yield found
+            mu = float(in_units(product, Fraction(found.mu)))
+            if mu <= 0:
+                break
+            ratio = ratio or found.cost / mu
 
 
 def weighted(prepared: Prepared, limits: Limits, max_cost: float) -> Iterator[Found]:

@@ -92,6 +92,20 @@ def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer
 
 
 @bare_kernel
+def mu_after(
+    growth: Growth, mu: Integer, satisfied: Integer, before: Integer, after: Integer, violation: np.ndarray, pays: bool
+) -> Integer:
+    """Return a label's mu after a step from one cost to another, of so many violation costs (N,) if it pays any."""
+    mu += added_mu(growth, satisfied, before, after)
+    if pays:
+        for i in range(growth.violation.shape[0]):
+            mu += growth.violation[i] * violation[i]
+    for m in range(growth.maximum.shape[0]):
+        mu = max(mu, growth.maximum[m, satisfied] * after)
+    return mu
+
+
+@bare_kernel
 def enter_state(
     view: ProductView,
     bounds: Bounds,

@@ -26,9 +26,10 @@ from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 
 LIMITS = """\
-A limit may end the search before its plan is found. The cheapest plan and a plan of a number are found at the end only:
-the exit status is then 4, which does not mean that there is no plan (that is 3). A search for the preferred plan prints
-the best plan so far, if any, and says that a better one may exist. With --json, "complete" is false in both cases."""
+A limit, or Ctrl-C, may end the search before its plan is found. What is printed then is the best plan so far and, for
+the cheapest one, by how much it may be dearer than any: from nine tasks on, some plan is known early. If none is known
+the exit status is 4, which does not mean that there is no plan (that is 3). With --json, "complete" is false in both
+cases."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:

@@ -113,6 +113,36 @@ def reachable(
     numbers = Numbering(space.bound)
     for code in known:
         numbers.add(np.array([code], dtype=np.int64))
+    lists, names_of_actions = _edges(generator, numbers, known, canonical)
+    check_limits(EDGE_BYTES * sum(map(len, lists["sources"])))
+    source = np.concatenate(lists.pop("sources"))
+    order = np.argsort(source, kind="stable")
+    offsets = np.searchsorted(source[order], np.arange(len(numbers) + 1)).astype(np.int64)
+    del source
+    codes = numbers.all
+    labels, label_sets = _labels(space, codes, names)
+    return TransitionSystem(
+        states=OnDemand(len(codes), lambda i: space.decode(int(codes[i]))),
+        start=0,
+        offsets=offsets,
+        targets=np.concatenate(lists.pop("targets"))[order],
+        actions=np.concatenate(lists.pop("actions"))[order],
+        costs=np.concatenate(lists.pop("costs"))[order],
+        unit=generator.unit,
+        labels=labels,
+        action_names=names_of_actions,
+        label_sets=label_sets,
+        propositions=space.model.known_propositions,
+    )
+
+
+def _edges(
+    generator: Generator,
+    numbers: Numbering,
+    known: Sequence[int],
+    canonical: Callable[[np.ndarray], np.ndarray] | None,
+) -> tuple[dict[str, list[np.ndarray]], tuple[str, ...]]:
+    """Number every state that is reached from known ones, and return the edges in pieces, and the actions' texts."""
     index: dict[Action, int] = {}
     none = np.empty(0, dtype=np.int32)
     lists = {"sources": [none], "targets": [none], "actions": [none], "costs": [generator.matrix.ravel()[:0]]}
@@ -131,26 +161,7 @@ def reachable(
         check_limits(LAYER_BYTES * sum(map(len, found)))
         layer = numbers.add(np.concatenate([layer[:0], *found]))
         lists["targets"] += map(numbers.number, found)
-    check_limits(EDGE_BYTES * sum(map(len, lists["sources"])))
-    source = np.concatenate(lists.pop("sources"))
-    order = np.argsort(source, kind="stable")
-    offsets = np.searchsorted(source[order], np.arange(len(numbers) + 1)).astype(np.int64)
-    del source
-    codes = numbers.all
-    labels, label_sets = _labels(space, codes, names)
-    return TransitionSystem(
-        states=OnDemand(len(codes), lambda i: space.decode(int(codes[i]))),
-        start=0,
-        offsets=offsets,
-        targets=np.concatenate(lists.pop("targets"))[order],
-        actions=np.concatenate(lists.pop("actions"))[order],
-        costs=np.concatenate(lists.pop("costs"))[order],
-        unit=generator.unit,
-        labels=labels,
-        action_names=tuple(map(str, index)),
-        label_sets=label_sets,
-        propositions=space.model.known_propositions,
-    )
+    return lists, tuple(map(str, index))
 
 
 def _labels(

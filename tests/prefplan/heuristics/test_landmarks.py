@@ -72,3 +72,8 @@ def test_places_on_a_line_are_bounded_exactly() -> None:
     _, automata = whole.decode(whole.starts[0].code)
     bound = int(landmark_bound(marks, graph.start, np.array(automata))) >> whole.shift
     assert bound * whole.units.cost == Planner(problem).cheapest().cost == 24
+
+
+def test_a_task_may_name_nothing() -> None:
+    system = TransitionSystem.from_transitions([(0, "on", 1, 1)], start=0, labels={1: ["a"]})
+    assert Planner(Problem(system, [Task("x", "true"), Task("y", "F a")], Order())).cheapest().cost == 1
