@@ -172,6 +172,11 @@ class Product:
         """Whether some label may be read in more than one way."""
         return len(self.extra_state) > 0
 
+    @cached_property
+    def rates(self) -> np.ndarray:
+        """(2^N,) int64, units of mu for each unit of cost while a set of tasks is satisfied."""
+        return self.problem.measure.rate_table(self.units.factor)
+
     @property
     def start_node(self) -> int:
         """The state s0 as a number below `nodes`."""

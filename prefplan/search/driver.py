@@ -123,7 +123,7 @@ class Search(ABC):
         offsets = [min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT) for term in late]
         prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
         return Growth(
-            rate=measure.rate_table(units.factor),
+            rate=self.product.rates,
             maximum=maximum,
             late_task=np.array([term.task for term in late], dtype=np.int64),
             late_slope=np.array(slopes, dtype=np.int64),
