@@ -13,9 +13,9 @@ import numpy as np
 
 from prefplan.heuristics.pattern_database import COST_BOUND
 from prefplan.heuristics.preprocessing import Bounds
+from prefplan.product.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.successors import INFINITE, UNBOUNDED, ProductView, Successors, successors
-from prefplan.search.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.search.labels import (
     CODE,
     COUNT,

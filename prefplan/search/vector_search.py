@@ -11,10 +11,10 @@ from prefplan.errors import PreferenceError
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import EXACT, Percent
 from prefplan.preferences.contracts import text_of_costs, value_at
+from prefplan.product.formula_programs import Callback, compile_programs
 from prefplan.product.product_automaton import Start
 from prefplan.search import multi_objective
 from prefplan.search.driver import Found, Search, in_units
-from prefplan.search.formula_programs import Callback, compile_programs
 from prefplan.search.labels import FALLS
 from prefplan.search.plan_extraction import Waypoint
 
