@@ -63,7 +63,7 @@ def no_landmarks() -> Landmarks:
 
 def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks:
     """Return the landmarks of a product over a contracted graph; none over another, or if costs are too large."""
-    if not view.macro:
+    if not view.macro or not product.starts:
         return no_landmarks()
     least = by_way_of(view.near, np.ones(len(view.near), dtype=bool))
     if ((least < INFINITE) & (least >= FAR // SCALE)).any():
