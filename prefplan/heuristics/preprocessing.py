@@ -138,7 +138,9 @@ class Prepared:
         if size is None:
             size = pattern_size(backward, single=single, max_entries=self._max_entries)
         known = patterns(backward, min(size, measure.tasks)) if size else no_patterns()
-        marks = landmarks(product, self.view, self.start_node) if options.landmarks else no_landmarks()
+        # Costs-to-go of all tasks together are exact.
+        useful = options.landmarks and size < measure.tasks
+        marks = landmarks(product, self.view, self.start_node) if useful else no_landmarks()
         self.bounds = Bounds(known, marks, no_patterns(), self._growths(backward, known), no_projections())
 
     def _prepare_generated(self, product: GeneratedProduct) -> None:
