@@ -141,9 +141,10 @@ class Drawing:
         moved = self._rng.permutation([*self.objects])
         for k in range(min(int(self._rng.integers(2, 4)), len(moved))):
             goal = free[k % len(free)]
-            first = f"{moved[k]}_{goal}"
-            after = f" & F {moved[(k + 1) % len(moved)]}_{goal}" if self._rng.random() < 1 / 3 else ""
-            self.tasks.append(f"F ({first}{after.replace('& ', '& X ', 1)})" if after else f"F {first}")
+            formula = f"F {moved[k]}_{goal}"
+            if self._rng.random() < 1 / 3:
+                formula = f"F ({moved[k]}_{goal} & X F {moved[(k + 1) % len(moved)]}_{goal})"
+            self.tasks.append(formula)
 
 
 class NoRoomError(Exception):

@@ -86,13 +86,13 @@ def beam_search(search: BiObjectiveSearch, width: int, most: float, weight: floa
 def _expanded(search: BiObjectiveSearch, now: Beam, limit: int, weight: float) -> Beam:
     """Return the successors of a layer."""
     prepared, buffer = search.prepared, search.buffer
-    room = PORTION + len(buffer.code)
+    capacity = PORTION + len(buffer.code)
     first, found = 0, list[Beam]()
     per_mu = weight * 2**search.product.shift
     while first < len(now.code):
         check_limits()
-        code, cost, mu, origin = np.empty((4, room), dtype=np.int64)
-        made = Beam(code, cost, mu, origin, np.empty(room), np.empty(room, dtype=np.bool_))
+        code, cost, mu, origin = np.empty((4, capacity), dtype=np.int64)
+        made = Beam(code, cost, mu, origin, np.empty(capacity), np.empty(capacity, dtype=np.bool_))
         args = prepared.view, prepared.bounds, search.growth, now, first, limit, per_mu, buffer, made
         first, count = map(int, expand_layer(*args))
         found.append(made.of(np.arange(count)))

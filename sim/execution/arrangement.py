@@ -37,9 +37,9 @@ def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None
     fixed = {other.name for other in model.objects if other.fixed}
     over = _over(model, location)
     there = [other for other in places if places[other] == location and other not in fixed]
-    room = model.location(location).capacity - sum(places[other] == location for other in places)
-    left_out = [*there[: max(0, 1 - room)], *(other for other in places if places[other] in over)]
-    if room + len(there) < 1:
+    vacant = model.location(location).capacity - sum(places[other] == location for other in places)
+    left_out = [*there[: max(0, 1 - vacant)], *(other for other in places if places[other] in over)]
+    if vacant + len(there) < 1:
         return None
     carriers = [*reversed(under(model, location)), location]
     places = _supported(model, {other: place for other, place in places.items() if other not in left_out})
