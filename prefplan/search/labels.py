@@ -160,10 +160,8 @@ def enter_state(
     known[COST_BOUND] = added_bound(bounds.added, bounds.projections, digits, node, buffer.choice)
     known[GROWTH_BOUND] = growing
     known[HEAD], known[CODE] = NONE, code
-    if (
-        raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, min(cost_limit, lookup_limit))
-        > cost_limit
-    ):
+    most = min(cost_limit, lookup_limit)
+    if raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, most) > cost_limit:
         return PRUNED
     counters[ROWS] += 1
     states.slots[slot] = row
