@@ -111,15 +111,13 @@ class Ledger:
         """
         system = problem.system
         state, costs, labels = system.start, [], [system.label(system.start)]
-        more: dict[str, list[Fraction]] = {edges.name: [] for edges in system.more_costs}
         for action in plan.actions:
-            for edges in system.more_costs:
-                more[edges.name].append(int(edges.costs[system.edge(state, action)]) * edges.unit)
-            state, cost = system.step(state, action)
-            costs.append(cost)
+            state, each = system.steps(state, action)
+            costs.append(each)
             labels.append(system.label(state))
-        beside = {name: tuple(each) for name, each in more.items()}
-        return cls.of(problem, plan.actions, costs, labels, plan.relaxations, beside)
+        columns = [tuple(each[d] for each in costs) for d in range(len(system.cost_names))]
+        beside = dict(zip(system.cost_names[1:], columns[1:], strict=True))
+        return cls.of(problem, plan.actions, columns[0], labels, plan.relaxations, beside)
 
     @cached_property
     def spent(self) -> tuple[Fraction, ...]:

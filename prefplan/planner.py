@@ -149,6 +149,10 @@ class Planner:
             return GeneratedProduct(problem, self._model)
         return Product(problem.over(self._quotient.system))
 
+    def _listed_product(self) -> Product:
+        """Return the tables of the problem's quotient."""
+        return Product(self.problem.over(self._quotient.system))
+
     @cached_property
     def _model(self) -> ReducedModel | None:
         """What is searched, unless its states are listed."""
@@ -202,15 +206,15 @@ class Planner:
         limits = _limits(**wanted)
         limited = bounded(self.problem, **wanted)
         require_bounds(self.problem, **limited)
-        place, found, reason = names.index(objective), list[tuple[tuple[Any, ...], Found]](), None
+        place, found, reason = names.index(objective), list[tuple[tuple[Any, ...], Plan]](), None
         with _stopped_by(limits, interrupts=keep_on_interrupt):
-            for one in self._points(limits, objective, **limited):
-                found.append((one.objectives or (), one))
+            for point in self._points(limits, objective, **limited):
+                found.append(point)
             if not found and not limits.ended:
                 reason = self._why_not(limits, **limited)
         if reason is not None:
             raise NoPlanError(reason)
-        best = min(found, key=lambda pair: (pair[0][place], *pair[0]))[1].plan if found else None
+        best = min(found, key=lambda pair: (pair[0][place], *pair[0]))[1] if found else None
         if limits.ended or best is None:
             raise UnfinishedError(limits.ended or "", best=best)
         return best
@@ -292,7 +296,7 @@ class Planner:
     ) -> Iterator[Plan]:
         """Yield the plans of the front, or its first one only, accounting for the work as it is done."""
         if not self.problem.is_bi_objective:
-            yield from (found.plan for found in self._points(limits, None, **wanted))
+            yield from (plan for _, plan in self._points(limits, None, **wanted))
             return
         _, began = self._product, time.perf_counter()
         mu, cost = wanted.get("max_preference"), wanted.get("max_cost")
@@ -328,18 +332,18 @@ class Planner:
             for found in draft(self._product, self._options, limits, max_cost):
                 self._draft.append(self._checked(found, self._product))
 
-    def _points(self, limits: Limits, first: str | None, **wanted: Unpack[PlanLimits]) -> Iterator[Found]:
-        """Yield points of the front of several costs and preferences; see `objective_search.points`."""
-        began = time.perf_counter()
-        product = Product(self.problem)
-        self._build_seconds = time.perf_counter() - began
+    def _points(
+        self, limits: Limits, first: str | None, **wanted: Unpack[PlanLimits]
+    ) -> Iterator[tuple[tuple[Any, ...], Plan]]:
+        """Yield points of the front of several costs and preferences, each with its plan; see `objective_search`."""
+        product, began = self._product, time.perf_counter()
         bounds = {name: inclusive(bound, name) for name, bound in (wanted.get("at_most") or {}).items()}
-        for search, found in points(product, self._options, bounds, limits, first):
+        for search, found in points(product, self._listed_product, self._options, bounds, limits, first):
             self._account(search, began)
             if found is not None:
                 worth = tuple(map(to_number, found.objectives or ()))
                 assert tuple(found.plan.objectives.values()) == worth, "the plan is worth something else in the model"
-                yield found
+                yield found.objectives or (), self._lifted(found.plan, search.product)
 
     def _prepared_search(
         self,
@@ -358,7 +362,7 @@ class Planner:
         """
         measure, options = self.problem.measure, self._options
         if exact_numbers or measure.rounds or not options.compiled:
-            listed = Product(self.problem.over(self._quotient.system))
+            listed = self._listed_product()
             most = None if max_cost == math.inf else int(max_cost) * self.problem.units.cost
             bounds = zip(self.problem.objective_names, (most, max_mu), strict=True)
             return ExactSearch(listed, bounds={name: bound for name, bound in bounds if bound is not None})
@@ -379,17 +383,22 @@ class Planner:
 
     def _checked(self, found: Found, searched: Product) -> Plan:
         """Return the plan of a goal, which is asserted to be worth in the model what the search counted."""
-        plan = found.plan
+        plan = self._lifted(found.plan, searched)
+        assert plan.cost == to_number(found.cost * self.problem.units.cost)
+        assert found.label_mu is None or found.label_mu == in_units(self._product, found.mu)
+        return plan
+
+    def _lifted(self, found: Plan, searched: Product) -> Plan:
+        """Return the plan of the model for one of what was searched, which is asserted to be worth the same there."""
+        plan = found
         if not isinstance(searched, GeneratedProduct):
             actions, states = self._quotient.lift((plan.actions, plan.states))
             plan = replace(plan, actions=actions, states=states)
-        assert plan.cost == to_number(found.cost * self.problem.units.cost)
-        if plan.states is not found.plan.states or isinstance(searched, GeneratedProduct):
-            final = Ledger.of_plan(self.problem, plan).final
-            worth = (final.cost, *final.task_costs.values(), final.preference)
-            found_worth = (plan.cost, *plan.task_costs.values(), plan.preference)
+        if plan.states is not found.states or isinstance(searched, GeneratedProduct):
+            ledger = Ledger.of_plan(self.problem, plan)
+            worth = (*ledger.exact_objectives(), *ledger.final.task_costs.values())
+            found_worth = (*plan.objectives.values(), *plan.task_costs.values())
             assert all(map(math.isclose, worth, found_worth)), "the plan is worth something else in the whole model"
-        assert found.label_mu is None or found.label_mu == in_units(self._product, found.mu)
         return plan
 
     def _account(self, search: AnySearch, began: float) -> None:

@@ -8,8 +8,6 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 
-import numpy as np
-
 from prefplan.errors import FormulaError, PrefplanError, choices
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.dfa import Automaton, automaton, first_accepted
@@ -317,7 +315,8 @@ class Problem:
 
         So it is where no automaton tells one reading of a label from two, and mu never gains from waiting.
         """
-        if self.measure.contract == "general" or any(task.relax for task in self.tasks):
+        general = any(measure.contract == "general" for measure in self._measures)
+        if general or any(task.relax for task in self.tasks):
             return False
         return all(map(is_idempotent, (*self.automata, *self.monitors)))
 
@@ -336,6 +335,8 @@ class Problem:
             | {
                 "system": system,
                 "units": self.units,
+                "cost_units": self.cost_units,
+                "objectives": self.objectives,
                 "tasks": tuple(self.tasks[i] for i in kept),
                 "automata": tuple(self.automata[i] for i in kept),
                 "weighted_automata": tuple(self.weighted_automata[i] for i in followed),
@@ -389,12 +390,7 @@ class Problem:
 
     def _units(self, cost: int, measure: Measure) -> Units:
         """Return the units of one of the costs, and of a measure that counts in it."""
-        system = self.system
-        if cost == 0:
-            unit = system.unit * (system.shared_cost or 1)
-        else:
-            more = system.more_costs[cost - 1]
-            unit = more.unit * (int(np.gcd.reduce(more.costs, initial=0)) or 1)
+        unit = self.system.shared_units[cost]
         prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
         prices += [exact(task.skip) for task in self.tasks if task.skip is not None]
         prices += [exact(rule.skip) for rule in self.rules if rule.skip is not None]

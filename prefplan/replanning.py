@@ -8,7 +8,6 @@ has been paid for any yet.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -198,10 +197,9 @@ class _Continuation(GeneratedSystem):
         )
 
     @property
-    def shared_cost(self) -> int:
-        """See `TransitionSystem.shared_cost`."""
-        ahead = self.ahead.shared_cost * int(self.ahead.unit / self.unit)
-        return math.gcd(ahead, *multiples(self.spent, self.unit).tolist())
+    def shared_units(self) -> tuple[Fraction, ...]:
+        """See `TransitionSystem.shared_units`."""
+        return (common_unit([self.ahead.shared_units[0], *self.spent]),)
 
     def state(self, number: int) -> Hashable:
         """Return what a state is called."""
@@ -222,6 +220,11 @@ class _Continuation(GeneratedSystem):
         if action != past.actions[state]:
             raise ModelError(f"action {action!r} is not what was done in state {past.states[state]!r}")
         return state + 1 + (self.ahead.start if state + 1 == length else 0), past.costs[state]
+
+    def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
+        """See `TransitionSystem.steps`; there is one cost."""
+        target, cost = self.step(state, action)
+        return target, (exact(cost),)
 
     def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
         """See `TransitionSystem.quotient`; the past is kept as it was."""

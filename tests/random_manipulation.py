@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 from small_models import COSTS
 
@@ -12,6 +13,7 @@ from prefplan import (
     Expression,
     Location,
     ManipulationModel,
+    NamedPreference,
     Object,
     Order,
     Preference,
@@ -38,8 +40,25 @@ def random_model(rng: random.Random) -> ManipulationModel:
 
 
 def random_problem(rng: random.Random) -> Problem:
-    """Draw one to three tasks over a few propositions of a random model."""
+    """Draw one to three tasks over a few propositions of a random model, and a preference."""
     model = random_model(rng)
+    tasks, preferences = _random_tasks(rng, model)
+    return Problem(model.transition_system(), tasks, rng.choice(preferences))
+
+
+def random_several(rng: random.Random) -> Problem:
+    """Draw the same with two costs, and one or two preferences, each of either cost."""
+    model = random_model(rng)
+    costs = {kind: {name: rng.randint(0, 6) for name in ("time", "energy")} for kind in COSTS}
+    model = replace(model, costs=costs)
+    tasks, preferences = _random_tasks(rng, model)
+    chosen = rng.sample(preferences, min(len(preferences), rng.randint(1, 2)))
+    named = [NamedPreference(f"p{k}", one, rng.choice((None, "energy"))) for k, one in enumerate(chosen)]
+    return Problem(model.transition_system(), tasks, named)
+
+
+def _random_tasks(rng: random.Random, model: ManipulationModel) -> tuple[list[Task], list[Preference]]:
+    """Draw tasks, and return preferences that fit them."""
     names = sorted(rng.sample(sorted(model.own_propositions), 3))
     forms = (
         "F {0}",
@@ -64,4 +83,4 @@ def random_problem(rng: random.Random) -> Problem:
         Expression(" * ".join(ids), contract="componentwise"),
     ]
     paid = WeightedSum({name: rng.randint(1, 3) for name in ids}, over="violation")
-    return Problem(model.transition_system(), tasks, paid if bought else rng.choice(free))
+    return tasks, [paid] if bought else free

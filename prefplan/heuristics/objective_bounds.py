@@ -1,6 +1,7 @@
 """Lower bounds of several objectives at once: the tables of one bound for each cost, and of one for each preference.
 
-The pattern databases of all costs are over the same sets of tasks, so that a state's entry is found once for all.
+The pattern databases of all costs are over the same sets of tasks, so that a state's entry is found once for all. Where
+states are generated the tables are those of projections, whose entries add up.
 """
 
 from __future__ import annotations
@@ -11,10 +12,19 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import UNREACHABLE, no_patterns, pattern_size, patterns
+from prefplan.heuristics.pattern_database import (
+    UNREACHABLE,
+    Patterns,
+    no_patterns,
+    pattern_size,
+    patterns,
+    projected_patterns,
+)
 from prefplan.heuristics.preference_bound import Blocks, block_entry, blocks, no_blocks
 from prefplan.heuristics.preprocessing import ENTRY_BYTES, TABLES_SHARE, Options
+from prefplan.heuristics.projections import Projected, Projections, no_projections, projected
 from prefplan.preferences.objective import PreferenceObjective
+from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE, ProductView
@@ -24,8 +34,10 @@ class ObjectiveBounds(NamedTuple):
     """Tables for D costs and A preferences.
 
     Attributes:
-        tasks: (P, k) int64, strides: (P, k) int64, base: (P,) int64: as of `Patterns`.
+        tasks: (P, k) int64, strides: (P, k) int64, base: (P,) int64, projection: (P,) int64: as of `Patterns`.
         tables: (D, entries) int32, the table of `Patterns` for each cost.
+        add_up: whether the sum of all tables counts, not the largest of their entries.
+        projections: of the model, in which the tables are; none where its states are listed.
         blocks: as of one preference, those of all.
         owner: (B,) int64, the preference of each block.
     """
@@ -33,7 +45,10 @@ class ObjectiveBounds(NamedTuple):
     tasks: np.ndarray
     strides: np.ndarray
     base: np.ndarray
+    projection: np.ndarray
     tables: np.ndarray
+    add_up: bool
+    projections: Projections
     blocks: Blocks
     owner: np.ndarray
 
@@ -60,20 +75,38 @@ def objective_bounds(
     Raises:
         OverflowError: 64 bits may not be enough.
     """
-    backwards = [Backward(product, view) for view in views]
-    size = options.heuristic
-    if size is None:
-        most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(views)
-        size = pattern_size(backwards[0], single=single, max_entries=most)
-    tasks = len(product.sizes)
-    known = [patterns(backward, min(size, tasks)) if size else no_patterns() for backward in backwards]
+    known, backwards = _costs_to_go(product, views, options, single=single, max_bytes=max_bytes)
     growing = additive if options.preference_bound else ()
     each = [blocks(backwards[o.cost], o.measure, o.units.factor, known[o.cost]) for o in growing]
     owner = [k for k, one in enumerate(each) for _ in one.members]
-    tables = np.stack([one.table for one in known])
+    first = backwards[0]
     return ObjectiveBounds(
-        known[0].tasks, known[0].strides, known[0].base, tables, _joined(each, tasks), np.array(owner, dtype=np.int64)
+        known[0].tasks,
+        known[0].strides,
+        known[0].base,
+        known[0].projection,
+        np.stack([one.table for one in known]),
+        isinstance(first, Projected),
+        first.projections() if isinstance(first, Projected) else no_projections(),
+        _joined(each, len(product.sizes)),
+        np.array(owner, dtype=np.int64),
     )
+
+
+def _costs_to_go(
+    product: Product, views: Sequence[ProductView], options: Options, *, single: bool, max_bytes: float
+) -> tuple[list[Patterns], Sequence[Backward | Projected]]:
+    """Return the tables of each cost, and what others are made of; arguments as of `objective_bounds`."""
+    if isinstance(product, GeneratedProduct):
+        projected = Projected(product)
+        each = [projected.with_costs(view.moves.costs) for view in views]
+        return [projected_patterns(one) if options.heuristic != 0 else no_patterns() for one in each], each
+    listed = [Backward(product, view) for view in views]
+    size = options.heuristic
+    if size is None:
+        most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(views)
+        size = pattern_size(listed[0], single=single, max_entries=most)
+    return [patterns(one, min(size, len(product.sizes))) if size else no_patterns() for one in listed], listed
 
 
 def _joined(each: Sequence[Blocks], tasks: int) -> Blocks:
@@ -99,24 +132,36 @@ def _joined(each: Sequence[Blocks], tasks: int) -> Blocks:
 
 @bare_kernel
 def write_bounds(
-    bounds: ObjectiveBounds, node: Integer, automata: np.ndarray, satisfied: Integer, found: np.ndarray
+    bounds: ObjectiveBounds,
+    digits: np.ndarray,
+    node: Integer,
+    automata: np.ndarray,
+    satisfied: Integer,
+    found: np.ndarray,
 ) -> None:
     """Write the least growth of each cost, then of each preference, from a product state to the end.
 
-    Each is `INFINITE` at most; where no task set can be finished, that of every cost is `INFINITE`.
+    Each is `INFINITE` at most; where no task set can be finished, that of every cost is `INFINITE`. The digits are
+    those of the node, where states are generated.
     """
     costs = bounds.tables.shape[0]
     for e in range(found.shape[0]):
         found[e] = 0
     for p in range(bounds.base.shape[0]):
-        entry = bounds.base[p] + node
+        entry = bounds.base[p] + projected(bounds.projections, bounds.projection[p], digits, node)
         for j in range(bounds.tasks.shape[1]):
             entry += bounds.strides[p, j] * automata[bounds.tasks[p, j]]
         for d in range(costs):
             cost = np.int64(bounds.tables[d, entry])
-            found[d] = max(found[d], np.int64(INFINITE) if cost == UNREACHABLE else cost)
+            if cost == UNREACHABLE:
+                found[d] = INFINITE
+            elif bounds.add_up:
+                found[d] = min(found[d] + cost, np.int64(INFINITE))
+            else:
+                found[d] = max(found[d], cost)
     tables = bounds.blocks
     for b in range(tables.members.shape[0]):
-        entry = block_entry(tables, b, node, automata, satisfied)
+        place = projected(bounds.projections, tables.projection[b], digits, node)
+        entry = block_entry(tables, b, place, automata, satisfied)
         e = costs + bounds.owner[b]
         found[e] = min(found[e] + tables.table[entry], np.int64(INFINITE))

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -116,15 +117,22 @@ class Projected:
     """A product of a model that is not listed, made ready for looking back on its projections.
 
     Attributes:
+        costs: (4,) int64, one of the costs of the kinds of actions.
         sizes: (N,) int64, states of each automaton.
         shift: 0: costs do not count actions.
     """
 
     def __init__(self, product: GeneratedProduct) -> None:
         """Take the product."""
-        self.product, self.sizes, self.shift = product, product.sizes, 0
+        self.product, self.costs, self.sizes, self.shift = product, product.costs, product.sizes, 0
         self._model, self._space = product.model.view.model, product.model.generator.space
         self._known: dict[tuple[int, ...], _Projection] = {}
+
+    def with_costs(self, costs: np.ndarray) -> Projected:
+        """Return the same for another of the costs, (4,) int64; projections made for either serve both."""
+        other = copy(self)
+        other.costs = costs
+        return other
 
     def objects_of(self, tasks: Sequence[int]) -> list[str]:
         """Return the objects of which some tasks tell."""
@@ -157,7 +165,7 @@ class Projected:
     def cost_to_go(self, tasks: Sequence[int] | np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
         """Return least weighted costs until some tasks are satisfied or dropped, as `cost_to_go.cost_to_go`."""
         found = self._projection(tasks)
-        costs = self.product.costs.copy()
+        costs = self.costs.copy()
         # A hand that seems empty may carry an object that is left out.
         costs[TRANSIT] = min(costs[TRANSIT], costs[TRANSPORT])
         return self._table(found, self._edge_costs(found, costs), factors, idle=int(costs.min()))
@@ -172,7 +180,7 @@ class Projected:
         found, before = self._projection(tasks), groups[: groups.index(tuple(tasks))]
         claimed = {obj for group in before for obj in self.objects_of(group)}
         own = [obj for obj in self.objects_of(tasks) if obj not in claimed]
-        costs = self._edge_costs(found, self.product.costs, own)
+        costs = self._edge_costs(found, self.costs, own)
         return self._table(found, costs, np.ones(2 ** len(tasks), dtype=np.int64), idle=0)
 
     def groups(self) -> list[tuple[int, ...]]:
@@ -242,7 +250,7 @@ class Projected:
     def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
         problem = self.product.problem
         per_unit = int(problem.units.cost / found.system.unit)
-        system = replace(found.system, costs=costs * per_unit)
+        system = replace(found.system, costs=costs * per_unit, more_costs=())
         if not all(map(is_idempotent, (*(problem.automata[i] for i in found.tasks), *problem.monitors))):
             system = _with_idling(system, idle * per_unit)
         product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)

@@ -111,9 +111,9 @@ class TransitionSystem:
         return False
 
     @property
-    def shared_cost(self) -> int:
-        """The largest number of units of which every cost is a multiple; 0 if all are zero."""
-        return int(np.gcd.reduce(self.costs)) if len(self.costs) else 0
+    def shared_units(self) -> tuple[Fraction, ...]:
+        """Of each cost the largest unit of which all its values are multiples, in the user's units."""
+        return tuple(edges.unit * (int(np.gcd.reduce(edges.costs, initial=0)) or 1) for edges in self.edge_costs)
 
     def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
         """Return a system to search in place of this one by those who see some propositions only: itself.
@@ -144,6 +144,11 @@ class TransitionSystem:
         """
         edge = self.edge(state, action)
         return int(self.targets[edge]), self.cost(edge)
+
+    def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
+        """Return the same as `step`, with every cost."""
+        edge = self.edge(state, action)
+        return int(self.targets[edge]), tuple(int(edges.costs[edge]) * edges.unit for edges in self.edge_costs)
 
     def edge(self, state: int, action: str) -> int:
         """Return the edge of an action that leaves a state; errors as of `step`."""

@@ -60,7 +60,8 @@ class GeneratedProduct(Product):
             dfa.size * math.prod(len(set(values)) for _, values in model.generator.space.seen(dfa.propositions))
             for dfa in problem.weighted_automata
         ]
-        dear = max(unit_costs(model, problem).tolist(), default=0) >= INT64_LIMIT
+        columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
+        dear = max(int(column.max()) for column in columns) >= INT64_LIMIT
         return max(counts) <= LETTERS_LIMIT and not dear
 
     def _tabulate_letters(self) -> np.ndarray:
@@ -88,10 +89,10 @@ class GeneratedProduct(Product):
         return self.model.first
 
 
-def unit_costs(model: ReducedModel, problem: Problem) -> np.ndarray:
-    """Return (4,) the costs of the kinds of actions in a problem's units."""
-    generator = model.generator
-    return generator.matrix[:, 0, 0] // int(problem.units.cost / generator.unit)
+def unit_costs(model: ReducedModel, problem: Problem, cost: int = 0) -> np.ndarray:
+    """Return (4,) one of the costs of the kinds of actions, in a problem's units."""
+    matrix = model.generator.costs[cost]
+    return matrix.entries[:, 0, 0] // int(problem.cost_units[cost] / matrix.unit)
 
 
 def _moves(model: ReducedModel, costs: np.ndarray, letters: np.ndarray) -> Moves:

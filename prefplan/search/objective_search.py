@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
@@ -20,8 +20,9 @@ from prefplan.heuristics.preprocessing import Bounds, Options, Prepared, bytes_t
 from prefplan.heuristics.projections import no_projections
 from prefplan.limits import Limits
 from prefplan.problem import Problem
+from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, UNBOUNDED
+from prefplan.product.successors import INFINITE, UNBOUNDED, ProductView
 from prefplan.search import ltmoa_star
 from prefplan.search.driver import PRODUCT_LIMIT, ROWS_AT_FIRST, Found, Search
 from prefplan.search.entry_map import EntryMap
@@ -40,7 +41,7 @@ from prefplan.search.labels import (
     States,
 )
 from prefplan.search.ltmoa_star import BOUND, MORE_GOALS, MORE_VECTORS, Entries, Paths, Vector, Vectors
-from prefplan.search.plan_extraction import Waypoint, account, extract
+from prefplan.search.plan_extraction import account, extract
 
 VECTORS_MADE_AT_FIRST = 2**14
 
@@ -82,11 +83,9 @@ class ObjectiveSearch(Search):
         self.prepared = Prepared(product, plain, single=first is not None, max_bytes=max_bytes)
         self.product = product
         self.growth = self._growth()
-        graph = self.prepared.graph
-        assert graph is not None, "the states of several objectives are listed"
-        view = self.prepared.view
-        columns = [graph.costs, *self._more_costs()]
-        views = [view, *(view._replace(costs=column, shift=0) for column in columns[1:])]
+        graph, view = self.prepared.graph, self.prepared.view
+        columns = self._columns()
+        views = [view, *(_with_costs(view, column)._replace(shift=0) for column in columns[1:])]
         self.bounds = objective_bounds(
             product, views, self.entry_map.additive, options, single=first is not None, max_bytes=max_bytes
         )
@@ -94,11 +93,11 @@ class ObjectiveSearch(Search):
         self._no_bounds = Bounds(nothing, no_landmarks(), nothing, no_blocks(len(product.sizes)), no_projections())
         self._bounds = bounds
         self._first = first if first is None or self._objective_entries()[first] is not None else None
-        self._numbered = not graph.contracted
+        self._numbered = graph is None or not graph.contracted
         self.entries = self._entries(columns)
         if self._numbered:
-            # A successor then comes with the edge that led to it, of which all costs are known.
-            self.prepared.view = view._replace(costs=np.arange(len(graph.costs), dtype=np.int64))
+            # A successor then comes with the edge that led to it, or its kind, of which all costs are known.
+            self.prepared.view = _with_costs(view, np.arange(len(columns[0]), dtype=np.int64))
         self.limits = self._limits()
         self.scratch = Vector(
             np.zeros(self.entry_map.count, np.int64),
@@ -107,9 +106,16 @@ class ObjectiveSearch(Search):
         )
         self.reset()
 
-    def _more_costs(self) -> list[np.ndarray]:
-        """Return the costs beside the first, (E,) int64, in units."""
-        found = []
+    def _columns(self) -> list[np.ndarray]:
+        """Return each of the costs in units, (E,) int64 of the edges, or (4,) of the kinds of actions."""
+        graph, product = self.prepared.graph, self.product
+        if graph is None:
+            assert isinstance(product, GeneratedProduct)
+            found = [unit_costs(product.model, self.problem, d) for d in range(self.entry_map.costs)]
+            if max(int(column.max()) for column in found) >= INFINITE:
+                raise OverflowError
+            return [column.astype(np.int64) for column in found]
+        found = [graph.costs]
         for d, edges in enumerate(self.problem.edge_costs[1:], start=1):
             unit = self.problem.cost_units[d]
             counts = edges.costs // int(unit / edges.unit)
@@ -314,14 +320,11 @@ class ObjectiveSearch(Search):
         codes = self.states.known[self.labels.row[labels], CODE]
         steps, costs = self.labels.step[labels].tolist(), self.labels.key[labels, 0].tolist()
         start, graph = self._starts[steps[0]], self.prepared.graph
-        assert graph is not None
-        automata = list(map(tuple, (codes[:, None] // self.prepared.view.strides % self.product.sizes).tolist()))
-        nodes = (codes % graph.size).tolist()
+        path = self.waypoints(codes, costs)
 
         def plan() -> tuple[Plan, Any]:
-            if self._numbered:
-                return account(self.product, steps[1:], automata, start)
-            path = [Waypoint(*at) for at in zip(nodes, automata, costs, strict=True)]
+            if graph is not None and self._numbered:
+                return account(self.product, steps[1:], [at.automata for at in path], start)
             return extract(self.product, graph, path, start)
 
         return Found(costs[-1] >> self.product.shift, None, plan, point.vector)
@@ -336,18 +339,29 @@ class Point:
     label: int
 
 
+def _with_costs(view: ProductView, costs: np.ndarray) -> ProductView:
+    """Return a product in which edges, or kinds of actions where states are generated, have other costs."""
+    return view._replace(costs=costs, moves=view.moves._replace(costs=costs) if view.generated else view.moves)
+
+
 def _table(rows: Any, width: int) -> np.ndarray:
     """Return rows of a width, of which there may be none."""
     return np.array(list(rows), dtype=np.int64).reshape(-1, width)
 
 
 def points(
-    product: Product, options: Options, bounds: Mapping[str, Fraction], limits: Limits, first: str | None
+    product: Product,
+    listed: Callable[[], Product],
+    options: Options,
+    bounds: Mapping[str, Fraction],
+    limits: Limits,
+    first: str | None,
 ) -> Iterator[tuple[Search | ExactSearch, Found | None]]:
     """Yield the non-dominated points of a problem's objectives, and the search as it is then; at the end None.
 
     Args:
         product: what is searched.
+        listed: returns the same with all states listed.
         options: how.
         bounds: inclusive, of objectives by name, in the user's units.
         limits: when to stop.
@@ -361,7 +375,7 @@ def points(
                 return
             search: ObjectiveSearch | ExactSearch
             if exact_numbers:
-                search = ExactSearch(product, bounds=bounds)
+                search = ExactSearch(listed(), bounds=bounds)
             else:
                 search = ObjectiveSearch(product, options, bounds=bounds, first=first, max_bytes=limits.bytes)
             for found in search.goals(limits):

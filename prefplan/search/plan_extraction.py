@@ -5,14 +5,15 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from prefplan.exact_costs import exact, to_number, whole_numbers
+from prefplan.exact_costs import exact, multiples, to_number
 from prefplan.front import Plan, Purchase
 from prefplan.ledger import Ledger
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.transition_system import EdgeCosts, TransitionSystem
 from prefplan.product.contraction import Graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import Integer, kernel
@@ -60,15 +61,26 @@ def _extract_generated(product: GeneratedProduct, path: Sequence[Waypoint], star
     """Return the same as `extract`, by way of a system that has the states of the plan only."""
     actions, states = product.model.lift([waypoint.node for waypoint in path])
     system, at = product.problem.system, product.problem.system.start
-    labels, costs, steps = [system.label(at)], list[int](), list[tuple[int, str, int, int]]()
+    labels, costs, steps = [system.label(at)], list[tuple[Fraction, ...]](), list[tuple[int, str, int, int]]()
     for action in actions:
-        at, cost = system.step(at, action)
+        at, each = system.steps(at, action)
         steps.append((len(steps), action, len(steps) + 1, 0))
-        costs.append(round(exact(cost) / system.unit))
+        costs.append(each)
         labels.append(system.label(at))
     chain = TransitionSystem.from_transitions(steps, start=0, labels=dict(enumerate(labels)))
+    units = product.problem.cost_units
+    columns = [
+        EdgeCosts(name, multiples([each[d] for each in costs], units[d]), units[d])
+        for d, name in enumerate(system.cost_names)
+    ]
     chain = replace(
-        chain, states=states, costs=whole_numbers(costs), unit=system.unit, propositions=system.propositions
+        chain,
+        states=states,
+        costs=columns[0].costs,
+        unit=columns[0].unit,
+        propositions=system.propositions,
+        cost_name=columns[0].name,
+        more_costs=tuple(columns[1:]),
     )
     return account(
         Product(product.problem.over(chain)), range(len(steps)), [waypoint.automata for waypoint in path], start

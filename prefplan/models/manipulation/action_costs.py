@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of
+from prefplan.models.several_costs import Cost, check_costs_agree, names_of
 from prefplan.models.transition_system import DEFAULT_COST
 
 QUANTITIES = {"time": "s", "travel": "rad", "energy": "J"}
@@ -51,15 +51,6 @@ def cost_names(costs: ActionCosts) -> tuple[str, ...]:
     if isinstance(costs, MeasuredCosts):
         return (DEFAULT_COST,) if isinstance(costs.measured, str) else costs.measured
     return names_of(next(iter(costs.values()))) if costs else (DEFAULT_COST,)
-
-
-def one_cost(costs: ActionCosts, name: str) -> ActionCosts:
-    """Return costs cut down to one of them."""
-    if isinstance(costs, MeasuredCosts):
-        if isinstance(costs.measured, str):
-            return costs
-        return MeasuredCosts(name, {pair: amount(cost, name) for pair, cost in costs.entries.items()})
-    return {kind: amount(cost, name) for kind, cost in costs.items()}
 
 
 def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:

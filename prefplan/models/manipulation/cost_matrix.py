@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
@@ -17,8 +18,29 @@ from prefplan.models.manipulation.slots import location_of
 from prefplan.models.several_costs import amount
 
 
-def cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str]) -> tuple[np.ndarray, Fraction]:
-    """Return the only or first cost of every kind of action between every two poses of the hand.
+@dataclass(frozen=True)
+class CostMatrix:
+    """One cost of K kinds of actions between H poses of the hand.
+
+    Attributes:
+        name: of the cost.
+        entries: (K, H, H) by kind, hand before and hand after, multiples of `unit`, `UNMEASURED` where unknown.
+        unit: one such multiple in the user's units.
+    """
+
+    name: str
+    entries: np.ndarray
+    unit: Fraction
+
+    @property
+    def shared_unit(self) -> Fraction:
+        """The largest unit of which every cost is a multiple."""
+        known = self.entries[self.entries != UNMEASURED]
+        return self.unit * (int(np.gcd.reduce(known, axis=None, initial=0)) or 1)
+
+
+def cost_matrices(model: Description, kinds: Sequence[str], hands: Sequence[str]) -> tuple[CostMatrix, ...]:
+    """Return every cost of every kind of action between every two poses of the hand, the first cost first.
 
     A pose without measurements, such as one over an object that fell, takes those of the nearest measured pose; one
     over no location takes those of the start pose.
@@ -27,14 +49,15 @@ def cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str]) 
         model: its costs and locations.
         kinds: the K kinds of actions.
         hands: names of the H poses.
-
-    Returns:
-        (K, H, H) by kind, hand before and hand after, multiples of a unit, `UNMEASURED` where unknown; and that unit.
     """
-    costs, name = model.costs, cost_names(model.costs)[0]
+    return tuple(_cost_matrix(model, kinds, hands, name) for name in cost_names(model.costs))
+
+
+def _cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str], name: str) -> CostMatrix:
+    costs = model.costs
     if not isinstance(costs, MeasuredCosts):
         values, unit = in_common_unit([exact(amount(costs[kind], name)) for kind in kinds])
-        return np.broadcast_to(values[:, None, None], (len(kinds), len(hands), len(hands))), unit
+        return CostMatrix(name, np.broadcast_to(values[:, None, None], (len(kinds), len(hands), len(hands))), unit)
     values, unit = in_common_unit([exact(amount(cost, name)) for cost in costs.entries.values()])
     entries = dict(zip(costs.entries, values.tolist(), strict=True))
     measured = sorted({hand for pair in entries for hand in pair[1:]})
@@ -48,7 +71,7 @@ def cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str]) 
         ]
         if options:
             matrix[k, i, j] = min(options)[1]
-    return matrix, unit
+    return CostMatrix(name, matrix, unit)
 
 
 def unmeasured(action: str, before: str) -> ModelError:

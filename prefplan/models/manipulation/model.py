@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action, parse_action
-from prefplan.models.manipulation.action_costs import check_costs, cost_names, one_cost
+from prefplan.models.manipulation.action_costs import check_costs, cost_names
 from prefplan.models.manipulation.description import Description, Location, ManipulationState, Object
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.several_costs import with_costs
-from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
+from prefplan.models.transition_system import TransitionSystem
 
 __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
 
@@ -78,11 +77,4 @@ class ManipulationModel(Description):
         Raises:
             ModelError: the state mentions what the model does not have, or leaves an object without a place.
         """
-        first = start or self.initial_state
-        if self.cost_names == (DEFAULT_COST,):
-            return ManipulationSystem(self, self.operators, first)
-
-        def build(name: str) -> TransitionSystem:
-            return ManipulationSystem(replace(self, costs=one_cost(self.costs, name)), self.operators, first).listed
-
-        return with_costs(self.cost_names, build)
+        return ManipulationSystem(self, self.operators, start or self.initial_state)

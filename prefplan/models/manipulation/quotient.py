@@ -26,13 +26,13 @@ from math import comb
 import numpy as np
 
 from prefplan.models.manipulation.action import at, marked
-from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_names
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, Location, ManipulationState
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS
 from prefplan.models.manipulation.state_space import Generator, reachable
 from prefplan.models.several_costs import amount
-from prefplan.models.transition_system import DEFAULT_COST, Barred, Quotient, Trajectory
+from prefplan.models.transition_system import Barred, Quotient, Trajectory
 
 
 def most_states(space: StateCodes) -> int:
@@ -81,9 +81,9 @@ class ReducedModel:
         told = frozenset(word for _, action in barred for word in action.split()[1:])
         view = View(model, self.seen, told)
         assert not isinstance(model.costs, MeasuredCosts)
-        # Of several costs each has a system of its own.
-        transit, transport = (amount(model.costs[kind], DEFAULT_COST) for kind in ("transit", "transport"))
-        if may_hurry and not barred and transit <= transport:
+        transit, transport = model.costs["transit"], model.costs["transport"]
+        loads_cost = all(amount(transit, name) <= amount(transport, name) for name in cost_names(model.costs))
+        if may_hurry and not barred and loads_cost:
             view, start = view.relevant(start)
         self.view, self.start = view, start
         space = StateCodes(view.model, start)
@@ -92,7 +92,12 @@ class ReducedModel:
 
     @property
     def first(self) -> int:
-        """The code of the state that stands for the first one."""
+        """The code of the state that stands for the first one.
+
+        Raises:
+            ModelError: there are too many states for 64-bit integers.
+        """
+        self.generator.space.require_small()
         code = self.generator.space.encode(self.start, where="start")
         return int(self.symmetry.canonical(self.generator.space.array(code))[0])
 

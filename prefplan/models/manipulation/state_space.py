@@ -12,11 +12,11 @@ from prefplan.limits import check_limits
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import UNMEASURED
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
-from prefplan.models.manipulation.cost_matrix import cost_matrix, unmeasured
+from prefplan.models.manipulation.cost_matrix import CostMatrix, cost_matrices, unmeasured
 from prefplan.models.manipulation.numbering import Numbering
 from prefplan.models.manipulation.operators import Operator
 from prefplan.models.on_demand import OnDemand
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.transition_system import EdgeCosts, TransitionSystem
 
 CHUNK = 2**13
 """States whose actions are generated at once, between two checks of the limits."""
@@ -35,33 +35,32 @@ class Generator:
     Attributes:
         space: the states' codes.
         operators: the kinds of actions.
-        matrix: (K, H, H) cost by kind, hand before and hand after, in units; `UNMEASURED` where it is not known.
-        unit: of costs, in the user's units.
+        costs: of the actions, the first cost first.
     """
 
     space: StateCodes
     operators: tuple[Operator, ...]
-    matrix: np.ndarray
-    unit: Fraction
+    costs: tuple[CostMatrix, ...]
 
     @classmethod
     def of(cls, space: StateCodes, operators: Sequence[Operator]) -> Generator:
         """Return what leads from state to state of a model."""
-        matrix, unit = cost_matrix(space.model, [operator.kind for operator in operators], space.hands)
-        return cls(space, tuple(operators), matrix, unit)
+        costs = cost_matrices(space.model, [operator.kind for operator in operators], space.hands)
+        return cls(space, tuple(operators), costs)
 
     @property
     def has_gaps(self) -> bool:
         """Whether there are poses of the hand between which a kind of action may be possible, but was not measured."""
         over = self.space.over
         stays = over[:, None] == over[None, :]
-        gaps = [self.matrix[k][stays != operator.travels] for k, operator in enumerate(self.operators)]
+        known = self.costs[0].entries
+        gaps = [known[k][stays != operator.travels] for k, operator in enumerate(self.operators)]
         return any(bool((costs == UNMEASURED).any()) for costs in gaps)
 
     def edges(
         self, codes: np.ndarray, kind: str | None = None
-    ) -> Iterator[tuple[Action, np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield each action of some states, in order: which states have it, where it leads, and its costs.
+    ) -> Iterator[tuple[Action, np.ndarray, np.ndarray, list[np.ndarray]]]:
+        """Yield each action of some states, in order: which states have it, where it leads, and each of its costs.
 
         Args:
             codes: (N,) of the states.
@@ -76,16 +75,18 @@ class Generator:
                 continue
             for action, having, targets in operator.successors(layer):
                 before = layer.hand[having]
-                costs = self.matrix[k, before, self.space.digit(targets, 0)]
-                for hand in before[costs == UNMEASURED]:
+                after = self.space.digit(targets, 0)
+                costs = [matrix.entries[k, before, after] for matrix in self.costs]
+                for hand in before[costs[0] == UNMEASURED]:
                     raise unmeasured(str(action), self.space.hands[hand])
                 yield action, np.arange(len(codes))[having], targets, costs
 
-    def step(self, code: int, text: str) -> tuple[int, int] | None:
-        """Return the state that an action leads to and its cost in units; None if it does not exist."""
+    def step(self, code: int, text: str) -> tuple[int, tuple[Fraction, ...]] | None:
+        """Return where an action leads, and its costs in the user's units; None if it does not exist."""
         for action, having, targets, costs in self.edges(self.space.array(code), text.partition(" ")[0]):
             if len(having) and str(action) == text:
-                return int(targets[0]), int(costs[0])
+                units = [matrix.unit for matrix in self.costs]
+                return int(targets[0]), tuple(int(cost[0]) * unit for cost, unit in zip(costs, units, strict=True))
         return None
 
 
@@ -113,10 +114,11 @@ def reachable(
     numbers = Numbering(space.bound)
     for code in known:
         numbers.add(np.array([code], dtype=np.int64))
-    lists, names_of_actions = _edges(generator, numbers, known, canonical)
+    lists, costs, names_of_actions = _edges(generator, numbers, known, canonical)
     check_limits(EDGE_BYTES * sum(map(len, lists["sources"])))
     source = np.concatenate(lists.pop("sources"))
     order = np.argsort(source, kind="stable")
+    columns = [EdgeCosts(matrix.name, np.concatenate(costs.pop(0))[order], matrix.unit) for matrix in generator.costs]
     offsets = np.searchsorted(source[order], np.arange(len(numbers) + 1)).astype(np.int64)
     del source
     codes = numbers.all
@@ -127,12 +129,14 @@ def reachable(
         offsets=offsets,
         targets=np.concatenate(lists.pop("targets"))[order],
         actions=np.concatenate(lists.pop("actions"))[order],
-        costs=np.concatenate(lists.pop("costs"))[order],
-        unit=generator.unit,
+        costs=columns[0].costs,
+        unit=columns[0].unit,
         labels=labels,
         action_names=names_of_actions,
         label_sets=label_sets,
         propositions=space.model.known_propositions,
+        cost_name=columns[0].name,
+        more_costs=tuple(columns[1:]),
     )
 
 
@@ -141,11 +145,12 @@ def _edges(
     numbers: Numbering,
     known: Sequence[int],
     canonical: Callable[[np.ndarray], np.ndarray] | None,
-) -> tuple[dict[str, list[np.ndarray]], tuple[str, ...]]:
-    """Number every state that is reached from known ones, and return the edges in pieces, and the actions' texts."""
+) -> tuple[dict[str, list[np.ndarray]], list[list[np.ndarray]], tuple[str, ...]]:
+    """Number every state that is reached from known ones, and return edges and costs in pieces, and actions' texts."""
     index: dict[Action, int] = {}
     none = np.empty(0, dtype=np.int32)
-    lists = {"sources": [none], "targets": [none], "actions": [none], "costs": [generator.matrix.ravel()[:0]]}
+    lists = {"sources": [none], "targets": [none], "actions": [none]}
+    columns = [[matrix.entries.ravel()[:0]] for matrix in generator.costs]
     layer = np.array(known, dtype=np.int64)
     while len(layer):
         found = []
@@ -156,12 +161,13 @@ def _edges(
                 found.append(targets if canonical is None else canonical(targets))
                 lists["sources"].append(sources[having])
                 lists["actions"].append(np.full(len(targets), index.setdefault(action, len(index)), dtype=np.int32))
-                lists["costs"].append(costs)
+                for column, each in zip(columns, costs, strict=True):
+                    column.append(each)
             check_limits()
         check_limits(LAYER_BYTES * sum(map(len, found)))
         layer = numbers.add(np.concatenate([layer[:0], *found]))
         lists["targets"] += map(numbers.number, found)
-    return lists, tuple(map(str, index))
+    return lists, columns, tuple(map(str, index))
 
 
 def _labels(

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import cached_property
-
-import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, to_number
 from prefplan.models.generated import GeneratedSystem
-from prefplan.models.manipulation.action_costs import UNMEASURED
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, ManipulationState
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.quotient import ReducedModel, can_be_reduced, most_states
 from prefplan.models.manipulation.state_space import Generator, reachable
-from prefplan.models.transition_system import Barred, Quotient, TransitionSystem
+from prefplan.models.transition_system import Barred, EdgeCosts, Quotient, TransitionSystem
 
 LISTED_STATES = 300_000
 """Models of no more states, by an upper bound, are searched as they are: listing these takes about a second."""
@@ -47,7 +45,8 @@ class ManipulationSystem(GeneratedSystem):
         generator = Generator.of(space, operators)
         super().__init__(
             start=0,
-            unit=generator.unit,
+            unit=generator.costs[0].unit,
+            cost_name=generator.costs[0].name,
             propositions=model.own_propositions | model.propositions,
             resolution=None,
             generator=generator,
@@ -69,10 +68,19 @@ class ManipulationSystem(GeneratedSystem):
         return most_states(self.generator.space) > LISTED_STATES
 
     @property
-    def shared_cost(self) -> int:
-        """See `TransitionSystem.shared_cost`; here of all costs that an action may have."""
-        costs = self.generator.matrix
-        return int(np.gcd.reduce(costs[costs != UNMEASURED], axis=None, initial=0))
+    def cost_names(self) -> tuple[str, ...]:
+        """See `TransitionSystem.cost_names`."""
+        return tuple(matrix.name for matrix in self.generator.costs)
+
+    @property
+    def more_costs(self) -> tuple[EdgeCosts, ...]:  # type: ignore[override]
+        """See `TransitionSystem`; all states are listed for them."""
+        return self.listed.more_costs if len(self.generator.costs) > 1 else ()
+
+    @property
+    def shared_units(self) -> tuple[Fraction, ...]:
+        """See `TransitionSystem.shared_units`; here of all costs that an action may have."""
+        return tuple(matrix.shared_unit for matrix in self.generator.costs)
 
     def knowing(self, propositions: frozenset[str]) -> ManipulationSystem:
         """See `TransitionSystem.knowing`."""
@@ -100,13 +108,18 @@ class ManipulationSystem(GeneratedSystem):
 
     def step(self, state: int, action: str) -> tuple[int, Number]:
         """See `TransitionSystem.step`."""
+        target, costs = self.steps(state, action)
+        return target, to_number(costs[0])
+
+    def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
+        """See `TransitionSystem.steps`."""
         if "listed" in self.__dict__:
-            return self.listed.step(state, action)
+            return self.listed.steps(state, action)
         barred = any(action == name and names <= self.label(state) for names, name in self.barred)
         found = None if barred else self.generator.step(self._codes[state], action)
-        if found is not None:
-            return self._number(found[0]), to_number(found[1] * self.unit)
-        raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
+        if found is None:
+            raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
+        return self._number(found[0]), found[1]
 
     def _number(self, code: int) -> int:
         if code not in self._codes:

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import pickle
 import random
+from dataclasses import replace
 
 import pytest
-from random_manipulation import random_model, random_problem
+from random_manipulation import random_model, random_problem, random_several
 from small_models import COSTS, spot
 
 from prefplan import (
     ManipulationModel,
     ModelError,
+    NamedPreference,
     Object,
     Options,
     Order,
     Planner,
     Problem,
     Task,
+    best_plan,
     cheapest_plan,
     pareto_front,
 )
@@ -47,6 +50,34 @@ def test_random_fronts_are_those_of_the_whole_model(
     if whole:
         cheapest = cheapest_plan(again, options=Options(generated=generated))
         assert (cheapest.cost, cheapest.preference) == (whole[0].cost, whole[0].preference)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = pareto_front(random_several(random.Random(seed)))
+    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
+    problem = random_several(random.Random(seed))
+    front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
+    assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
+    assert front.reason == whole.reason
+    for name in front.objectives:
+        least = min((plan.objectives for plan in whole), key=lambda worth: (worth[name], *worth.values()))
+        assert best_plan(problem, name).objectives == least
+
+
+def test_several_objectives_of_a_model_that_no_machine_can_list(quotients_only: None) -> None:
+    costs = {kind: {"time": time, "energy": time**2} for kind, time in COSTS.items()}
+    places = [*(spot(f"s{k}") for k in range(24)), spot("bin", capacity=4)]
+    model = ManipulationModel("home", costs, tuple(places), tuple(Object(f"o{k}", f"s{k}") for k in range(20)))
+    tasks = [Task("one", "F o0_bin"), Task("two", "F (o2_s9 & o3_bin)")]
+    wishes = [NamedPreference("order", Order(("two", "one"))), NamedPreference("late", Order(), "energy")]
+    front = pareto_front(Problem(model.transition_system(), tasks, wishes))
+    assert front.complete and front.objectives == ("time", "energy", "order", "late")
+    # Four objects are moved, for 3 + 1 + 5 + 1 and 9 + 1 + 25 + 1 each, in the one order or the other; or o2 waits in
+    # the bin, so that it need not be fetched for the second task once the first is done.
+    assert [tuple(plan.objectives.values()) for plan in front] == [(40, 144, 0, 36), (40, 144, 10, 0), (47, 171, 7, 0)]
 
 
 def test_what_need_not_be_moved_costs_nothing(quotients_only: None) -> None:
@@ -95,6 +126,10 @@ def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
     }
     with pytest.raises(ModelError, match="20 objects and 25 places are more than a state can hold"):
         _ = model.transition_system().size
+    # Where a hand travels for less with a load, what is not needed may yet be worth carrying.
+    dear = replace(model, costs=COSTS | {"transit": 7})
+    with pytest.raises(ModelError, match="20 objects and 25 places are more than a state can hold"):
+        pareto_front(Problem(dear.transition_system(), tasks, Order()))
 
 
 def test_a_model_that_another_process_gets_is_not_listed_either() -> None:
