@@ -12,10 +12,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 COSTS = "{ transit = 3, grasp = 1, transport = 5, release = 1 }"
+TWO_COSTS = (
+    "{ "
+    + ", ".join(
+        f"{kind} = {{ time = {time}, energy = {energy} }}"
+        for kind, time, energy in (("transit", 3, 1), ("grasp", 1, 2), ("transport", 5, 9), ("release", 1, 1))
+    )
+    + " }"
+)
 
 
 class Size(NamedTuple):
-    """A model: how many objects and single places, and the tasks, each a set of objects that go into a box.
+    """A model: how many objects and single places, the tasks, each a set of objects that go into a box, and the costs.
 
     Two boxes have room for half of the objects each; tasks take them in turn.
     """
@@ -23,6 +31,7 @@ class Size(NamedTuple):
     objects: int
     places: int
     tasks: tuple[tuple[int, ...], ...]
+    costs: str = COSTS
 
 
 SIZES = {
@@ -30,6 +39,12 @@ SIZES = {
     "8 objects, 10 locations, 3 tasks about 5 objects": Size(8, 8, ((0, 2), (1, 3), (7,))),
     "8 objects, 10 locations, 4 tasks about all": Size(8, 8, ((0, 2), (1, 3), (4, 6), (5, 7))),
     "20 objects, 22 locations, 4 tasks about 4 objects": Size(20, 20, ((0,), (1,), (2,), (3,))),
+    "8 objects, 10 locations, 4 tasks about all, time and energy": Size(
+        8, 8, ((0, 2), (1, 3), (4, 6), (5, 7)), TWO_COSTS
+    ),
+    "20 objects, 22 locations, 4 tasks about 4 objects, time and energy": Size(
+        20, 20, ((0,), (1,), (2,), (3,)), TWO_COSTS
+    ),
 }
 
 
@@ -38,7 +53,7 @@ def scenario(size: Size) -> str:
     names = [f"p{k} = {{ at = [0.4, {0.1 * k:.1f}] }}" for k in range(size.places)]
     capacity = (size.objects + 1) // 2
     names += [f"{box} = {{ at = [0.6, {k}.0], capacity = {capacity} }}" for k, box in enumerate(("crate", "tray"))]
-    lines = ["[model]", 'kind = "manipulation"', 'start = "home"', f"costs = {COSTS}", "[model.locations]", *names]
+    lines = ["[model]", 'kind = "manipulation"', 'start = "home"', f"costs = {size.costs}", "[model.locations]", *names]
     lines += ["[model.objects]", *(f'o{k} = {{ start = "p{k}" }}' for k in range(size.objects))]
     for k, objects in enumerate(size.tasks):
         goal = " & ".join(f"o{obj}_{('crate', 'tray')[k % 2]}" for obj in objects)
