@@ -24,6 +24,12 @@ from sim.world.contacts import set_margins
 NEAR_M = 0.002
 """Shapes nearer than this may touch: contacts flicker."""
 
+FLIGHT_SAMPLES = 33
+"""Number of poses between two states at which an object in flight is looked at: at 2 m/s they are 2 mm apart."""
+
+FLIGHT_SAMPLES = 33
+"""Number of poses at which an object in flight is looked at between two states: at 2 m/s they are 2 mm apart."""
+
 SAME_STATE = 1e-6
 """Greatest difference of two states that are the same."""
 
@@ -66,6 +72,13 @@ class Dynamics:
             {obj: np.zeros(len(self.times), dtype=bool) for obj in self.objects} for _ in range(2)
         )
         self.energy = np.sum([np.zeros(len(self.times)), *map(self._energy, self.objects)], axis=0)
+        self._near = copy.copy(self._model)
+        set_margins(self._near, np.full(self._near.ngeom, NEAR_M / 2))
+        self._scratch = mujoco.MjData(self._near)
+        self._owner = np.full(self._model.ngeom, "", dtype=object)
+        self._owner[world.robot.bodies(self._model)[self._model.geom_bodyid]] = world.robot.name
+        for obj in self.objects:
+            self._owner[solid_geoms(self._model, obj)] = obj
         self._gravity = np.zeros((len(self.times), len(world.robot.joints)))
         self._pressed = np.zeros((len(self.times), len(world.robot.joints)))
         self._derive_forces()
@@ -75,6 +88,34 @@ class Dynamics:
         row = int(round(time / self._timestep))
         found: np.ndarray = self._controls[min(row, len(self._controls) - 1)]
         return found
+
+    def may_bounce(self, obj: str, k: int) -> bool:
+        """Return whether an object that falls freely from the k-th state on comes near anything before the next one.
+
+        The robot is followed from state to state; other objects move on as they do.
+        """
+        model, span = self._model, float(self.times[k + 1] - self.times[k])
+        place, joints = (
+            int(model.joint(obj).qposadr[0]),
+            model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE],
+        )
+        before, after = self.qpos[k], self.qpos[k + 1]
+        for share in np.linspace(0, 1, FLIGHT_SAMPLES):
+            qpos, seconds = before.copy(), share * span
+            mujoco.mj_integratePos(model, qpos, self.qvel[k], seconds)
+            qpos[place : place + 3] += model.opt.gravity * seconds**2 / 2
+            qpos[joints] = (1 - share) * before[joints] + share * after[joints]
+            if any(obj in pair for pair in self._near_pairs(qpos)):
+                return True
+        return False
+
+    def _near_pairs(self, qpos: np.ndarray) -> list[list[str]]:
+        """Return the owners of each two shapes that are near enough to touch at (nq,) positions; "" for furniture."""
+        self._scratch.qpos[:] = qpos
+        mujoco.mj_kinematics(self._near, self._scratch)
+        mujoco.mj_collision(self._near, self._scratch)
+        pairs: list[list[str]] = self._owner[self._scratch.contact.geom.reshape(-1, 2)].tolist()
+        return pairs
 
     def _order_states(self) -> None:
         """Collect frames and interventions in order of time; at the same time the frame is first."""
@@ -98,13 +139,7 @@ class Dynamics:
 
     def _derive_forces(self) -> None:
         model, robot = self._model, self._world.robot
-        near = copy.copy(model)
-        set_margins(near, np.full(near.ngeom, NEAR_M / 2))
-        data, scratch = mujoco.MjData(model), mujoco.MjData(near)
-        owner = np.full(model.ngeom, "", dtype=object)
-        owner[robot.bodies(model)[model.geom_bodyid]] = robot.name
-        for obj in self.objects:
-            owner[solid_geoms(model, obj)] = obj
+        data = mujoco.MjData(model)
         pads = {model.geom(name).id: i for i, name in enumerate(robot.gripper.pads)}
         dofs = robot.dofs(model)
         for k in range(len(self.times)):
@@ -118,10 +153,7 @@ class Dynamics:
                 for geom in pair:
                     if geom in pads:
                         self.pad_forces[k, pads[geom]] += data.efc_force[data.contact.efc_address[i]]
-            scratch.qpos[:] = self.qpos[k]
-            mujoco.mj_kinematics(near, scratch)
-            mujoco.mj_collision(near, scratch)
-            for one, other in owner[scratch.contact.geom.reshape(-1, 2)].tolist():
+            for one, other in self._near_pairs(self.qpos[k]):
                 for obj, toucher in ((one, other), (other, one)):
                     if obj in self.supported:
                         self.supported[obj][k] = True

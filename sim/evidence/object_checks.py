@@ -105,14 +105,13 @@ def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
         dof = int(world.mujoco.joint(obj).dofadr[0])
         gained = np.diff(dynamics.qvel[:, dof : dof + 3], axis=0) - span[:, None] * world.mujoco.opt.gravity
         alone = ~dynamics.supported[obj]
-        # Between two states an object may bounce: the states before and after must be free, too.
+        # Just before or after a state an object may have bounced: the states around both must be free, too.
         free = alone[:-3] & alone[1:-2] & alone[2:-1] & alone[3:]
         still = np.all(np.stack([dynamics.frame[k : len(alone) - 3 + k] >= 0 for k in range(4)]), axis=0)
         off = np.abs(gained[1:-1]).max(axis=1) * (free & still)
-        if len(off) and off.max() > FALL_TOLERANCE_M_S:
-            return (
-                f"nothing touches {obj} at {dynamics.times[int(off.argmax()) + 1]:.2f} s, but it does not fall freely"
-            )
+        for k in np.flatnonzero(off > FALL_TOLERANCE_M_S) + 1:
+            if not dynamics.may_bounce(obj, int(k)):
+                return f"nothing touches {obj} at {dynamics.times[k]:.2f} s, but it does not fall freely"
     return None
 
 
