@@ -36,8 +36,8 @@ SLIP_GAP_M = 0.02
 RELOCATION_PROBABILITY = 0.3
 """Chance that an object is moved to another location rather than to anywhere on the table."""
 
-BETWEEN_FINGERS_M = 0.05
-"""An object whose middle is nearer than this to the tool is between the fingers."""
+BETWEEN_FINGERS_M = 0.0275
+"""An object that is nearer than this to the point between the pads is between the fingers."""
 
 MAX_BEARING_RAD = np.radians(65)
 """Greatest angle from straight ahead at which a moved object is put down."""
@@ -212,8 +212,9 @@ class FaultInjector:
         contacts, data = self._cell.contacts, self._cell.data
         if contacts.handled == obj and data.time - contacts.pressed < CONTACT_FLICKER_S:
             return True
-        tool = data.site(self._cell.scene.robot.tool).xpos
-        return bool(np.linalg.norm(data.body(obj).xpos - tool) < BETWEEN_FINGERS_M)
+        tool, body = data.site(self._cell.scene.robot.tool).xpos, data.body(obj)
+        beside = body.xmat.reshape(3, 3).T @ (tool - body.xpos)
+        return self._cell.scene.shapes[obj].distance(beside) < BETWEEN_FINGERS_M
 
     def _is_free(self, slot: Slot) -> bool:
         """Return whether an object can be placed in a slot on the table without a contact with another."""

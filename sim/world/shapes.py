@@ -118,6 +118,13 @@ class ObjectShape:
         """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
         return self.support(rotation[2])
 
+    def distance(self, point: np.ndarray) -> float:
+        """Return how far a (3,) point of its own frame is from it, m; 0 inside."""
+        beside = np.abs(point)
+        if self.is_round:
+            beside = np.array([np.hypot(*beside[:2]), 0.0, beside[2]])
+        return float(np.linalg.norm(np.maximum(beside - self.half, 0.0)))
+
     def most_upright(self, rotation: np.ndarray) -> np.ndarray:
         """Return, of the (3, 3) rotations in which it looks the same, the most upright one."""
         turned = rotation @ self.symmetries
