@@ -196,6 +196,11 @@ def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
 
 
 def check_held(cell: Workcell, obj: str) -> None:
-    """Raise SkillError unless the hand holds an object."""
+    """Raise SkillError unless the hand holds an object; one that is not observed now may have slipped: wait for it.
+
+    Raises:
+        ObservationTimeoutError: it is not observed for too long.
+    """
+    cell.observe(obj)
     if cell.held() != obj:
         raise SkillError(f"no contact force on both finger pads: {obj} is not held")

@@ -42,8 +42,8 @@ class ReleaseSkill(Release, Skill):
     def perform(self, cell: Workcell, action: Action) -> None:
         """See `Skill.perform`."""
         obj, location = action.obj, action.location
-        check_held(cell, obj)
         slot = free_slot(cell, obj, location)
+        check_held(cell, obj)  # last: until then nothing may have been observed
         cell.contacts.handle(obj, aloft=True)
         pose = _placing_pose(cell, obj, slot)
         before = _preplace(cell, pose)

@@ -18,12 +18,11 @@ class TransportSkill(Transport, Skill):
     def perform(self, cell: Workcell, action: Action) -> None:
         """See `Skill.perform`."""
         obj = action.obj
-        check_held(cell, obj)
         slot = free_slot(cell, obj, action.location)
+        check_held(cell, obj)  # last: until then nothing may have been observed
         cell.contacts.handle(obj)
         before, pose = choose_placement_of_held(cell, obj, slot)
         cell.contacts.handle(obj, aloft=True)
-        check_held(cell, obj)  # again: nothing may have been seen until now
         height = passage_height(cell, cell.shapes, held=obj)
         if before.points_down:
             travel(cell, before.either_way(), height=height)
