@@ -13,7 +13,15 @@ from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import ToolPose, wrap
 from sim.perception.sensors import ObjectPose, Posture
 from sim.simulation.workcell import Workcell
-from sim.skills.hand import FORESEEN_MARGIN_RAD, PLACING_MARGIN_RAD, frame_of, free_pose, held_grasp
+from sim.skills.hand import (
+    FINGER_CLEARANCE_M,
+    FORESEEN_CLEARANCE_M,
+    FORESEEN_MARGIN_RAD,
+    PLACING_MARGIN_RAD,
+    frame_of,
+    free_pose,
+    held_grasp,
+)
 from sim.skills.placing import free_slot, resting_centre
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose, grasps, openings
@@ -76,7 +84,14 @@ def choose_grasp(
 
 
 def choose_placement(
-    cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, near: np.ndarray | None = None, margin: float
+    cell: Workcell,
+    obj: str,
+    slot: Slot,
+    grasp: GraspPose,
+    *,
+    near: np.ndarray | None = None,
+    margin: float,
+    clearance: float = FINGER_CLEARANCE_M,
 ) -> tuple[ToolPose, ToolPose]:
     """Return the tool's pose that sets an object, so grasped, upright into a slot, the fingers free to open.
 
@@ -89,6 +104,7 @@ def choose_placement(
         grasp: how the hand holds it.
         near: (n,) where the arm comes from, rad; None for anywhere.
         margin: of a tilted hand from the ends of the joints, rad.
+        clearance: of a tilted hand from other bodies, m.
 
     Raises:
         BlockedError: bodies are in the way.
@@ -99,7 +115,7 @@ def choose_placement(
     for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
         for option in openings(grasp):
             try:
-                return free_pose(cell, goals, option, near=near, margin=margin)
+                return free_pose(cell, goals, option, near=near, margin=margin, clearance=clearance)
             except BlockedError as error:
                 blockers.update(error.by)
             except SimulationError as error:
@@ -174,7 +190,7 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
 
 def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose) -> bool:
     try:
-        choose_placement(cell, obj, slot, grasp, margin=FORESEEN_MARGIN_RAD)
+        choose_placement(cell, obj, slot, grasp, margin=FORESEEN_MARGIN_RAD, clearance=FORESEEN_CLEARANCE_M)
     except SimulationError:
         return False
     return True

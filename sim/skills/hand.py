@@ -30,6 +30,9 @@ CLOSING_CHECKS = 4
 FINGER_CLEARANCE_M = 0.0015
 """Least clearance of the fingers from other bodies: the arm comes to rest within 1 mm of its reference."""
 
+FORESEEN_CLEARANCE_M = 0.003
+"""The same for a tilted hand where an object that is not held yet is to be put: it will hang a little differently."""
+
 DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
 """How far a tilted hand is drawn back along its axis where it cannot come from above, and raised meanwhile, m."""
 
@@ -97,6 +100,7 @@ def free_pose(
     *,
     near: np.ndarray | None = None,
     margin: float = CHOSEN_MARGIN_RAD,
+    clearance: float = FINGER_CLEARANCE_M,
 ) -> tuple[ToolPose, ToolPose]:
     """Return which of several poses the hand takes to open and close for a grasp there without a collision.
 
@@ -106,6 +110,7 @@ def free_pose(
         grasp: how wide the hand opens and closes.
         near: (n,) where the arm comes from, rad; None for anywhere.
         margin: of a tilted hand from the ends of the joints, rad.
+        clearance: of a tilted hand from other bodies, m.
 
     Returns:
         From where it comes straight to that pose, and the pose.
@@ -125,10 +130,11 @@ def free_pose(
         except SimulationError as error:
             unreachable = error
             continue
+        beside = FINGER_CLEARANCE_M if pose.points_down else clearance
         for q in path[:-1]:
-            met |= _met(cell, q, grasp.opening)
+            met |= _met(cell, q, grasp.opening, beside)
         for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
-            met |= _met(cell, path[-1], float(width))
+            met |= _met(cell, path[-1], float(width), beside)
         if not met:
             return before, pose
         blockers |= met
@@ -158,7 +164,7 @@ def followed(
     return path[1:]
 
 
-def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float = FINGER_CLEARANCE_M) -> set[str]:
+def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[str]:
     """Return what the hand, opened to a width, m, is nearer to than a clearance, m, the object aside it handles."""
     return set(cell.collisions(q, width=width, clearance=clearance)) - {cell.contacts.handled or ""}
 

@@ -22,6 +22,10 @@ CLEARANCES_M = (None, PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
 TILTED_LIFTS_M = (0.0, 0.004, 0.010)
 """Distances of the pads' middle from an object's in a grasp that may be tilted, m: tips keep clear of what is below."""
 
+MAX_SHIFT_M, END_M, MAX_OFFSET_M = 0.018, 0.02, 0.027
+"""How far along a high object a tilted hand takes it from its middle, at least how far from its end, and the greatest
+distance of the pads' middle from the object's then, m: so the palm clears its end, and the hand the table beside it."""
+
 MAX_OFF_LINE_M = 0.0075
 """Greatest distance of the pads' middle from the line on which they touch a round object, m; they are 18 mm high."""
 
@@ -72,6 +76,7 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
 
     The hand closes along a side of a box or across a cylinder, in any direction in which the palm and the pads suit.
     Of one direction, the usual opening comes first, then smaller ones, also with the pads nearer to the palm's side.
+    A high object is taken near an end, too, by a tilted hand.
     """
     if isinstance(gripper, SuctionGripper):
         return _suctions(shape, gripper)
@@ -82,13 +87,15 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
         approach = np.cos(tilt) * np.array(start) + np.sin(tilt) * side
         rotation = np.column_stack([np.cross(closing, approach), closing, approach])
         off_top = round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
-        for order, lift, clearance in _variants(shape, approach, gripper, straight=off_top == 0):
+        variants = _variants(shape, approach, gripper, straight=off_top == 0)
+        for (order, lift, clearance), shift in itertools.product(variants, _shifts(shape, closing, approach, gripper)):
             off_line = lift * float(np.hypot(*approach[:2])) if shape.is_round and not closing[2] else 0.0
-            if off_line <= MAX_OFF_LINE_M and (
-                shape.support(-approach) - lift <= gripper.palm_height_m + PALM_TOLERANCE_M
-            ):
-                key = off_top, rank > 1, order, lift, rank
-                found.append((key, GraspPose(-lift * approach, rotation, width, clearance)))
+            position = shift - lift * approach
+            palm = shape.support(-approach) + float(position @ approach)
+            near = not shift.any() or np.linalg.norm(position) <= MAX_OFFSET_M
+            if off_line <= MAX_OFF_LINE_M and palm <= gripper.palm_height_m + PALM_TOLERANCE_M and near:
+                key = off_top, rank > 1, order, bool(shift.any()), lift, rank
+                found.append((key, GraspPose(position, rotation, width, clearance)))
     found.sort(key=lambda entry: entry[0])
     return tuple(grasp for _, grasp in found)
 
@@ -119,6 +126,15 @@ def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.nd
         width = 2 * float(shape.half[0]) if shape.is_round and not line[2] else 2 * float(np.abs(line) @ shape.half)
         if low <= width <= high:
             yield rank, line, width
+
+
+def _shifts(shape: ObjectShape, closing: np.ndarray, approach: np.ndarray, gripper: Gripper) -> list[np.ndarray]:
+    """Return by how much, (3,) m, the hand may take an object off its middle: none, or towards where it comes from."""
+    along = np.round(approach[2], 6)
+    if shape.half[2] <= gripper.palm_height_m or closing[2] or abs(along) == 1:
+        return [np.zeros(3)]
+    shift = min(MAX_SHIFT_M, float(shape.half[2]) - END_M)
+    return [np.zeros(3), *(np.array([0.0, 0.0, end * shift]) for end in (1.0, -1.0) if end * along <= 0)]
 
 
 def _variants(

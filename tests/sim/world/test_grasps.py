@@ -19,6 +19,10 @@ SHAPES = {
     "can": Object("x", "spot", kind="cylinder", size=(0.03, 0.06)),
     "disc": Object("x", "spot", kind="cylinder", size=(0.06, 0.03)),
 }
+HIGH = {
+    "high box": Object("x", "spot", kind="box", size=(0.05, 0.04, 0.09)),
+    "high can": Object("x", "spot", kind="cylinder", size=(0.055, 0.10)),
+}
 LYING = Rotation.from_euler("y", 90, degrees=True).as_matrix()
 
 
@@ -61,9 +65,9 @@ def test_what_looks_the_same_is_taken_the_same_way(shape: ObjectShape) -> None:
         assert {tuple(np.round(turn @ approach, 6) + 0.0) for approach in found} == found
 
 
-@pytest.mark.parametrize("name", ["can", "disc", "box"])
+@pytest.mark.parametrize("name", ["can", "disc", "box", *HIGH])
 def test_a_tilted_hand_takes_what_lies_and_sets_it_upright(name: str) -> None:
-    shape = shape_of(SHAPES[name], PANDA.gripper)
+    shape = shape_of((SHAPES | HIGH)[name], PANDA.gripper)
     lying = LYING if shape.is_round else Rotation.from_euler("x", 90, degrees=True).as_matrix()
     best = min(max(tilts(grasp, shape, lying)) for grasp in grasps(shape, PANDA.gripper))
     assert best == pytest.approx(45)
