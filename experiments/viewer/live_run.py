@@ -30,6 +30,7 @@ NEWS = {
     "fault": "fault: {fault}",
     REFUSED: "not now: {fault}: {reason}",
     "turned over": "{object} turned over: no single grasp sets it upright",
+    "set aside": "{object} set aside: where it lay, no single grasp set it upright",
     "drawn free": "{object} drawn free: beside it the fingers had no room",
     "retry": "tried again: {reason}",
     "unaffected": "{reason}: what is left of the plan is not affected",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -22,7 +23,7 @@ from sim.skills.hand import OPEN_DURATION_S, free_pose, move_tool
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose
 
-DISTANCES_M = (0.03, 0.06)
+DISTANCES_M = (0.03, 0.045, 0.06)
 """How far to draw an object, to try in turn, m."""
 
 STEP_M = 0.01
@@ -55,6 +56,10 @@ STROKE_STEP_M, STROKE_STEP_S = 0.003, 0.15
 HOLD_DOWN_N, COMPLIANCE_M_N, MAX_GIVE_M = 5.5, 0.0001, 0.001
 """Force with which the object is pressed in a stroke, how far the hand rises for each N more, and at most in a step."""
 
+BEHIND_CREST_M, MAX_ROLL_M = 0.004, 0.005
+"""Where the middle of the fingertips, 20 mm wide, is pressed on a round object that rolls under them, and how far over
+its crest it comes then, m: where they leave it, it springs back."""
+
 OFF_CENTRE = 0.4
 """How far from the middle of an object's top it may be pressed, as a share of half a side."""
 
@@ -65,46 +70,30 @@ CLOSED = GraspPose(np.zeros(3), np.eye(3), width=0.004, clearance=0.0)
 """The hand as it presses: nearly closed, so that its pads do not press each other."""
 
 
-@dataclass(frozen=True)
-class Draw:
-    """How an object is drawn free.
-
-    Attributes:
-        before: from where the closed hand comes down to it.
-        over: where its fingertips are just above it.
-        shift: (3,) by which it is drawn, m.
-    """
-
-    before: ToolPose
-    over: ToolPose
-    shift: np.ndarray
-
-
 class _FeltError(SimulationError):
     """The fingertips press the object hard enough."""
 
 
-def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> Draw | None:
-    """Return how to draw an object to where it can be taken; None if that is not found.
-
-    What lies on a round side is not drawn: it would roll.
-    """
-    rolls = cell.scene.shapes[obj].is_round and pose.posture != Posture.UPRIGHT
-    if rolls or isinstance(cell.scene.robot.gripper, SuctionGripper):
+def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
+    """Return the (3,) shift, m, by which to draw an object to where it can be taken; None if that is not found."""
+    if isinstance(cell.scene.robot.gripper, SuctionGripper):
         return None
     for shift in _shifts(cell, obj, pose):
-        try:
-            choose_grasp(cell, obj, replace(pose, position=pose.position + shift), pose.yaw)
-        except SimulationError:
-            continue
-        pressing = _pressing(cell, obj, pose, shift)
-        if pressing is not None:
-            return Draw(*pressing, shift)
+        with suppress(SimulationError):
+            drawn = replace(pose, position=pose.position + SHARE_DRAWN * shift)
+            choose_grasp(cell, obj, drawn, pose.yaw, foreseen=False)
+            _pressing(cell, obj, pose, shift)
+            return shift
     return None
 
 
-def draw_free(cell: Workcell, obj: str, draw: Draw) -> None:
-    """Press an object from above with closed fingers and draw it aside, in several strokes, since it slips.
+def draw_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
+    """Press an object from above with closed fingers and draw it aside, in several strokes, since it slips or rolls.
+
+    Args:
+        cell: the running simulation.
+        obj: the object.
+        shift: (3,) by which it is drawn, m.
 
     Raises:
         SkillError: it did not come along.
@@ -113,20 +102,20 @@ def draw_free(cell: Workcell, obj: str, draw: Draw) -> None:
     start = cell.measure(obj).position
     cell.set_width(CLOSED.width, OPEN_DURATION_S)
     for _ in range(MAX_STROKES):
-        came = (cell.measure(obj).position - start) * [1.0, 1.0, 0.0]
-        left = draw.shift - came
-        if came @ draw.shift >= SHARE_DRAWN * draw.shift @ draw.shift:
+        pose = cell.measure(obj)
+        came = (pose.position - start) * [1.0, 1.0, 0.0]
+        if came @ shift >= SHARE_DRAWN * shift @ shift:
             cell.log_event("drawn free", object=obj, distance_mm=round(1000 * float(np.hypot(*came[:2])), 1))
             return
-        _stroke(cell, draw, came, left / np.linalg.norm(left))
+        _stroke(cell, obj, pose, shift - came)
     raise SkillError(f"{obj} could not be drawn free: it slips under the fingers")
 
 
-def _stroke(cell: Workcell, draw: Draw, came: np.ndarray, heading: np.ndarray) -> None:
-    """Draw an object that came (3,) m so far once more, in a (3,) heading, and raise the hand."""
-    over = draw.over.shifted(came)
-    up = draw.before.position - draw.over.position
-    move_tool(cell, [over.shifted(up)])
+def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> None:
+    """Draw an object at a pose towards where it is to be, (3,) m away, as far as it comes along; raise the hand."""
+    before, over = _pressing(cell, obj, pose, left)
+    up, heading = before.position - over.position, left / np.linalg.norm(left)
+    move_tool(cell, [before])
     move_tool(cell, [over])
 
     lowest = over.shifted([0.0, 0.0, -cell.scene.robot.gripper.fingertip_m])
@@ -137,8 +126,19 @@ def _stroke(cell: Workcell, draw: Draw, came: np.ndarray, heading: np.ndarray) -
             give = COMPLIANCE_M_N * (float(cell.contacts.pad_forces.sum()) - HOLD_DOWN_N)
             step = STROKE_STEP_M * heading + [0.0, 0.0, np.clip(give, -MAX_GIVE_M, MAX_GIVE_M)]
             move_tool(cell, [cell.arm.tool(cell.reference).shifted(step)], seconds=STROKE_STEP_S)
+            if _rolled(cell, obj, heading):
+                break
     finally:
         move_tool(cell, [cell.arm.tool(cell.reference).shifted(up)])
+
+
+def _rolled(cell: Workcell, obj: str, heading: np.ndarray) -> bool:
+    """Return whether a round object has rolled so far under the fingertips that they are about to leave its crest."""
+    pose = cell.observe(obj)
+    off = cell.arm.tool(cell.angles).position - pose.position
+    axis = pose.rotation[:, 2]
+    across = (off - (off @ axis) * axis)[:2]
+    return _lies_round(cell, obj, pose) and np.hypot(*across) > MAX_ROLL_M and across @ heading[:2] > 0
 
 
 def _feel(cell: Workcell, force: float) -> None:
@@ -147,30 +147,57 @@ def _feel(cell: Workcell, force: float) -> None:
         raise _FeltError
 
 
-def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> tuple[ToolPose, ToolPose] | None:
-    """Return where the closed fingertips are just above an object, after from where they come; None if nowhere.
+def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> tuple[ToolPose, ToolPose]:
+    """Return where the closed fingertips are just above an object at a pose, after from where they come.
 
     Nothing may be in their way where they would be if it gave way by as much as they are above it then.
+
+    Raises:
+        BlockedError: bodies are in the way everywhere.
+        SimulationError: the arm reaches it nowhere.
     """
-    top = half_height(cell.scene, {obj: pose}, obj)
+    top, refused = half_height(cell.scene, {obj: pose}, obj), SimulationError(f"{obj} is out of reach")
+    for offset, yaw in _presses(cell, obj, pose, shift):
+        goal = ToolPose.down(pose.position + [*offset, top], yaw)
+        try:
+            before, lowest = free_pose(cell, [goal], CLOSED, near=cell.reference)
+            free_pose(cell, [lowest.shifted(shift)], CLOSED, near=cell.reference)
+        except SimulationError as error:
+            refused = error
+            continue
+        return before, lowest.shifted([0.0, 0.0, cell.scene.robot.gripper.fingertip_m])
+    raise refused
+
+
+def _presses(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
+    """Yield where to press an object, (2,) m from its middle, and the heading of the line between the fingers, rad.
+
+    Drawn at its rear it tips the least. A round side is pressed along its crest, or a little behind it, by the
+    fingertips' narrow side.
+    """
     sides = footprint(cell.scene, {obj: pose}, obj)
-    offsets = (OFF_CENTRE * OFFSETS * sides.half) @ sides.axes
-    # Drawn at its rear it tips the least.
-    for offset in sorted(offsets, key=lambda offset: float(offset @ shift[:2])):
-        pressed = pose.position + [*offset, top]
-        for goal in (ToolPose.down(pressed, sides.yaw + turn) for turn in (0.0, np.pi / 2)):
-            try:
-                before, lowest = free_pose(cell, [goal], CLOSED, near=cell.reference)
-                free_pose(cell, [lowest.shifted(shift)], CLOSED, near=cell.reference)
-            except SimulationError:
-                continue
-            return before, lowest.shifted([0.0, 0.0, cell.scene.robot.gripper.fingertip_m])
-    return None
+    offsets, yaws = (OFF_CENTRE * OFFSETS * sides.half) @ sides.axes, [sides.yaw, sides.yaw + np.pi / 2]
+    if _lies_round(cell, obj, pose):
+        axis = pose.rotation[:2, 2]
+        across = np.array([-axis[1], axis[0]])
+        behind = BEHIND_CREST_M * across * np.sign(across @ shift[:2])
+        offsets = OFF_CENTRE * cell.scene.shapes[obj].half[2] * np.outer([0, 1, -1], axis)
+        offsets, yaws = np.vstack([offsets - behind, offsets]), [float(np.arctan2(axis[1], axis[0]))]
+    rear_first = sorted(offsets, key=lambda offset: float(offset @ shift[:2]))
+    return itertools.product(rear_first, yaws)
+
+
+def _lies_round(cell: Workcell, obj: str, pose: ObjectPose) -> bool:
+    """Return whether an object lies on a round side."""
+    return cell.scene.shapes[obj].is_round and pose.posture != Posture.UPRIGHT
 
 
 def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:
     """Yield (3,) shifts to try, m, by which an object meets nothing: short ones first, then the middle of the free."""
     headings = np.column_stack([np.cos(DIRECTIONS_RAD), np.sin(DIRECTIONS_RAD), np.zeros(len(DIRECTIONS_RAD))])
+    if _lies_round(cell, obj, pose):
+        along = pose.rotation[:, 2] * [1.0, 1.0, 0.0]
+        headings = np.array([[-along[1], along[0], 0.0], [along[1], -along[0], 0.0], along, -along])
     meets = _obstacles(cell, obj, pose)
     for distance in DISTANCES_M:
         steps = np.arange(distance, 0, -STEP_M)

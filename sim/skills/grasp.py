@@ -76,10 +76,10 @@ class GraspSkill(Grasp, Skill):
             return False
         if isinstance(error, BlockedError):
             walled_in = not any(name in cell.scene.shapes for name in error.by)
-            draw = find_draw(cell, obj, pose) if walled_in else None
-            if draw is not None:
-                draw_free(cell, obj, draw)
-            return draw is not None
+            shift = find_draw(cell, obj, pose) if walled_in else None
+            if shift is not None:
+                draw_free(cell, obj, shift)
+            return shift is not None
         turn = find_turn(cell, obj, pose)
         if turn is not None:
             self._approach(cell, obj, pose, turn.grasp, turn.before, turn.tool)

@@ -39,11 +39,12 @@ TILT_STEP_RAD = np.radians(15)
 
 
 def choose_grasp(
-    cell: Workcell, obj: str, pose: ObjectPose, yaw: float, *, tilted: bool = False
+    cell: Workcell, obj: str, pose: ObjectPose, yaw: float, *, tilted: bool = False, foreseen: bool = True
 ) -> tuple[GraspPose, ToolPose, ToolPose]:
     """Return the first grasp that serves, the pose from which the hand comes, and that in which the fingers close.
 
     It serves both where the object is, and where it is to be released next, if that is known and there is space now.
+    What stands is taken even if none serves there.
 
     Args:
         cell: the running simulation.
@@ -51,12 +52,13 @@ def choose_grasp(
         pose: as measured.
         yaw: heading of the line along which the fingers rather close, rad.
         tilted: leave out grasps for which the hand points straight down.
+        foreseen: whether it shall serve where the object is released next.
 
     Raises:
         BlockedError: bodies are in the way of all grasps.
         SimulationError: the arm reaches none.
     """
-    shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj)
+    shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj) if foreseen else None
     frame = frame_of(shape, pose, yaw)
     blockers: set[str] = set()
     first: tuple[GraspPose, ToolPose, ToolPose] | None = None

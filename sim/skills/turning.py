@@ -1,4 +1,4 @@
-"""Regrasping: an object that no single grasp brings upright is first set down on another of its faces."""
+"""Regrasping: an object that no single grasp brings upright is first set down on another face, or elsewhere."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from sim.skills.transfer import travel
 from sim.world.grasps import GraspPose, grasps
 from sim.world.shapes import about_z
 
-QUARTERS = (1, -1, 2)
-"""Quarter turns about the line between the pads, to try in turn."""
+QUARTERS = (0, 1, -1, 2)
+"""Quarter turns about the line between the pads, to try in turn; 0 to set an object down as it lies, but elsewhere."""
 
 HEADINGS_RAD = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
 """Turns about the vertical of an object that is set down, to try in turn."""
@@ -37,7 +37,7 @@ SHIFTS_M = SHIFT_M * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
 
 @dataclass(frozen=True)
 class Turn:
-    """How an object is set down on another face.
+    """How an object is set down on another face, or as it lies elsewhere.
 
     Attributes:
         grasp: how it is taken.
@@ -46,6 +46,7 @@ class Turn:
         above: from where the hand comes to where it is set down.
         placing: where the fingers open.
         pose: of the object then.
+        over: whether that is on another face.
     """
 
     grasp: GraspPose
@@ -54,6 +55,7 @@ class Turn:
     above: ToolPose
     placing: ToolPose
     pose: ObjectPose
+    over: bool
 
 
 def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
@@ -80,12 +82,13 @@ def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
                 choose_grasp(cell, obj, rests, pose.yaw)
             except SimulationError:
                 continue
-            return Turn(held, before, tool, above, placing, rests)
+            over = not np.allclose(turned, frame)
+            return Turn(held, before, tool, above, placing, rests, over)
     return None
 
 
 def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
-    """Set the held object down on another face, let go and raise the hand.
+    """Set the held object down, let go and raise the hand.
 
     Raises:
         SkillError: it is not held.
@@ -107,7 +110,7 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
     cell.wait(rising)
     move_tool(cell, [turn.above], within=BLEND_M)
     cell.settle()
-    cell.log_event("turned over", object=obj)
+    cell.log_event("turned over" if turn.over else "set aside", object=obj)
 
 
 def _turns(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspPose, np.ndarray]]:
@@ -118,8 +121,8 @@ def _turns(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspP
     shape = cell.scene.shapes[obj]
     options: list[tuple[int, int, GraspPose, np.ndarray]] = []
     for grasp, quarters in itertools.product(grasps(shape, cell.scene.robot.gripper), QUARTERS):
-        if grasp.clearance is not None:
-            continue
+        if grasp.clearance is not None and quarters:
+            continue  # little space where it lies is no reason to turn it over
         turned = frame @ Rotation.from_rotvec(quarters * np.pi / 2 * grasp.rotation[:, 1]).as_matrix()
         tilt = max(tilt_of(frame @ grasp.rotation), tilt_of(turned @ grasp.rotation))
         if np.isfinite(tilt):

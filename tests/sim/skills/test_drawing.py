@@ -1,12 +1,20 @@
-"""An object between two walls higher than it is drawn free before it is taken, and the certificate agrees."""
+"""An object between two walls higher than it is drawn or rolled free before it is taken."""
 
 from __future__ import annotations
 
+import mujoco
+import numpy as np
 from forged_logs import log_of_run
 from scenario_texts import CORNER
+from scipy.spatial.transform import Rotation
+from skill_runs import assert_clean
 
+from prefplan import ManipulationModel
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
+from sim.simulation.workcell import Workcell
+from sim.skills.catalogue import perform
+from sim.world.scene import build_scene, initial_state
 
 LOW = (
     CORNER.replace('cup = { start = "desk" }', 'cup = { start = "desk", kind = "box", size = [0.05, 0.05, 0.03] }')
@@ -23,3 +31,23 @@ def test_a_low_object_in_a_corner_is_drawn_free_and_taken() -> None:
     assert [detail["object"] for detail in drawn] == ["cup"]
     assert 15 < drawn[0]["distance_mm"] < 60
     assert certify(log).refuted == ()
+
+
+def test_a_can_that_lies_in_a_corner_is_rolled_free_set_aside_and_set_upright() -> None:
+    can = 'cup = { start = "desk", kind = "cylinder", size = [0.03, 0.06] }'
+    model = loads(CORNER.replace('cup = { start = "desk" }', can)).model
+    assert isinstance(model, ManipulationModel)
+    scene = build_scene(model, meshes=False)
+    data = initial_state(scene)
+    # Its side touches one wall, its end the other one.
+    data.joint("cup").qpos[:3] = 0.444, -0.159, 0.015
+    data.joint("cup").qpos[3:] = Rotation.from_euler("y", 90, degrees=True).as_quat(scalar_first=True)
+    mujoco.mj_forward(scene.mujoco, data)
+    cell = Workcell(scene, data)
+    cell.destination = "tray"
+    for action in ("transit desk", "grasp cup", "transport cup tray", "release cup tray"):
+        perform(cell, action)
+    assert [event.kind for event in cell.events] == ["drawn free", "set aside", "grasped", "placed"]
+    assert_clean(cell)
+    cup = cell.observe("cup")
+    assert cup.tilt < np.radians(1) and np.hypot(*(cup.position - scene.slots["tray"][0].position)[:2]) < 0.002
