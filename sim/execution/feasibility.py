@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
 from sim.errors import BlockedError, SimulationError
-from sim.execution.arrangement import arranged
+from sim.execution.arrangement import arranged, under
 from sim.execution.refusal import Remedies
 from sim.execution.rehearsal import Rehearsal
 from sim.simulation.kinematic_cell import KinematicCell
@@ -64,6 +64,8 @@ class ArmCheck:
                     return PlaceCheck(obj, location)
         staying = Rehearsal((f"transit {location}", take, put), places, obj, location)
         done, error = self._run(staying)
+        if isinstance(error, BlockedError) and self._may_change(error):
+            staying, done, error = self._if_moved_away(staying, done, error)
         if error is None:
             unbrought = f"from {start}: {refused}" if refused is not None and brought < BROUGHT else None
             return PlaceCheck(obj, location, unbrought)
@@ -77,6 +79,24 @@ class ArmCheck:
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
         return rehearsal.run(self._cell, self._scene)
+
+    def _if_moved_away(
+        self, staying: Rehearsal, done: int, error: SimulationError
+    ) -> tuple[Rehearsal, int, SimulationError]:
+        """Return a refused rehearsal, how far it gets and what is in its way once no object is that may be elsewhere.
+
+        What carries its object stays. Where nothing is left that keeps it from being done, it is the given one.
+        """
+        model = self._scene.model
+        carriers = under(model, staying.location)
+        kept = {other.name for other in model.objects if other.fixed} | {staying.obj}
+        places = {other: place for other, place in staying.places.items() if other in kept or place in carriers}
+        alone = replace(staying, places=places)
+        with suppress(ModelError):  # what is fixed may lie on what can be moved
+            went, left = self._run(alone)
+            if left is not None and not self._may_change(left):
+                return alone, went, left
+        return staying, done, error
 
     def _may_change(self, error: SimulationError) -> bool:
         """Return whether an object is in the way that a plan may put elsewhere first."""
