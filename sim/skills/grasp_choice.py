@@ -26,7 +26,7 @@ from sim.skills.placing import free_slot, resting_centre
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose, grasps, openings
 from sim.world.places import Slot
-from sim.world.shapes import ObjectShape
+from sim.world.shapes import ObjectShape, about_z
 
 MAX_TILT_RAD = np.radians(91)
 """Greatest tilt of the hand from straight down: farther, it would point upwards."""
@@ -61,6 +61,7 @@ def choose_grasp(
     shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj) if foreseen else None
     frame = frame_of(shape, pose, yaw)
     blockers: set[str] = set()
+    placeable: dict[bytes, bool] = {}
     first: tuple[GraspPose, ToolPose, ToolPose] | None = None
     for grasp in ranked(cell, obj, frame):
         if tilted and grasp.at(pose.position, frame).points_down:
@@ -73,7 +74,12 @@ def choose_grasp(
         except SimulationError:
             continue
         grasp = replace(grasp, rotation=frame.T @ tool.rotation)
-        if slot is None or _can_place(cell, obj, slot, grasp):
+        if slot is None:
+            return grasp, before, tool
+        alike = _placed_alike(shape, grasp)
+        if alike not in placeable:
+            placeable[alike] = _can_place(cell, obj, slot, grasp)
+        if placeable[alike]:
             return grasp, before, tool
         first = first or (grasp, before, tool)
     if first is not None and pose.posture == Posture.UPRIGHT:
@@ -188,6 +194,16 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
     usable = [pose for pose in poses if np.isfinite(tilt_of(pose.rotation))]
     for _, group in itertools.groupby(sorted(usable, key=rank), key=rank):
         yield tuple(group)
+
+
+def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
+    """Return what grasps have in common that put an object down alike: all but the opening, and a round one's turn."""
+    rotation, position = grasp.rotation, grasp.position
+    if shape.is_round:
+        line = rotation[:, 1] if abs(rotation[2, 1]) < np.sqrt(0.5) else rotation[:, 2]
+        turn = about_z(-float(np.arctan2(line[1], line[0])))
+        rotation, position = turn @ rotation, turn @ position
+    return (np.round([*rotation.ravel(), *position], 6) + 0.0).tobytes()
 
 
 def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose) -> bool:
