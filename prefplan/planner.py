@@ -30,7 +30,7 @@ from prefplan.product.product_automaton import Product
 from prefplan.search.bounds import FrontLimits, PlanLimits, bounded, require_bounds
 from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
 from prefplan.search.exact_search import ExactSearch
-from prefplan.search.guided import GUIDED_TASKS, CheapestSearch, draft
+from prefplan.search.guided import DRAFTED_TASKS, CheapestSearch, draft
 from prefplan.search.narrowing import NarrowingSearch, proven_percent
 from prefplan.search.objective_search import points
 from prefplan.search.vector_search import VectorSearch
@@ -326,11 +326,14 @@ class Planner:
                 # What 64 bits may not hold is searched again in Python's integers.
                 limits.ended = None
 
-    def _draft_front(self, limits: Limits, max_cost: float) -> None:
-        """Look for plans that are close to the front, to have some soon, unless it is found soon itself."""
-        if len(self.problem.tasks) >= GUIDED_TASKS:
+    def _draft_front(self, limits: Limits, max_cost: float) -> list[Found]:
+        """Return plans that are close to the front, to have some soon, unless it is found soon itself."""
+        drafted = []
+        if len(self.problem.tasks) >= DRAFTED_TASKS:
             for found in draft(self._product, self._options, limits, max_cost):
+                drafted.append(found)
                 self._draft.append(self._checked(found, self._product))
+        return drafted
 
     def _points(
         self, limits: Limits, first: str | None, **wanted: Unpack[PlanLimits]
@@ -372,14 +375,13 @@ class Planner:
         if single and max_mu is None and measure.bi_objective:
             self._cheapest = CheapestSearch(self._product, options, limits, max_cost)
             return self._cheapest.search()
-        if not (single or tolerance.value) and max_mu is None and measure.bi_objective:
-            self._draft_front(limits, max_cost)
+        drafted = self._draft_front(limits, max_cost) if measure.bi_objective else []
         prepared = Prepared(self._product, options, single=single, max_bytes=limits.bytes)
         if not measure.bi_objective:
             return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, tolerance=tolerance)
         if tolerance.value and max_mu is None:
-            return NarrowingSearch(prepared, tolerance, max_cost=max_cost)
-        return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single)
+            return NarrowingSearch(prepared, tolerance, max_cost=max_cost, drafted=drafted)
+        return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single, drafted=drafted)
 
     def _checked(self, found: Found, searched: Product) -> Plan:
         """Return the plan of a goal, which is asserted to be worth in the model what the search counted."""

@@ -9,6 +9,15 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.lagrangian import (
+    MOST_TABLES,
+    Lagrangian,
+    Weights,
+    entries_of,
+    no_lagrangian,
+    with_table,
+    without_tables,
+)
 from prefplan.heuristics.landmarks import Landmarks, landmarks, no_landmarks
 from prefplan.heuristics.pattern_database import (
     Patterns,
@@ -34,10 +43,14 @@ UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
 """Time to fill an entry without stages, and to expand a label, in all and for each set, in units of the time to fill an
 entry with stages, about 20 ns."""
 
+COMBINATION = 5
+"""Time to fill the entries of a combination of all automata's states (`lagrangian`), in the same units: a third of it,
+as with these tables a search takes a tenth of the labels or less."""
+
 SHARED = 0.4
 """Of the sum of what tasks cost alone, about what they cost together."""
 
-ENTRY_BYTES = 8
+ENTRY_BYTES, LAGRANGIAN_ENTRY_BYTES = 8, 2
 
 TABLES_SHARE = 0.5
 """Part of the memory that tables may take."""
@@ -52,6 +65,7 @@ class Options:
             to choose.
         landmarks: whether to bound the cost-to-go by what every plan still visits.
         preference_bound: whether to bound the growth of mu.
+        lagrangian: whether long searches may call for bounds of cost and mu together.
         contraction: whether to leave out states that change nothing, where few matter.
         generated: whether states of large manipulation models are generated as the search meets them, where they can
             be; else they are listed before.
@@ -61,6 +75,7 @@ class Options:
     heuristic: int | None = None
     landmarks: bool = True
     preference_bound: bool = True
+    lagrangian: bool = True
     contraction: bool = True
     generated: bool = True
     compiled: bool = True
@@ -74,6 +89,7 @@ class Bounds(NamedTuple):
         landmarks: of the cost-to-go, too.
         added: of the cost-to-go, the sum of which counts.
         blocks: of mu's growth.
+        lagrangian: of the cost-to-go, where mu may grow by so much only.
         projections: of the model, in which the tables are; none where its states are listed.
     """
 
@@ -81,6 +97,7 @@ class Bounds(NamedTuple):
     landmarks: Landmarks
     added: Patterns
     blocks: Blocks
+    lagrangian: Lagrangian
     projections: Projections
 
 
@@ -141,7 +158,8 @@ class Prepared:
         # Costs-to-go of all tasks together are exact.
         useful = options.landmarks and size < measure.tasks
         marks = landmarks(product, self.view, self.start_node) if useful else no_landmarks()
-        self.bounds = Bounds(known, marks, no_patterns(), self._growths(backward, known), no_projections())
+        growths = self._growths(backward, known)
+        self.bounds = Bounds(known, marks, no_patterns(), growths, no_lagrangian(), no_projections())
 
     def _prepare_generated(self, product: GeneratedProduct) -> None:
         self.graph, self._backward = None, None
@@ -151,7 +169,7 @@ class Prepared:
         backward = Projected(product)
         added = projected_patterns(backward) if self.options.heuristic != 0 else no_patterns()
         growths = self._growths(backward, no_patterns())
-        self.bounds = Bounds(no_patterns(), no_landmarks(), added, growths, backward.projections())
+        self.bounds = Bounds(no_patterns(), no_landmarks(), added, growths, no_lagrangian(), backward.projections())
 
     def _growths(self, backward: Backward | Projected, known: Patterns) -> Blocks:
         measure = self.product.problem.measure
@@ -175,7 +193,9 @@ class Prepared:
     def _with(self, weight: float, marks: Landmarks, growths: Blocks) -> Prepared:
         known = self.bounds.added if len(self.bounds.added.base) else self.bounds.patterns
         guided = copy(self)
-        guided.bounds = Bounds(no_patterns(), marks, scaled(known, weight), growths, self.bounds.projections)
+        guided.bounds = Bounds(
+            no_patterns(), marks, scaled(known, weight), growths, no_lagrangian(), self.bounds.projections
+        )
         return guided
 
     @property
@@ -196,6 +216,30 @@ class Prepared:
         assert self._backward is not None
         known = patterns(self._backward, self.bounds.patterns.tasks.shape[1] + 1)
         self.bounds = self.bounds._replace(patterns=known)
+
+    @property
+    def lagrangian_expansions(self) -> float:
+        """Expansions of labels that call for one more Lagrangian table; infinite if there is to be none."""
+        stages = self._backward.stages if self._backward else None
+        wanted = self.options.lagrangian and self.product.problem.measure.bi_objective and self.product.rates.any()
+        if stages is None or not wanted or len(self.bounds.lagrangian.weights) == MOST_TABLES:
+            return math.inf
+        combinations, most = (
+            math.prod(self.product.sizes.tolist()),
+            self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES,
+        )
+        if combinations > most or MOST_TABLES * entries_of(stages) > most:
+            return math.inf
+        return combinations * COMBINATION / (EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base))
+
+    def weigh(self, weights: Weights) -> None:
+        """Fill one more Lagrangian table; see `lagrangian.with_table`."""
+        assert self._backward is not None and self._backward.stages is not None
+        stages, known = self._backward.stages, self.bounds.lagrangian
+        if not len(known.weights):
+            known = without_tables(stages)
+        known = with_table(known, stages, self.product.rates, self.view.shift, weights)
+        self.bounds = self.bounds._replace(lagrangian=known)
 
 
 def _require_64_bits(product: Product, view: ProductView) -> None:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.kernels import Integer, bare_kernel
@@ -155,6 +156,10 @@ def _take(
         node = decode(view, known[CODE], buffer.choice)
         raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, counters[LOWEST] - cost)
     rest = known[COST_BOUND]
+    if bounds.lagrangian.weights.shape[0]:
+        node = decode(view, known[CODE], buffer.choice)
+        within = lagrangian_bound(bounds.lagrangian, node, buffer.choice, limits[0] - 1 - mu)
+        rest = max(rest, within << view.shift)
     if _is_covered(tolerance, cost + rest, mu + known[GROWTH_BOUND]):
         return NONE
     estimate = cost + _inflated(view, tolerance, rest)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.front import Plan, Stats
+from prefplan.heuristics.lagrangian import weights_along
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import EXACT, Limits, Percent
 from prefplan.product.moves import scratch_digits
@@ -291,6 +292,7 @@ class BiObjectiveSearch(Search):
         first_only: bool = False,
         tolerance: Percent = EXACT,
         known: Sequence[Found] = (),
+        drafted: Sequence[Found] = (),
     ) -> None:
         """Make the search ready.
 
@@ -301,7 +303,8 @@ class BiObjectiveSearch(Search):
             cost_only: find a cheapest goal, whatever its mu (A*).
             first_only: find the first goal of the front only.
             tolerance: goals are left out that one of those found, or known, is within so many percent of.
-            known: goals found by other searches.
+            known: goals found by other searches, that leave out what they are good enough for.
+            drafted: plans close to the front, or some of them.
         """
         self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))
         self._cost_only, self._first_only = cost_only, first_only or cost_only
@@ -313,6 +316,13 @@ class BiObjectiveSearch(Search):
             np.array([self._least_mu(product, goal) for goal in known], dtype=np.int64),
         )
         super().__init__(prepared, max_cost, tolerance)
+        self._met = [self._worth(goal) for goal in (*known, *drafted)]
+        self._reached: tuple[int, int] | None = None
+        self._next_table = prepared.lagrangian_expansions if self._met else math.inf
+
+    def _worth(self, goal: Found) -> tuple[int, int]:
+        """Return cost and mu of a plan in units."""
+        return goal.cost, math.floor(in_units(self.prepared.product, Fraction(goal.mu)))
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
@@ -328,6 +338,8 @@ class BiObjectiveSearch(Search):
         if self._cost_only and self.counters[EXPANDED] > p.deepening_expansions:
             p.deepen()
             self.reset()
+        if not self._cost_only and self.counters[EXPANDED] >= self._next_table:
+            self._tabulate_ahead()
         end = boa_star.run(
             p.view,
             self.growth,
@@ -344,6 +356,16 @@ class BiObjectiveSearch(Search):
         )
         return int(end)
 
+    def _tabulate_ahead(self) -> None:
+        """Have bounds tabulated for what is left of the front, as far as it is known where that leads."""
+        ahead = [plan for plan in self._met if plan[1] < self.limits[0]]
+        if ahead:
+            last = min(ahead, key=lambda plan: (plan[1], plan[0]))
+            weights = weights_along(self._reached or min(self._met), last)
+            if weights is not None and list(weights) not in self.prepared.bounds.lagrangian.weights.tolist():
+                self.prepared.weigh(weights)
+        self._next_table = self.counters[EXPANDED] + self.prepared.lagrangian_expansions
+
     def _exact_mu(self, label: int) -> int:
         return int(self.labels.mu[label])
 
@@ -357,6 +379,7 @@ class BiObjectiveSearch(Search):
         self.states.known[: other.counters[ROWS], HEAD] = NONE
 
     def _accept(self, goal: Found) -> bool:
+        self._reached = goal.cost, int(self.limits[0])
         if self._cost_only:
             self.limits[1] = -1
         elif self._first_only:

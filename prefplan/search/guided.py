@@ -34,8 +34,8 @@ MOST_EXPANDED = 200_000
 DRAFT_WIDTHS, DRAFT_WEIGHTS = (1, 30), (0.0, 0.1, 0.5, 2.0, 1e6)
 """Widths of beams for a draft of a front, and how much mu weighs in each, next to cost: all take 0.1 s for 10 tasks."""
 
-GUIDED_TASKS = 9
-"""Tasks from which on some plan is looked for before the cheapest."""
+GUIDED_TASKS, DRAFTED_TASKS = 9, 8
+"""Tasks from which on some plan is looked for before the cheapest, and a draft is made of a front."""
 
 
 class CheapestSearch:

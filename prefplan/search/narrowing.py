@@ -37,8 +37,11 @@ MARGIN = 1e-6
 class NarrowingSearch:
     """Searches for fronts within less and less percent; each leaves out what plans found before are good enough for."""
 
-    def __init__(self, prepared: Prepared, tolerance: Percent, *, max_cost: float = math.inf) -> None:
+    def __init__(
+        self, prepared: Prepared, tolerance: Percent, *, max_cost: float = math.inf, drafted: Sequence[Found] = ()
+    ) -> None:
         """Make the search ready; arguments as of `BiObjectiveSearch`."""
+        self._drafted = drafted
         self.prepared, self.product = prepared, prepared.product
         self._tolerance, self._max_cost = tolerance, max_cost
         self._known: list[Found] = []
@@ -50,7 +53,7 @@ class NarrowingSearch:
         """Yield goals, some of which may dominate earlier ones; stop early, with `limits.ended` set, at a limit."""
         for tolerance in self._tolerance.rounds:
             self._search = BiObjectiveSearch(
-                self.prepared, max_cost=self._max_cost, tolerance=tolerance, known=self._known
+                self.prepared, max_cost=self._max_cost, tolerance=tolerance, known=self._known, drafted=self._drafted
             )
             known = list(self._known)
             for found in self._search.goals(limits):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.front import Plan, Stats
+from prefplan.heuristics.lagrangian import no_lagrangian
 from prefplan.heuristics.landmarks import no_landmarks
 from prefplan.heuristics.objective_bounds import objective_bounds
 from prefplan.heuristics.pattern_database import no_patterns
@@ -90,7 +91,9 @@ class ObjectiveSearch(Search):
             product, views, self.entry_map.additive, options, single=first is not None, max_bytes=max_bytes
         )
         nothing = no_patterns()
-        self._no_bounds = Bounds(nothing, no_landmarks(), nothing, no_blocks(len(product.sizes)), no_projections())
+        self._no_bounds = Bounds(
+            nothing, no_landmarks(), nothing, no_blocks(len(product.sizes)), no_lagrangian(), no_projections()
+        )
         self._bounds = bounds
         self._first = first if first is None or self._objective_entries()[first] is not None else None
         self._numbered = graph is None or not graph.contracted

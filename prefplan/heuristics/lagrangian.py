@@ -1,0 +1,266 @@
+"""Lower bounds of the cost of plans whose preference value stays below a limit, by Lagrangian relaxation.
+
+The cheapest plans are seldom the preferred ones, which bounds of cost and mu by themselves do not know. For weights a and
+b let h be the least sum of a times the cost and b times the growth of mu until all tasks are satisfied. If mu may grow by
+no more than B on the way, that costs at least (h - b B) / a: the bound of a constrained shortest path (G. Y. Handler and
+I. Zang, "A dual algorithm for the constrained shortest path problem", Networks 1980) that prunes its enumeration (W. M.
+Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving constrained shortest-path
+problems", Networks 2008). The front of ten tasks takes some thousand labels with it in place of millions.
+
+h is tabulated for all tasks together, as `dag_sweep` does for a few: where automata only go on, and over the least costs
+between nodes, whatever lies on the way, which is a relaxation. Entries are kept for those automaton states only that
+reading a node's label leads to, as a search comes to a node by reading its label.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.heuristics.dag_sweep import Stages
+from prefplan.limits import check_limits, run_within_limits
+from prefplan.product.contraction import NODE_LIMIT, by_way_of
+from prefplan.product.kernels import Integer, bare_kernel, kernel
+from prefplan.product.successors import INFINITE
+
+LARGEST = 30_000
+"""Sums are counted in units of which so many, the largest entry, and as many more fit 16 bits."""
+
+MOST_TABLES = 2
+"""The second is for the part of a front that the first is not made for; a third saves no more time than it takes."""
+
+
+class Weights(NamedTuple):
+    """What a unit of cost and a unit of mu weigh, both positive, and the unit of the sums in a table."""
+
+    cost: int
+    mu: int
+    unit: int
+
+
+class Lagrangian(NamedTuple):
+    """T tables over S nodes and N tasks of at most Q automaton states.
+
+    Attributes:
+        weights: (T, 3) int64, the `Weights` of each.
+        first: (S,) int64, place: (S, N, Q) int64: entry = first[node] + sum_i place[node, i, q_i]; there is none where a
+            place is -1.
+        table: (MOST_TABLES, E) uint16, in units: LARGEST stands for all larger sums, too.
+    """
+
+    weights: np.ndarray
+    first: np.ndarray
+    place: np.ndarray
+    table: np.ndarray
+
+    @property
+    def bytes(self) -> int:
+        """Memory of one more table."""
+        return self.table[0].nbytes
+
+
+def no_lagrangian() -> Lagrangian:
+    """Return no tables: the bound 0."""
+    weights, first, place = (np.zeros(shape, dtype=np.int64) for shape in ((0, 3), 0, (0, 0, 0)))
+    return Lagrangian(weights, first, place, np.zeros((MOST_TABLES, 0), dtype=np.uint16))
+
+
+def entries_of(stages: Stages) -> int:
+    """Return how many entries a table has."""
+    return sum(math.prod(map(len, node)) for node in _entered(stages) if node)
+
+
+def without_tables(stages: Stages) -> Lagrangian:
+    """Return where entries are, and memory for them, but no tables yet."""
+    nodes, (tasks, most, _) = len(stages.classes), stages.delta.shape
+    first, place = np.zeros(nodes, dtype=np.int64), np.full((nodes, tasks, most), -1, dtype=np.int64)
+    entries = 0
+    for v, kept in enumerate(_entered(stages)):
+        first[v], stride = entries, 1
+        for i, states in enumerate(kept):
+            place[v, i, states] = stride * np.arange(len(states))
+            stride *= len(states)
+        entries += stride if kept else 0
+    table = np.empty((MOST_TABLES, entries), dtype=np.uint16)
+    return Lagrangian(np.zeros((0, 3), dtype=np.int64), first, place, table)
+
+
+def _entered(stages: Stages) -> list[list[np.ndarray]]:
+    """Return for each node the states of each automaton that reading its label leads to, nothing if it changes none.
+
+    Where it can change one automaton only, a search comes there to change that.
+    """
+    found: list[list[np.ndarray]] = []
+    for v, label in enumerate(stages.classes):
+        changing = np.flatnonzero(stages.active[:, v])
+        kept = []
+        for i, size in enumerate(stages.sizes) if len(changing) else ():
+            before = np.arange(size)
+            if changing.tolist() == [i]:
+                before = before[stages.delta[i, before, label] != before]
+            kept.append(np.unique(stages.delta[i, before, label]))
+        found.append(kept)
+    return found
+
+
+def weights_along(begin: tuple[int, int], end: tuple[int, int]) -> Weights | None:
+    """Return weights for which two plans, of (cost, mu), the second preferred, weigh about the same; None if none do.
+
+    These are best for what lies between on a front, as in the search for its supported points (Y. P. Aneja and
+    K. P. K. Nair, "Bicriteria transportation problem", Management Science 1979).
+    """
+    dearer, better = end[0] - begin[0], begin[1] - end[1]
+    if dearer <= 0 or better <= 0:
+        return None
+    # Weights are small whole numbers, unless one unit is much larger than the other.
+    ratio = Fraction(better, dearer)
+    close = ratio.limit_denominator(8) if ratio >= 1 else 1 / (1 / ratio).limit_denominator(8)
+    total = close.numerator * end[0] + close.denominator * max(begin[1], 1)
+    return Weights(close.numerator, close.denominator, total // LARGEST + 1) if total < INFINITE else None
+
+
+def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
+    """Return tables and one more.
+
+    Args:
+        known: the tables so far.
+        stages: the product.
+        rates: (2^N,) int64, how much mu grows for each unit of cost while a set of tasks is satisfied.
+        shift: the low bits of costs, that do not count.
+        weights: of the new table.
+
+    Raises:
+        LimitError: a limit was reached.
+    """
+    check_limits(known.bytes)
+    nodes, tasks = len(stages.classes), len(stages.sizes)
+    different, kind = np.unique(rates, return_inverse=True)
+    least = by_way_of(stages.near, np.ones(nodes, dtype=bool)) >> shift
+    steps = np.full((len(different), nodes, NODE_LIMIT), LARGEST, dtype=np.uint16)
+    for r, rate in enumerate(different.tolist()):
+        factor = weights.cost + weights.mu * rate
+        most = LARGEST * weights.unit // factor
+        steps[r, :, :nodes] = np.minimum(np.minimum(least, most) * factor // weights.unit, LARGEST).T
+        steps[r, :, :nodes][least.T > most] = LARGEST
+    after = stages.delta[:, :, stages.classes]
+    place = known.place.transpose(1, 2, 0)
+    sweep = Sweep(
+        order=stages.order,
+        sizes=stages.sizes,
+        ends=stages.ends,
+        active=_bits(after != np.arange(after.shape[1])[None, :, None]),
+        kept=_bits(place >= 0),
+        first=known.first,
+        here=place.copy(),
+        onward=np.take_along_axis(place, after.astype(np.int64), axis=1),
+        steps=steps,
+        kind=kind.reshape(-1).astype(np.int64),
+    )
+    table = known.table[len(known.weights)]
+    run_within_limits(lambda stop: fill(sweep, table, stop))
+    return known._replace(weights=np.concatenate([known.weights, np.array([weights], dtype=np.int64)]))
+
+
+def _bits(sets: np.ndarray) -> np.ndarray:
+    """Return (N, Q) sets of nodes, given as (N, Q, S) bool, as bits."""
+    return (sets.astype(np.uint64) << np.arange(sets.shape[2], dtype=np.uint64)).sum(axis=2, dtype=np.uint64)
+
+
+class Sweep(NamedTuple):
+    """What fills a table of S nodes, N tasks of at most Q states and R rates.
+
+    Attributes:
+        order: (N, Q) int64, sizes: (N,) int64, ends: (N, 2) int32: see `Stages`.
+        active: (N, Q) uint64, nodes whose label changes a state. kept: (N, Q) uint64, nodes that have entries for it.
+        first: (S,) int64. here: (N, Q, S) int64, the state's part of the place of a node's entry. onward: (N, Q, S)
+            int64, the same after reading the node's label.
+        steps: (R, S, NODE_LIMIT) uint16, weighted cost of getting to a node from all others.
+        kind: (2^N,) int64, number of the rate for each set of satisfied tasks.
+    """
+
+    order: np.ndarray
+    sizes: np.ndarray
+    ends: np.ndarray
+    active: np.ndarray
+    kept: np.ndarray
+    first: np.ndarray
+    here: np.ndarray
+    onward: np.ndarray
+    steps: np.ndarray
+    kind: np.ndarray
+
+
+@kernel
+def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
+    """Fill a table, one combination of automaton states after all that it leads to; return early once `stop` is set.
+
+    What the states of the tasks from one on add up to is kept, as it is the first tasks' states that change most often.
+    """
+    tasks, nodes = sweep.sizes.shape[0], sweep.first.shape[0]
+    here, onward = np.zeros((tasks + 1, nodes), dtype=np.int64), np.zeros((tasks + 1, nodes), dtype=np.int64)
+    stops, kept = np.zeros(tasks + 1, dtype=np.uint64), np.zeros(tasks + 1, dtype=np.uint64)
+    satisfied, finished = np.zeros(tasks + 1, dtype=np.int64), np.ones(tasks + 1, dtype=np.bool_)
+    ranks, costs = np.zeros(tasks, dtype=np.int64), np.zeros(NODE_LIMIT, dtype=np.uint16)
+    here[tasks], onward[tasks] = sweep.first, sweep.first
+    kept[tasks] = ~np.uint64(0)
+    changed = tasks
+    while not stop[0]:
+        for i in range(changed - 1, -1, -1):
+            q = sweep.order[i, ranks[i]]
+            for v in range(nodes):
+                here[i, v] = here[i + 1, v] + sweep.here[i, q, v]
+                onward[i, v] = onward[i + 1, v] + sweep.onward[i, q, v]
+            stops[i], kept[i] = stops[i + 1] | sweep.active[i, q], kept[i + 1] & sweep.kept[i, q]
+            satisfied[i] = satisfied[i + 1] | ((q == sweep.ends[i, 0]) << i)
+            finished[i] = finished[i + 1] and (q == sweep.ends[i, 0] or q == sweep.ends[i, 1])
+        if finished[0]:
+            costs[:] = 0
+        else:
+            _least_sums(sweep.steps[sweep.kind[satisfied[0]]], stops[0], onward[0], table, costs)
+        for v in range(nodes):
+            if kept[0] >> np.uint64(v) & np.uint64(1):
+                table[here[0, v]] = costs[v]
+        changed = 1
+        while ranks[changed - 1] + 1 == sweep.sizes[changed - 1]:
+            ranks[changed - 1] = 0
+            changed += 1
+            if changed > tasks:
+                return
+        ranks[changed - 1] += 1
+
+
+@bare_kernel
+def _least_sums(steps: np.ndarray, stops: Integer, onward: np.ndarray, table: np.ndarray, costs: np.ndarray) -> None:
+    """Write the least sum from every node, by way of those whose label changes something."""
+    for u in range(NODE_LIMIT):
+        costs[u] = np.uint16(LARGEST)
+    for v in range(onward.shape[0]):
+        if stops >> np.uint64(v) & np.uint64(1):
+            rest, step = table[onward[v]], steps[v]
+            # A loop of fixed length becomes four instructions.
+            for u in range(NODE_LIMIT):
+                cost = np.uint16(step[u] + rest)
+                costs[u] = cost if cost < costs[u] else costs[u]
+
+
+@bare_kernel
+def lagrangian_bound(tables: Lagrangian, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
+    """Return the least cost to the end of plans along which mu grows by no more than this, without low bits."""
+    bound = np.int64(0)
+    if tables.weights.shape[0] == 0:
+        return bound
+    entry = tables.first[node]
+    for i in range(automata.shape[0]):
+        place = tables.place[node, i, automata[i]]
+        if place < 0:
+            return bound
+        entry += place
+    for t in range(tables.weights.shape[0]):
+        total = np.int64(tables.table[t, entry]) * tables.weights[t, 2]
+        if growth < total // tables.weights[t, 1]:
+            excess = total - tables.weights[t, 1] * growth
+            bound = max(bound, (excess + tables.weights[t, 0] - 1) // tables.weights[t, 0])
+    return bound
