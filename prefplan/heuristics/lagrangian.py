@@ -1,14 +1,14 @@
 """Lower bounds of the cost of plans whose preference value stays below a limit, by Lagrangian relaxation.
 
-The cheapest plans are seldom the preferred ones, which bounds of cost and mu by themselves do not know. For weights a and
-b let h be the least sum of a times the cost and b times the growth of mu until all tasks are satisfied. If mu may grow by
-no more than B on the way, that costs at least (h - b B) / a: the bound of a constrained shortest path (G. Y. Handler and
-I. Zang, "A dual algorithm for the constrained shortest path problem", Networks 1980) that prunes its enumeration (W. M.
-Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving constrained shortest-path
-problems", Networks 2008). The front of ten tasks takes some thousand labels with it in place of millions.
+The cheapest plans are seldom the preferred ones, which bounds of cost and of mu by themselves do not know. For weights
+a and b let h be the least sum of a times the cost and b times the growth of mu until all tasks are satisfied. If mu may
+grow by no more than B on the way, that costs at least (h - b B) / a: the bound of a constrained shortest path (G. Y.
+Handler and I. Zang, "A dual algorithm for the constrained shortest path problem", Networks 1980), by which its
+enumeration is pruned (W. M. Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving
+constrained shortest-path problems", Networks 2008). On a front, mu must end below that of the last plan found.
 
-h is tabulated for all tasks together, as `dag_sweep` does for a few: where automata only go on, and over the least costs
-between nodes, whatever lies on the way, which is a relaxation. Entries are kept for those automaton states only that
+h is tabulated for all tasks together, as `dag_sweep` does for a few: where automata only go on, and over the least
+costs between nodes, whatever lies on the way, which is a relaxation. Entries are kept only for automaton states that
 reading a node's label leads to, as a search comes to a node by reading its label.
 """
 
@@ -46,8 +46,8 @@ class Lagrangian(NamedTuple):
 
     Attributes:
         weights: (T, 3) int64, the `Weights` of each.
-        first: (S,) int64, place: (S, N, Q) int64: entry = first[node] + sum_i place[node, i, q_i]; there is none where a
-            place is -1.
+        first: (S,) int64, place: (S, N, Q) int64: entry = first[node] + sum_i place[node, i, q_i]; there is none where
+            a place is -1.
         table: (MOST_TABLES, E) uint16, in units: LARGEST stands for all larger sums, too.
     """
 
@@ -136,7 +136,7 @@ def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int,
         LimitError: a limit was reached.
     """
     check_limits(known.bytes)
-    nodes, tasks = len(stages.classes), len(stages.sizes)
+    nodes = len(stages.classes)
     different, kind = np.unique(rates, return_inverse=True)
     least = by_way_of(stages.near, np.ones(nodes, dtype=bool)) >> shift
     steps = np.full((len(different), nodes, NODE_LIMIT), LARGEST, dtype=np.uint16)
@@ -197,7 +197,7 @@ class Sweep(NamedTuple):
 def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
     """Fill a table, one combination of automaton states after all that it leads to; return early once `stop` is set.
 
-    What the states of the tasks from one on add up to is kept, as it is the first tasks' states that change most often.
+    What the states of the tasks from one on add up to is kept, as it is the first task's state that changes most often.
     """
     tasks, nodes = sweep.sizes.shape[0], sweep.first.shape[0]
     here, onward = np.zeros((tasks + 1, nodes), dtype=np.int64), np.zeros((tasks + 1, nodes), dtype=np.int64)
@@ -210,19 +210,22 @@ def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
     while not stop[0]:
         for i in range(changed - 1, -1, -1):
             q = sweep.order[i, ranks[i]]
-            for v in range(nodes):
-                here[i, v] = here[i + 1, v] + sweep.here[i, q, v]
-                onward[i, v] = onward[i + 1, v] + sweep.onward[i, q, v]
+            if i > 0:
+                for v in range(nodes):
+                    here[i, v] = here[i + 1, v] + sweep.here[i, q, v]
+                    onward[i, v] = onward[i + 1, v] + sweep.onward[i, q, v]
             stops[i], kept[i] = stops[i + 1] | sweep.active[i, q], kept[i + 1] & sweep.kept[i, q]
             satisfied[i] = satisfied[i + 1] | ((q == sweep.ends[i, 0]) << i)
             finished[i] = finished[i + 1] and (q == sweep.ends[i, 0] or q == sweep.ends[i, 1])
+        q = sweep.order[0, ranks[0]]
         if finished[0]:
             costs[:] = 0
         else:
-            _least_sums(sweep.steps[sweep.kind[satisfied[0]]], stops[0], onward[0], table, costs)
+            steps = sweep.steps[sweep.kind[satisfied[0]]]
+            _least_sums(steps, stops[0], onward[1], sweep.onward[0, q], table, costs)
         for v in range(nodes):
             if kept[0] >> np.uint64(v) & np.uint64(1):
-                table[here[0, v]] = costs[v]
+                table[here[1, v] + sweep.here[0, q, v]] = costs[v]
         changed = 1
         while ranks[changed - 1] + 1 == sweep.sizes[changed - 1]:
             ranks[changed - 1] = 0
@@ -233,17 +236,47 @@ def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
 
 
 @bare_kernel
-def _least_sums(steps: np.ndarray, stops: Integer, onward: np.ndarray, table: np.ndarray, costs: np.ndarray) -> None:
-    """Write the least sum from every node, by way of those whose label changes something."""
+def _least_sums(
+    steps: np.ndarray,
+    stops: Integer,
+    others: np.ndarray,
+    first: np.ndarray,
+    table: np.ndarray,
+    costs: np.ndarray,
+) -> None:
+    """Write the least sum from every node, by way of those whose label changes something.
+
+    After that label the entry of a node is its sum of `others`, and of the `first` task.
+    """
     for u in range(NODE_LIMIT):
         costs[u] = np.uint16(LARGEST)
-    for v in range(onward.shape[0]):
+    for v in range(first.shape[0]):
         if stops >> np.uint64(v) & np.uint64(1):
-            rest, step = table[onward[v]], steps[v]
+            rest, step = table[others[v] + first[v]], steps[v]
             # A loop of fixed length becomes four instructions.
             for u in range(NODE_LIMIT):
                 cost = np.uint16(step[u] + rest)
                 costs[u] = cost if cost < costs[u] else costs[u]
+
+
+def least_sum(
+    tables: Lagrangian, t: int, nodes: np.ndarray, automata: np.ndarray, costs: np.ndarray, mus: np.ndarray
+) -> int | None:
+    """Return the least weighted sum of table t to which some paths can lead, None if it has entries for none.
+
+    Args:
+        tables: the tables.
+        t: which of them.
+        nodes: (n,) int64, where the paths end.
+        automata: (n, N) int64, in which states.
+        costs: (n,) int64, of the paths, without low bits.
+        mus: (n,) int64, of the paths.
+    """
+    place = tables.place[nodes[:, None], np.arange(automata.shape[1]), automata]
+    has = (place >= 0).all(axis=1)
+    ahead = tables.table[t, (tables.first[nodes] + place.sum(axis=1))[has]].astype(np.int64) * tables.weights[t, 2]
+    sums = ahead + tables.weights[t, 0] * costs[has] + tables.weights[t, 1] * mus[has]
+    return int(sums.min()) if len(sums) else None
 
 
 @bare_kernel

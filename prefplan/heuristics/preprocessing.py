@@ -43,9 +43,9 @@ UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
 """Time to fill an entry without stages, and to expand a label, in all and for each set, in units of the time to fill an
 entry with stages, about 20 ns."""
 
-COMBINATION = 5
-"""Time to fill the entries of a combination of all automata's states (`lagrangian`), in the same units: a third of it,
-as with these tables a search takes a tenth of the labels or less."""
+COMBINATION = 2
+"""A sixth of the time to fill the entries of a combination of all automata's states (`lagrangian`), in the same units:
+with these tables a search takes a tenth of the labels or less, and it is soon seen whether it is long."""
 
 SHARED = 0.4
 """Of the sum of what tasks cost alone, about what they cost together."""
@@ -228,7 +228,7 @@ class Prepared:
             math.prod(self.product.sizes.tolist()),
             self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES,
         )
-        if combinations > most or MOST_TABLES * entries_of(stages) > most:
+        if combinations > most or entries_of(stages) > most:
             return math.inf
         return combinations * COMBINATION / (EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base))
 

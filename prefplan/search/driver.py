@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from prefplan.front import Plan, Stats
-from prefplan.heuristics.lagrangian import weights_along
+from prefplan.heuristics.lagrangian import least_sum, weights_along
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import EXACT, Limits, Percent
+from prefplan.limits import EXACT, LimitError, Limits, Percent
 from prefplan.product.moves import scratch_digits
 from prefplan.product.product_automaton import Product, Start
 from prefplan.product.successors import UNBOUNDED, Successors
@@ -29,6 +29,7 @@ from prefplan.search.labels import (
     EXPANDED,
     FOUND,
     GOAL,
+    GROWTH_BOUND,
     HEAD,
     LABELS,
     LOWEST,
@@ -36,6 +37,7 @@ from prefplan.search.labels import (
     MORE_ROWS,
     NEXT,
     NONE,
+    OPEN,
     PARENT,
     PAUSED,
     ROWS,
@@ -358,13 +360,37 @@ class BiObjectiveSearch(Search):
 
     def _tabulate_ahead(self) -> None:
         """Have bounds tabulated for what is left of the front, as far as it is known where that leads."""
-        ahead = [plan for plan in self._met if plan[1] < self.limits[0]]
-        if ahead:
-            last = min(ahead, key=lambda plan: (plan[1], plan[0]))
-            weights = weights_along(self._reached or min(self._met), last)
-            if weights is not None and list(weights) not in self.prepared.bounds.lagrangian.weights.tolist():
-                self.prepared.weigh(weights)
+        begin, end = self._reached or min(self._met), self._likely_end()
+        weights = None if end is None else weights_along(begin, end)
         self._next_table = self.counters[EXPANDED] + self.prepared.lagrangian_expansions
+        if weights is None or list(weights) in self.prepared.bounds.lagrangian.weights.tolist():
+            return
+        try:
+            self.prepared.weigh(weights)
+        except LimitError as error:
+            if error.ended != "memory":
+                raise
+            # Without the table, the memory may suffice.
+            self._next_table = math.inf
+        else:
+            self._next_table = self.counters[EXPANDED] + self.prepared.lagrangian_expansions
+
+    def _likely_end(self) -> tuple[int, int] | None:
+        """Return about what cost and mu the end of the front has, in units; None if nothing tells."""
+        tables, open_labels = self.prepared.bounds.lagrangian, self.queue.items[: self.counters[OPEN]]
+        labels = open_labels[self.labels.mu[open_labels] < self.limits[0]]
+        if not len(tables.weights) or not len(labels):
+            ahead = [plan for plan in self._met if plan[1] < self.limits[0]]
+            return min(ahead, key=lambda plan: (plan[1], plan[0]), default=None)
+        known, mus = self.states.known[self.labels.row[labels]], self.labels.mu[labels]
+        view, costs = self.prepared.view, self.labels.cost[labels] >> self.product.shift
+        automata = known[:, CODE, None] // view.strides % self.product.sizes
+        total = least_sum(tables, len(tables.weights) - 1, known[:, CODE] % view.nodes, automata, costs, mus)
+        if total is None:
+            return None
+        # No plan costs less if its mu is as small as that of any may be.
+        mu = int((mus + known[:, GROWTH_BOUND]).min())
+        return (total - int(tables.weights[-1, 1]) * mu) // int(tables.weights[-1, 0]), mu
 
     def _exact_mu(self, label: int) -> int:
         return int(self.labels.mu[label])

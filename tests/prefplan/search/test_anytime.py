@@ -23,7 +23,7 @@ from prefplan.search.driver import BiObjectiveSearch
 def _few_tasks_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
     """Guide the search for few tasks, too, and let it widen its beam after few labels."""
     monkeypatch.setattr(guided, "GUIDED_TASKS", 1)
-    monkeypatch.setattr(planner_module, "GUIDED_TASKS", 1)
+    monkeypatch.setattr(planner_module, "DRAFTED_TASKS", 1)
     monkeypatch.setattr(guided, "FIRST_EXPANDED", 2)
     monkeypatch.setattr(guided, "WIDTHS", (1, 2))
     monkeypatch.setattr(driver, "POPS", 1)
