@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from prefplan.heuristics.lagrangian import Weights
 from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.limits import Limits
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import Expression, Order, Preference
@@ -14,6 +17,7 @@ from prefplan.problem import Problem, Task
 from prefplan.product.product_automaton import Product
 from prefplan.search import boa_star
 from prefplan.search.driver import BiObjectiveSearch
+from prefplan.search.guided import draft
 from prefplan.search.labels import rehash
 
 
@@ -35,9 +39,13 @@ def warm_up() -> None:
         planner = Planner(Problem(system, tasks, preference))
         planner.front()
         planner.cheapest()
+    product = Product(Problem(system, tasks, Order()))
     for options in (Options(), Options(contraction=False)):
-        prepared = Prepared(Product(Problem(system, tasks, Order())), options, single=False)
+        prepared = Prepared(product, options, single=False)
         rehash(BiObjectiveSearch(prepared).states, 0)
+    Prepared(product, Options(), single=False).weigh(Weights(1, 1, 1))
+    for _ in draft(product, Options(), Limits(), math.inf):
+        pass
 
 
 if __name__ == "__main__":
