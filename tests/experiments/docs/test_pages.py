@@ -70,6 +70,9 @@ EXTRAS = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["op
 
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
+MISTAKE = ' || echo "exit status $?"'
+"""Ends a line that shows a mistake, and what is said of it."""
+
 
 @dataclass(frozen=True)
 class Block:
@@ -177,17 +180,20 @@ def line_printed_by(line: str) -> str:
         return ""
     line = re.sub(r"^(?:MUJOCO_GL=\w+ )?prefplan run ", "prefplan run --no-video ", line)
     line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
-    if line.startswith("prefplan ") and not FOR_A_SHELL.search(line):
-        return in_this_process(line)
+    command = line.removesuffix(MISTAKE)
+    if command.startswith("prefplan ") and not FOR_A_SHELL.search(command):
+        return in_this_process(command, wrong=line.endswith(MISTAKE))
     return in_shell(line)
 
 
-def in_this_process(line: str) -> str:
+def in_this_process(command: str, *, wrong: bool) -> str:
     """Call the program without a process of its own, which takes a second or two to load everything."""
-    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
-        status = main(shlex.split(line)[1:])
-    assert status == 0, f"{line}\n{out.getvalue()}{err.getvalue()}"
-    return out.getvalue()
+    out = io.StringIO()
+    err = out if wrong else io.StringIO()  # a mistake is shown, and what is said of it
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = main(shlex.split(command)[1:])
+    assert bool(status) == wrong, f"{command}\n{out.getvalue()}{err.getvalue()}"
+    return out.getvalue() + (f"exit status {status}\n" if wrong else "")
 
 
 def in_shell(script: str) -> str:
