@@ -11,6 +11,7 @@ import types
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
 from decimal import Decimal
+from functools import cache
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from prefplan.errors import ScenarioError, choices
@@ -38,10 +39,10 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
     for key in _typed(Mapping, table, where):
         if key not in (*keys, *also):
             raise ScenarioError(f"{key_path(where, key)}: unknown key {choices(key, (*keys, *also))}")
-    hints = get_type_hints(kind)
+    types_of = _types(kind)
     for key, field in keys.items():
         if key in table:
-            given[field.name] = decode(hints[field.name], table[key], key_path(where, key))
+            given[field.name] = decode(types_of[field.name], table[key], key_path(where, key))
         elif field.default is field.default_factory is MISSING:
             raise ScenarioError(f"{key_path(where, key)}: missing")
     return kind(**given)
@@ -84,6 +85,13 @@ def _is_named(kind: Any) -> bool:
     return is_dataclass(kind) and any(field.name == "name" and field.metadata for field in fields(kind))
 
 
+@cache
+def _types(kind: Any) -> dict[str, Any]:
+    """Return the types of a dataclass's fields, by name; evaluating them takes longer than decoding a table."""
+    return get_type_hints(kind)
+
+
+@cache
 def _keys(kind: Any) -> dict[str, Field[Any]]:
     """Return the fields of a dataclass that a file may give, by key."""
     named = {field.metadata.get("key", field.name): field for field in fields(kind)}
