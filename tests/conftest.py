@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 
 import pytest
@@ -13,6 +14,8 @@ from prefplan import ManipulationModel
 def pytest_configure() -> None:
     # A shell that starts the tests in the background may ignore Ctrl-C, and every program that they start inherits it.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    # Each program that the tests start would compile all sources again.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 @pytest.fixture(scope="session")

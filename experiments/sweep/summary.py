@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from statistics import median
+from statistics import NormalDist, median
 from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
-from scipy.stats import binomtest
 
 from experiments.sweep.job import Record
 
@@ -26,8 +26,9 @@ def wilson(count: int, total: int) -> list[float] | None:
     """Return Wilson's score interval of a share, [low, high] at 95 %; None of nothing."""
     if not total:
         return None
-    interval = binomtest(count, total).proportion_ci(CONFIDENCE, method="wilson")
-    return [round(float(interval.low), 6), round(float(interval.high), 6)]
+    z = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
+    centre, half = count + z**2 / 2, z * math.sqrt(count * (total - count) / total + z**2 / 4)
+    return [round((centre + sign * half) / (total + z**2), 6) for sign in (-1, 1)]
 
 
 def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts: int) -> dict[str, Any]:

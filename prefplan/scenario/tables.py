@@ -39,7 +39,7 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
     for key in _typed(Mapping, table, where):
         if key not in (*keys, *also):
             raise ScenarioError(f"{key_path(where, key)}: unknown key {choices(key, (*keys, *also))}")
-    types_of = _types(kind)
+    types_of = _types(kind)  # type: ignore[arg-type]  # classes can be hashed
     for key, field in keys.items():
         if key in table:
             given[field.name] = decode(types_of[field.name], table[key], key_path(where, key))
@@ -91,7 +91,6 @@ def _types(kind: Any) -> dict[str, Any]:
     return get_type_hints(kind)
 
 
-@cache
 def _keys(kind: Any) -> dict[str, Field[Any]]:
     """Return the fields of a dataclass that a file may give, by key."""
     named = {field.metadata.get("key", field.name): field for field in fields(kind)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg import solve_banded
 
 from prefplan.claims import Check
 from sim.evidence.log import Log
@@ -102,7 +102,10 @@ def _hidden_jerks(log: Log, world: RecordedWorld) -> Iterator[tuple[str, str]]:
     references = np.empty_like(commands)
     for joint, share in enumerate(period / (2 * lags)):
         offsets = commands[:, joint] - first[joint]
-        references[:, joint] = first[joint] + lfilter([share, share], [1 + share, share - 1], offsets)
+        # (1 + share) y[k] + (share - 1) y[k - 1] = share (x[k] + x[k - 1])
+        diagonals = np.tile([[1 + share], [share - 1]], len(offsets))
+        driven = share * (offsets + np.append(0.0, offsets[:-1]))
+        references[:, joint] = first[joint] + solve_banded((1, 0), diagonals, driven, check_finite=False)
     jerks = np.abs(np.diff(np.vstack([[first] * 3, references]), 3, axis=0)) / period**3
     # A command is logged when the actuator gets it, later than the reference that it was made from.
     late = round(world.scene.latency / period)
