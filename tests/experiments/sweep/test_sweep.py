@@ -53,6 +53,14 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Records:
     return {number: timeless(roll_out(sweep_of(file), number)) for number in range(ROLLOUTS)}
 
 
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Roll out without processes, each of which takes seconds to load the simulation."""
+    monkeypatch.setattr(
+        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
+    )
+
+
 def sweep_of(file: Path) -> Sweep:
     """Return the sweep of the only plan of a scenario, into the folder `out`."""
     scenario = load(file)
@@ -102,8 +110,9 @@ def await_records(count: int, process: subprocess.Popen[str]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_this_process")  # what goes on; what is interrupted is a program of its own
 def test_an_interrupted_sweep_says_what_there_is_and_goes_on_with_nothing_lost_and_nothing_twice(
-    cup: Path, undisturbed: Records
+    cup: Path, undisturbed: Records, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sweep = begin()
     await_records(2, sweep)
@@ -118,10 +127,9 @@ def test_an_interrupted_sweep_says_what_there_is_and_goes_on_with_nothing_lost_a
     file = cup / "out" / "rollouts.jsonl"
     kept = file.read_bytes()
     file.write_bytes(kept + b'{"rollout": 15, "seed"')  # as if it had been killed while writing
-    sweep = begin()
-    printed, errors = sweep.communicate()
-    assert (sweep.returncode, errors) == (0, "")
-    assert file.read_bytes().startswith(kept)
+    assert main([*SWEEP, "--out", "out", "--json"]) == 0
+    printed, errors = capsys.readouterr()
+    assert errors == "" and file.read_bytes().startswith(kept)
     assert results(cup / "out") == undisturbed
     summary = json.loads(printed)
     assert summary["complete"] is True and summary["done"] == summary["completed"] == ROLLOUTS
@@ -223,10 +231,8 @@ def call(cup: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[i
     return sweep
 
 
-def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
-    )
+@pytest.mark.usefixtures("in_this_process")
+def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path) -> None:
     assert call("--rollouts", "1")[0] == 0
     file = cup / "out" / "cup" / "sweep_cost" / "rollouts.jsonl"
     first = file.read_bytes()
@@ -243,11 +249,9 @@ def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path, monkeypatch:
     assert "holds another experiment (other scenario sha256)" in call()[2]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_replay_repeats_a_recorded_rollout_with_a_video(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     videos: list[tuple[Path, dict[str, Any]]] = []
-    monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
-    )
     monkeypatch.setattr(
         "experiments.runs.carry_out.render_video",
         lambda scene, rollout, captions, path, **look: videos.append((path, look)),

@@ -20,12 +20,12 @@ from prefplan import Planner, pareto_front
 from prefplan.scenario.decode import from_dict
 
 BLOCK = 50
-"""Problems that one test judges."""
+"""Problems that one test judges; `python -m judge.fuzz` judges as many as there is time for."""
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_trials")
-@pytest.mark.parametrize("first", range(0, 1500, BLOCK))
+@pytest.mark.parametrize("first", range(0, 1000, BLOCK))
 def test_fronts_bounds_and_plans_are_those_of_the_judges(first: int) -> None:
     """Every kind of preference, over costs and over violations, and every style of numbers."""
     outcomes = list(judged(iter(range(first, first + BLOCK))))
@@ -34,10 +34,9 @@ def test_fronts_bounds_and_plans_are_those_of_the_judges(first: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["order", "weighted-sum", "deadline"])
-@pytest.mark.parametrize("first", range(0, 100, BLOCK))
-def test_fronts_of_errands_are_those_of_the_judges(kind: str, first: int) -> None:
+def test_fronts_of_errands_are_those_of_the_judges(kind: str) -> None:
     """Long plans, and many trade-offs."""
-    outcomes = {seed: verdict(judge.random_errands(seed, kind), OPTIONS[:1]) for seed in range(first, first + BLOCK)}
+    outcomes = {seed: verdict(judge.random_errands(seed, kind), OPTIONS[:1]) for seed in range(BLOCK)}
     assert {seed: wrong for seed, wrong in outcomes.items() if wrong} == {}
 
 
