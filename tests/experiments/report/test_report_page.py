@@ -175,6 +175,9 @@ def test_everything_can_be_done_by_keyboard(make: Make, chrome: webdriver.Chrome
     assert page.one(".caption").text.startswith("2 of 8: ")
     page.press(Keys.ARROW_LEFT)
     assert page.one(".caption").text.startswith("1 of 8: ")
+    # So slowly that on no machine the end comes between the two keys.
+    page.run("[document.querySelector('#speed option:checked')].forEach((option) => { option.value = '0.001'; })")
+    page.run("document.querySelector('#speed').dispatchEvent(new Event('change'))")
     page.press(Keys.SPACE)
     assert page.one("#play").text == "Pause"
     page.press(Keys.SPACE)
@@ -247,9 +250,9 @@ def test_videos_play_and_two_of_them_in_step(make: Make, chrome: webdriver.Chrom
     assert page.one("#parting-mark").is_displayed() and len(page.all(".part-line")) == 2
     page.click(page.one("#play"))
     times = "[...document.querySelectorAll('video')].map((video) => video.currentTime)"
-    page.wait(lambda: min(page.run(times)) > 1)
-    one, two = page.run(times)
-    assert abs(one - two) < 0.5
+    # The clock brings a video that lags behind back into step.
+    in_step = "Math.min(...times) > 1 && Math.max(...times) - Math.min(...times) < 0.5"
+    page.wait(lambda: page.run(f"((times) => {in_step})({times})") and page.one("#play").text == "Pause")
     page.click(page.one("#play"))
     page.wait(lambda: page.run("[...document.querySelectorAll('video')].every((video) => video.paused)"))
     page.click(page.all(".panel.first .bar")[5])
@@ -307,8 +310,7 @@ def test_two_plans_in_step_are_seen_in_3d_as_their_logs_say(make: Make, chrome_3
     page.press(Keys.SPACE)
     page.wait(lambda: times_drawn(page)[0] > 1.2)
     page.press(Keys.SPACE)
-    one, two = times_drawn(page)
-    assert one == two
+    page.wait(lambda: page.one("#play").text == "Play" and len(set(times_drawn(page))) == 1)
     assert page.complaints() == []
 
 
@@ -327,9 +329,8 @@ def test_without_videos_the_scenes_play(without_videos: Path, chrome_3d: webdriv
     page = Page(chrome_3d, without_videos, width=390)
     page.wait(lambda: len(times_drawn(page)) == 2 and min(times_drawn(page)) > 0)
     page.click(page.one("#play"))
-    page.wait(lambda: page.one("#play").text == "Play")
-    one, two = times_drawn(page)
-    assert one == two > 0
+    page.wait(lambda: page.one("#play").text == "Play" and len(set(times_drawn(page))) == 1)
+    assert min(times_drawn(page)) > 0
     assert not page.all("#pictures button") and not page.all("video")
     assert page.run("document.documentElement.scrollWidth") <= 390
     assert page.all("canvas.scene")[0].is_displayed() and not page.all(".scene-note")[0].is_displayed()

@@ -115,12 +115,12 @@ def test_an_interrupted_sweep_says_what_there_is_and_goes_on_with_nothing_lost_a
     cup: Path, undisturbed: Records, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sweep = begin()
-    await_records(2, sweep)
+    await_records(1, sweep)  # long before the last one
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does: to the workers as well
     printed, errors = sweep.communicate()
     assert (sweep.returncode, errors) == (130, "prefplan: interrupted; the same command goes on\n")
     summary, there = json.loads(printed), results(cup / "out")
-    assert summary["complete"] is False and 2 <= summary["done"] == len(there) < ROLLOUTS
+    assert summary["complete"] is False and 1 <= summary["done"] == len(there) < ROLLOUTS
     assert json.loads((cup / "out" / "summary.json").read_text()) == summary
     assert there.items() <= undisturbed.items()
 
@@ -340,7 +340,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 @pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_finds_the_same(cup: Path, cluster: Cluster, undisturbed: Records) -> None:
     sweep = begin("--cluster", cluster.address)
-    await_records(2, sweep)
+    await_records(1, sweep)
     cluster.workers[0].send_signal(signal.SIGKILL)
     assert (cup / "out" / "rollouts.jsonl").read_bytes().count(b"\n") - 1 < ROLLOUTS, "the loss was in the middle"
     printed, errors = sweep.communicate()

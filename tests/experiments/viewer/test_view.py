@@ -16,6 +16,7 @@ import pytest
 from report_browser import SOFTWARE_GL, start_chrome
 from scenario_texts import CUP, shipped
 from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
@@ -88,7 +89,12 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
         return browser.execute_script(f"return document.querySelector('.status {part}')?.textContent ?? ''")
 
     def until(happens: Callable[[], bool]) -> None:
-        WebDriverWait(browser, TIMEOUT_S, 0.1).until(lambda _: happens())
+        # What is drawn again between being found and being used is looked for once more.
+        WebDriverWait(browser, TIMEOUT_S, 0.1, [StaleElementReferenceException]).until(lambda _: happens())
+
+    def press(part: str) -> bool:
+        browser.find_element(By.CSS_SELECTOR, part).click()
+        return True
 
     def click(label: str) -> None:
         (button,) = (b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label)
@@ -116,7 +122,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     click("Play")
     until(lambda: text(".state") == "completed")
     assert "fault: knock:cup@1" in text("") and " again: " in text("")
-    browser.find_element(By.CSS_SELECTOR, "svg [data-row='0: cost 10, preference penalty 0'] circle").click()
+    until(lambda: press("svg [data-row='0: cost 10, preference penalty 0'] circle"))
     until(lambda: text(".state") == "completed" and "fault" not in text(""))
     assert text(".count").startswith("4 of 4")
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")
