@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import takewhile
 
@@ -55,11 +55,12 @@ def on_this_machine(
 
 
 def _alone(sweep: Sweep, number: int) -> Record:
-    try:
-        (record,) = _in_processes(sweep, [number], 1)
-    except TerminatedWorkerError:
-        return failure(sweep, number, CRASHED, "the process that carried it out ended without an answer, twice")
-    return record
+    # Whether it had begun when a process was killed is not known: only what happens to it alone counts.
+    for _ in range(2):
+        with suppress(TerminatedWorkerError):
+            (record,) = _in_processes(sweep, [number], 1)
+            return record
+    return failure(sweep, number, CRASHED, "the process that carried it out ended without an answer, twice")
 
 
 def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[Record]:
