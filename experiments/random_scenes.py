@@ -210,8 +210,9 @@ def markdown(records: Sequence[Record], seed: int) -> str:
             *("| | |", "| --- | --- |"),
             *(f"| {name} | {value} |" for name, value in rows.items()),
             "",
-            *(["What is refused:", "", *(f"- {count} x {why}" for why, count in refusals.most_common()), ""]),
-            *(["What failed:", ""] if failures else []),
+            *(["What is refused:", ""] if refusals else []),
+            *(f"- {count} x {why}" for why, count in refusals.most_common()),
+            *([*([""] if refusals else []), "What failed:", ""] if failures else []),
             *(f"- {_failure(record)}: `{record['replay']}`" for record in failures),
         ]
     )
