@@ -82,7 +82,7 @@ def reground(
         hand,
         held,
         tuple((obj, where[obj]) for obj in seen),
-        frozenset((obj, mark) for obj, mark in marks if obj not in gone),
+        marks,
         slots=tuple((obj, slot.index) for obj, slot in rests.items() if model.slot_counts[slot.location] > 1),
     )
     objects = [obj for obj in model.objects if obj.name not in gone]

@@ -24,11 +24,7 @@ def see(scene: Scene) -> See:
     """Return a function that regrounds the arch with objects elsewhere: name = (x, y, z)."""
 
     def regrounded(
-        hand: str = "home",
-        held: str | None = None,
-        reach: float = 0.7,
-        marks: frozenset[tuple[str, str]] = frozenset(),
-        **points: tuple[float, float, float],
+        hand: str = "home", held: str | None = None, reach: float = 0.7, **points: tuple[float, float, float]
     ) -> Regrounded:
         data = initial_state(scene)
         poses = true_poses(scene, data)
@@ -38,7 +34,7 @@ def see(scene: Scene) -> See:
         def why_lost(obj: str) -> str | None:
             return None if np.hypot(*poses[obj].position[:2]) < reach else "is out of reach"
 
-        return reground(scene, data, poses, hand=hand, held=held, marks=marks, why_lost=why_lost)
+        return reground(scene, data, poses, hand=hand, held=held, marks=frozenset(), why_lost=why_lost)
 
     return regrounded
 
@@ -98,13 +94,10 @@ def test_what_is_in_the_way_and_out_of_reach_closes_a_location(see: See) -> None
 
 
 def test_what_fell_from_the_table_is_no_longer_in_the_model(see: See) -> None:
-    marks = frozenset({("pink", "sanitized"), ("blue", "sanitized")})
-    found = see(pink=(1.0, 0.0, -5.0), marks=marks)
+    found = see(pink=(1.0, 0.0, -5.0))
     assert found.lost == {"pink": "fell from the table"}
     assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
-    system = found.scene.model.transition_system()
-    assert system.states[system.start].place == {"blue": "left", "green": "right"}  # type: ignore[attr-defined]
-    assert system.label(system.start) >= {"blue_sanitized"}
+    assert found.state.place == {"blue": "left", "green": "right"}
 
 
 def test_of_two_objects_at_a_location_for_one_the_nearer_is_there(see: See) -> None:
