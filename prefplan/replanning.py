@@ -211,20 +211,15 @@ class _Continuation(GeneratedSystem):
         length = len(self.past.labels)
         return self.past.labels[state] if state < length else self.ahead.label(state - length) | {self.present}
 
-    def step(self, state: int, action: str) -> tuple[int, Number]:
-        """See `TransitionSystem.step`."""
-        past, length = self.past, len(self.past.actions)
-        if state >= length:
-            target, cost = self.ahead.step(state - length, action)
-            return target + length, cost
-        if action != past.actions[state]:
-            raise ModelError(f"action {action!r} is not what was done in state {past.states[state]!r}")
-        return state + 1 + (self.ahead.start if state + 1 == length else 0), past.costs[state]
-
     def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
         """See `TransitionSystem.steps`; there is one cost."""
-        target, cost = self.step(state, action)
-        return target, (exact(cost),)
+        past, length = self.past, len(self.past.actions)
+        if state >= length:
+            target, costs = self.ahead.steps(state - length, action)
+            return target + length, costs[:1]
+        if action != past.actions[state]:
+            raise ModelError(f"action {action!r} is not what was done in state {past.states[state]!r}")
+        return state + 1 + (self.ahead.start if state + 1 == length else 0), (self.spent[state],)
 
     def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
         """See `TransitionSystem.quotient`; the past is kept as it was."""

@@ -18,8 +18,7 @@ class GeneratedSystem(TransitionSystem):
     """A transition system that lists its states on demand.
 
     A subclass has `start`, `unit`, `propositions` and `resolution`, and what it knows without a list: it defines
-    `listed`, `state`, `label`, `step`, `steps`, `shared_units` and `quotient`. States keep their numbers when they are
-    listed.
+    `listed`, `state`, `label`, `steps`, `shared_units` and `quotient`. States keep their numbers when they are listed.
     """
 
     def __init__(self, **attributes: Any) -> None:

@@ -142,8 +142,8 @@ class TransitionSystem:
         Raises:
             ModelError: if the action does not exist in that state.
         """
-        edge = self.edge(state, action)
-        return int(self.targets[edge]), self.cost(edge)
+        target, costs = self.steps(state, action)
+        return target, to_number(costs[0])
 
     def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
         """Return the same as `step`, with every cost."""

@@ -8,7 +8,6 @@ from fractions import Fraction
 from functools import cached_property
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import Number, to_number
 from prefplan.models.generated import GeneratedSystem
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, ManipulationState
@@ -105,11 +104,6 @@ class ManipulationSystem(GeneratedSystem):
     def label(self, state: int) -> frozenset[str]:
         """See `TransitionSystem.label`."""
         return self.state(state).label
-
-    def step(self, state: int, action: str) -> tuple[int, Number]:
-        """See `TransitionSystem.step`."""
-        target, costs = self.steps(state, action)
-        return target, to_number(costs[0])
 
     def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
         """See `TransitionSystem.steps`."""
