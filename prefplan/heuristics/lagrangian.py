@@ -147,7 +147,7 @@ def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int,
         steps[r, :, :nodes][least.T > most] = LARGEST
     after = stages.delta[:, :, stages.classes]
     place = known.place.transpose(1, 2, 0)
-    sweep = Sweep(
+    sweep = LagrangianSweep(
         order=stages.order,
         sizes=stages.sizes,
         ends=stages.ends,
@@ -169,7 +169,7 @@ def _bits(sets: np.ndarray) -> np.ndarray:
     return (sets.astype(np.uint64) << np.arange(sets.shape[2], dtype=np.uint64)).sum(axis=2, dtype=np.uint64)
 
 
-class Sweep(NamedTuple):
+class LagrangianSweep(NamedTuple):
     """What fills a table of S nodes, N tasks of at most Q states and R rates.
 
     Attributes:
@@ -194,7 +194,7 @@ class Sweep(NamedTuple):
 
 
 @kernel
-def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
+def fill(sweep: LagrangianSweep, table: np.ndarray, stop: np.ndarray) -> None:
     """Fill a table, one combination of automaton states after all that it leads to; return early once `stop` is set.
 
     What the states of the tasks from one on add up to is kept, as it is the first task's state that changes most often.

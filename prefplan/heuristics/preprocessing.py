@@ -224,10 +224,8 @@ class Prepared:
         wanted = self.options.lagrangian and self.product.problem.measure.bi_objective and self.product.rates.any()
         if stages is None or not wanted or len(self.bounds.lagrangian.weights) == MOST_TABLES:
             return math.inf
-        combinations, most = (
-            math.prod(self.product.sizes.tolist()),
-            self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES,
-        )
+        combinations = math.prod(self.product.sizes.tolist())
+        most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
         if combinations > most or entries_of(stages) > most:
             return math.inf
         return combinations * COMBINATION / (EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base))

@@ -362,18 +362,16 @@ class BiObjectiveSearch(Search):
         """Have bounds tabulated for what is left of the front, as far as it is known where that leads."""
         begin, end = self._reached or min(self._met), self._likely_end()
         weights = None if end is None else weights_along(begin, end)
+        if weights is not None and list(weights) not in self.prepared.bounds.lagrangian.weights.tolist():
+            try:
+                self.prepared.weigh(weights)
+            except LimitError as error:
+                if error.ended != "memory":
+                    raise
+                # Without the table, the memory may suffice.
+                self._next_table = math.inf
+                return
         self._next_table = self.counters[EXPANDED] + self.prepared.lagrangian_expansions
-        if weights is None or list(weights) in self.prepared.bounds.lagrangian.weights.tolist():
-            return
-        try:
-            self.prepared.weigh(weights)
-        except LimitError as error:
-            if error.ended != "memory":
-                raise
-            # Without the table, the memory may suffice.
-            self._next_table = math.inf
-        else:
-            self._next_table = self.counters[EXPANDED] + self.prepared.lagrangian_expansions
 
     def _likely_end(self) -> tuple[int, int] | None:
         """Return about what cost and mu the end of the front has, in units; None if nothing tells."""
