@@ -148,13 +148,13 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     """Return the labels at the start and after every action, and a check of the effect of each action.
 
     An object earns a location's mark when it is released there: it was held as that action began, the location worked
-    on it, and it rests there at the end.
+    on it, and it rests there at the end. It has its marks until it falls from the table.
     """
     own = world.model.own_propositions
     marks = {place.name: place.marks for place in world.model.locations if place.marks}
     world.show(0)
     label = _observed(world) & own
-    earned: set[str] = set()
+    earned: set[tuple[str, str]] = set()
     trace, checks = [label], []
     said = label
     for k, action in enumerate(log.about.actions, 1):
@@ -166,8 +166,10 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
             obj, place = symbolic.obj, symbolic.location
             worked = world.worked(place, start=action.start, end=action.end)
             if at(obj, place) in effect & label and worked and holding(obj) in before:
-                earned.add(marked(obj, marks[place]))
-        label = label | earned
+                earned.add((obj, marks[place]))
+        fallen = world.fallen()
+        earned = {obj_mark for obj_mark in earned if obj_mark[0] not in fallen}
+        label = label | {marked(*obj_mark) for obj_mark in earned}
         trace.append(label)
         said, told = frozenset(action.label) & own, said
         unseen = label != said == told and k == len(log.about.actions) and not log.about.claims.completed

@@ -152,12 +152,16 @@ class RecordedWorld:
             (name for name, parts in self._geoms.items() if all(self._touch(parts, [pad]) for pad in self._pads)), None
         )
 
+    def fallen(self) -> set[str]:
+        """Return the objects that are below the table top."""
+        return {obj for obj in self._geoms if self._data.body(obj).xpos[2] <= 0}
+
     def resting(self, held: str | None) -> dict[str, str]:
         """Return the location of every object that rests at one, except the held object.
 
         Where more objects rest than a location has slots, only the nearest to a slot count.
         """
-        objects = [obj for obj in self._geoms if obj != held and self._data.body(obj).xpos[2] > 0]
+        objects = [obj for obj in self._geoms if obj not in {held, *self.fallen()}]
         found = {obj: place for obj in objects if (place := self._rests(obj)) is not None}
         for location in self.model.locations:
             name = location.name

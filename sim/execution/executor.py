@@ -19,7 +19,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
 from sim.execution.observation import await_grip, observed_poses, poses_at_rest
-from sim.perception.grounding import mismatch, observe, slot_of
+from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
 from sim.simulation.recorder import model_hash
@@ -235,7 +235,7 @@ class Execution:
         cell = self.cell
         seen = observe(self.scene, cell.data, poses, hand=predicted.hand, held=cell.held(), marks=before.marks)
         earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
-        return replace(seen, marks=before.marks | earned if done else before.marks)
+        return replace(seen, marks=seen.marks | present_marks(frozenset(earned), poses)) if done else seen
 
     def _placement_error(self) -> float:
         """Return the largest horizontal distance of a placed object from its slot's centre, m."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from sim.motion.trajectory import CONTROL_PERIOD_S
-from sim.perception.sensors import ObjectPose
+from sim.perception.sensors import ObjectPose, on_table
 from sim.simulation.workcell import Workcell
 
 FALL_SPEED_M_S = 0.05
 """An object that moves faster falls, rolls or was knocked: where it is says nothing yet."""
 
-REST_SPEED_M_S = 0.01
-"""Greatest mean speed of an object at rest between two observations."""
+REST_SPEED_M_S = 0.005
+"""Greatest mean speed of an object at rest between two observations: half of what a certificate allows at the end."""
 
 REST_PERIOD_S = 0.2
 """Least time between two observations of objects that are to be at rest."""
@@ -63,7 +63,8 @@ def _poses_slower_than(cell: Workcell, speed: float, *, period: float) -> tuple[
         cell.wait(period)
         poses, held = _certain_poses(cell), cell.held()
         moved = {obj: np.linalg.norm(poses[obj].position - before[obj].position) for obj in poses.keys() & before}
-        moving = [obj for obj in poses if obj != held and moved.get(obj, np.inf) > speed * period]
+        loose = [obj for obj, pose in poses.items() if obj != held and on_table(pose)]
+        moving = [obj for obj in loose if moved.get(obj, np.inf) > speed * period]
         if not moving or cell.data.time > end:
             return poses, moving
         before = poses

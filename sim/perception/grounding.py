@@ -10,7 +10,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.sensors import Poses, Posture
+from sim.perception.sensors import Poses, Posture, on_table
 from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import Scene
 
@@ -153,7 +153,12 @@ def observe(
         hand = hand_location(scene, data, (hand, *scene.slots))
     slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
     places = tuple((obj.name, slots[obj.name].location) for obj in scene.model.objects if obj.name in slots)
-    return ManipulationState(hand=hand, held=held, places=places, marks=marks)
+    return ManipulationState(hand=hand, held=held, places=places, marks=present_marks(marks, poses))
+
+
+def present_marks(marks: frozenset[tuple[str, str]], poses: Poses) -> frozenset[tuple[str, str]]:
+    """Return the marks of the objects that did not fall from the table: no task is done with what is gone."""
+    return frozenset((obj, mark) for obj, mark in marks if obj not in poses or on_table(poses[obj]))
 
 
 def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observed: ManipulationState) -> str | None:

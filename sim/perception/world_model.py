@@ -15,7 +15,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import Location, ManipulationState, Object
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import NOWHERE, carriers, footprint, half_height, hand_location, resting
+from sim.perception.grounding import NOWHERE, carriers, footprint, half_height, hand_location, present_marks, resting
 from sim.perception.sensors import Poses, on_table
 from sim.world.places import Slot, unused_names
 from sim.world.scene import Scene
@@ -82,7 +82,7 @@ def reground(
         hand,
         held,
         tuple((obj, where[obj]) for obj in seen),
-        marks,
+        present_marks(marks, poses),
         slots=tuple((obj, slot.index) for obj, slot in rests.items() if model.slot_counts[slot.location] > 1),
     )
     objects = [obj for obj in model.objects if obj.name not in gone]

@@ -24,7 +24,11 @@ def see(scene: Scene) -> See:
     """Return a function that regrounds the arch with objects elsewhere: name = (x, y, z)."""
 
     def regrounded(
-        hand: str = "home", held: str | None = None, reach: float = 0.7, **points: tuple[float, float, float]
+        hand: str = "home",
+        held: str | None = None,
+        reach: float = 0.7,
+        marks: frozenset[tuple[str, str]] = frozenset(),
+        **points: tuple[float, float, float],
     ) -> Regrounded:
         data = initial_state(scene)
         poses = true_poses(scene, data)
@@ -34,7 +38,7 @@ def see(scene: Scene) -> See:
         def why_lost(obj: str) -> str | None:
             return None if np.hypot(*poses[obj].position[:2]) < reach else "is out of reach"
 
-        return reground(scene, data, poses, hand=hand, held=held, marks=frozenset(), why_lost=why_lost)
+        return reground(scene, data, poses, hand=hand, held=held, marks=marks, why_lost=why_lost)
 
     return regrounded
 
@@ -94,10 +98,13 @@ def test_what_is_in_the_way_and_out_of_reach_closes_a_location(see: See) -> None
 
 
 def test_what_fell_from_the_table_is_no_longer_in_the_model(see: See) -> None:
-    found = see(pink=(1.0, 0.0, -5.0))
+    marks = frozenset({("pink", "sanitized"), ("blue", "sanitized")})
+    found = see(pink=(1.0, 0.0, -5.0), marks=marks)
     assert found.lost == {"pink": "fell from the table"}
     assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
     assert found.state.place == {"blue": "left", "green": "right"}
+    label = found.scene.model.transition_system().label(0)
+    assert "blue_sanitized" in label and "pink_sanitized" not in label
 
 
 def test_of_two_objects_at_a_location_for_one_the_nearer_is_there(see: See) -> None:
