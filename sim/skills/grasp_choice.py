@@ -142,7 +142,14 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[Tool
     """
     aloft = cell.contacts.aloft
     cell.contacts.handle(obj)  # not aloft: in the slot it touches what carries it
-    choose = partial(choose_placement, cell, obj, slot, near=cell.reference, margin=PLACING_MARGIN_RAD)
+
+    def choose(grasp: GraspPose) -> tuple[ToolPose, ToolPose]:
+        placement = partial(choose_placement, cell, obj, slot, grasp, margin=PLACING_MARGIN_RAD)
+        try:
+            return placement(near=cell.reference)
+        except SimulationError:
+            return placement()  # as it was foreseen: the nearest of equally good poses may be in the way of something
+
     try:
         return choose(held_grasp(cell, obj))
     except SimulationError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
@@ -78,7 +79,7 @@ def move_tool(
     if len(goals) == 1 and not pose.points_down:
         # Step by step the elbow keeps its place, where a search from afar may bring it to the end of a joint.
         with contextlib.suppress(SimulationError):
-            goal = followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
+            goal = _followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
     if goal is None:
         goal, pose = cell.arm.reach(goals, near=cell.reference)
     references = cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending)
@@ -126,7 +127,7 @@ def free_pose(
             q, before = cell.arm.reach(options, near=near, margin=margin)
             pose = goals[next(i for i, option in enumerate(options) if option is before)]
             met = _met(cell, q, grasp.opening, FINGER_CLEARANCE_M if pose.points_down else PLANNING_CLEARANCE_M)
-            path = followed(cell, q, before, pose, margin=margin)
+            path = _followed(cell, q, before, pose, margin=margin)
         except SimulationError as error:
             unreachable = error
             continue
@@ -143,7 +144,7 @@ def free_pose(
     raise unreachable
 
 
-def followed(
+def _followed(
     cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose, *, margin: float = PLACING_MARGIN_RAD
 ) -> list[np.ndarray]:
     """Return joint angles, rad, on the straight path to a pose from another one, where they are (n,) q; the last there.
@@ -162,6 +163,21 @@ def followed(
         if np.abs(path[-1] - path[-2]).max() > MAX_APPROACH_STEP_RAD:
             raise SimulationError("the joints would have to turn round")
     return path[1:]
+
+
+def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose) -> None:
+    """Check that the hand, from a pose where the joint angles are (n,) q, rad, comes straight to another one.
+
+    Raises:
+        BlockedError: bodies are in its way, other than the handled object.
+        SimulationError: the arm does not reach it, or has to turn round meanwhile.
+    """
+    foresight, obj = cell.foresight(), cell.contacts.handled
+    steps = _followed(cell, q, before, pose)
+    touches = itertools.chain.from_iterable(foresight.touches(q, clearance=FINGER_CLEARANCE_M) for q in steps)
+    met = {other for one, other in touches if obj not in (one, other)}
+    if met:
+        raise BlockedError(f"the way is blocked by {' and '.join(sorted(met))}", met)
 
 
 def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[str]:

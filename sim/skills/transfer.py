@@ -11,7 +11,7 @@ from sim.motion.timing import along, begun_late
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path, planned_path
-from sim.skills.hand import BLEND_M, PATH_CLEARANCE_M, PLACING_MARGIN_RAD, PLANNING_CLEARANCE_M, followed
+from sim.skills.hand import BLEND_M, PATH_CLEARANCE_M, PLACING_MARGIN_RAD, PLANNING_CLEARANCE_M, check_approach
 
 DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
 """Arches to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
@@ -39,7 +39,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
     for references in _movements(cell, goals, height, onward, blockers):
         try:
             if onward is not None:
-                followed(cell, references[-1], cell.arm.tool(references[-1]), onward)
+                check_approach(cell, references[-1], cell.arm.tool(references[-1]), onward)
             check_path(cell, references, clearance=PATH_CLEARANCE_M)
         except BlockedError as error:
             blockers.update(error.by)
@@ -68,7 +68,7 @@ def _movements(
     for goal, pose in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
         try:
             if onward is not None:
-                followed(cell, goal, pose, onward)  # before it is planned in vain
+                check_approach(cell, goal, pose, onward)  # before a path is planned in vain
             path = planned_path(cell, goal, clearance=PLANNING_CLEARANCE_M)
         except BlockedError as error:
             blockers.update(error.by)

@@ -102,6 +102,35 @@ name = "serve"
 formula = "F x_d"
 """
 
+WALL = """
+[model.fixtures]
+wall = { kind = "box", at = [0.48, 0.02, 0.06], size = [0.20, 0.02, 0.12] }
+[model.locations]
+side = { at = [0.58, 0.20] }
+dish = { at = [0.45, -0.15], kind = "plate" }
+[model.objects]
+carton = { start = "side", kind = "box", size = [0.045, 0.035, 0.085] }
+[[tasks]]
+name = "carton"
+formula = "F carton_dish"
+"""
+
+SUPPER = """
+[model.locations]
+stove = { at = [0.5, -0.15], marks = "cooked", kind = "stove" }
+shelf = { at = [0.55, 0.30] }
+plate = { at = [0.45, 0.15], kind = "plate" }
+[model.objects]
+fish = { start = "stove" }
+soup = { start = "shelf" }
+[[tasks]]
+name = "fish"
+formula = "F fish_cooked"
+[[tasks]]
+name = "soup"
+formula = "F (fish_cooked & X F soup_plate)"
+"""
+
 TAIL = """
 [preference]
 kind = "order"
@@ -146,6 +175,17 @@ def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> 
 def test_what_a_task_needs_and_fell_over_is_set_upright(recover: Recover) -> None:
     outcome = recover(BYSTANDER.replace("x_bin", "vase_bin"), "knock:vase@1", seed=1)
     assert outcome.rollout.completed
+
+
+@pytest.mark.parametrize("seed", [4, 24])
+def test_what_lies_beside_a_wall_is_put_down_by_a_hand_that_is_clear_of_it(recover: Recover, seed: int) -> None:
+    assert recover(WALL, "knock:carton@1", seed=seed).completed
+
+
+def test_what_was_marked_and_fell_from_the_table_is_not_in_the_way_of_other_tasks(recover: Recover) -> None:
+    outcome = recover(SUPPER, "move:fish@5", seed=3)
+    assert outcome.completed and outcome.executed[-1] == "release soup plate"
+    assert "fish_cooked" not in outcome.rollout.steps[-1].observed.label
 
 
 def test_what_is_higher_than_the_fingers_are_long_is_taken_near_its_top_and_set_upright(recover: Recover) -> None:
