@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -48,17 +49,18 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
             continue
         cell.follow(references, within=BLEND_M)
         return
-    if not blockers:
-        raise SimulationError("the joints would have to turn round")
-    raise BlockedError(f"the way is blocked by {' and '.join(sorted(blockers))}", blockers)
+    if blockers:
+        raise BlockedError(f"the way is blocked by {' and '.join(sorted(blockers))}", blockers)
+    cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)  # tells where it does not reach
+    raise SimulationError("the joints would have to turn round")
 
 
 def _movements(
     cell: Workcell, goals: Sequence[ToolPose], height: float, onward: ToolPose | None, blockers: set[str]
 ) -> Iterator[np.ndarray]:
     """Yield the (N, joints) references of movements to try, rad; add to the blockers what keeps others from being."""
-    goal, pose = cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)
-    for raised, drawn_in in DETOURS:
+    near = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD, seeds=0)
+    for (goal, pose), (raised, drawn_in) in itertools.product(itertools.islice(near, 1), DETOURS):
         try:
             yield cell.arm.move(
                 cell.reference, goal, pose, height=height + raised, drawn_in=drawn_in, ending=cell.ending
