@@ -101,7 +101,8 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
         size = f"{found.states} states{beyond}, {found.edges} actions in them"
     console.print(f"  {size}, {len(found.propositions)} propositions")
     if found.dropped:
-        console.print(f"  {found.dropped} edges of the file left out: another between the same states costs less")
+        edges = "1 edge" if found.dropped == 1 else f"{found.dropped} edges"
+        console.print(f"  {edges} of the file left out: no cost is less than that of another between the same states")
     console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
     if found.scene is not None:
         console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")

@@ -80,7 +80,7 @@ class Checkup:
         states: of the transition system.
         reachable: how many of them can be reached.
         edges: actions in all states.
-        dropped: edges of a file left out because another between the same states costs less.
+        dropped: edges of a file left out because another between the same states beats them.
         propositions: for each, how many reachable states carry it.
         tasks: in the order of the file.
         contract: of the preference.
