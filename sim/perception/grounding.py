@@ -10,7 +10,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.sensors import Poses, Posture, on_table
+from sim.perception.sensors import ObjectPose, Poses, Posture, on_table
 from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import Scene
 
@@ -149,11 +149,16 @@ def observe(
         held: the object that the pads hold, from their latest contact forces.
         marks: of the objects, which no sensor shows.
     """
-    if hand in scene.slots:
+    if hand in scene.slots and not (held and _is_over(scene, poses[held], hand)):
         hand = hand_location(scene, data, (hand, *scene.slots))
     slots = resting(scene, {name: pose for name, pose in poses.items() if name != held})
     places = tuple((obj.name, slots[obj.name].location) for obj in scene.model.objects if obj.name in slots)
     return ManipulationState(hand=hand, held=held, places=places, marks=present_marks(marks, poses))
+
+
+def _is_over(scene: Scene, pose: ObjectPose, location: str) -> bool:
+    """Return whether an object is over a location: a hand that carries it by one side need not be."""
+    return any(np.hypot(*(pose.position - slot.position)[:2]) < AT_RADIUS_M for slot in scene.slots[location])
 
 
 def present_marks(marks: frozenset[tuple[str, str]], poses: Poses) -> frozenset[tuple[str, str]]:

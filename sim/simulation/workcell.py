@@ -25,7 +25,6 @@ from sim.perception.sensors import (
     on_table,
 )
 from sim.perception.touch import ContactMonitor
-from sim.robots.gripper import SuctionGripper
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Effort, Event
@@ -41,8 +40,8 @@ WATCH_PERIOD_S = 0.05
 BLEND_TIME_S = 0.3
 """Longest part of a movement that runs into the next one."""
 
-HOLD_OFFSET_M = 0.03
-"""Greatest distance of a held object's centre from the point between the pads: beyond, they only brush it."""
+HOLD_DISTANCE_M = 0.005
+"""Greatest distance of a held object from the point between the pads: beyond, they only brush it."""
 
 CONTACT_EPISODE_S = 0.5
 """Contacts of the same two bodies within this time are one event."""
@@ -173,10 +172,7 @@ class Workcell:
         if pose is None:
             return True
         tool = self.data.site(self.scene.robot.tool)
-        offset = np.linalg.norm(pose.position - tool.xpos)
-        if isinstance(self.scene.robot.gripper, SuctionGripper):  # which holds it by a face
-            offset -= self.scene.shapes[obj].support(pose.rotation.T @ tool.xmat.reshape(3, 3)[:, 2])
-        return bool(offset < HOLD_OFFSET_M)
+        return self.scene.shapes[obj].distance(pose.rotation.T @ (tool.xpos - pose.position)) < HOLD_DISTANCE_M
 
     @property
     def in_doubt(self) -> bool:

@@ -88,6 +88,8 @@ def choose_grasp(
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")
     if blockers:
         raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+    if next(ranked(cell, obj, frame), None) is None:
+        raise SimulationError(f"{obj} has no two faces on which the fingers could close as it stands or lies")
     raise SimulationError(f"{obj} is out of reach")
 
 
@@ -100,10 +102,10 @@ def choose_placement(
     near: np.ndarray | None = None,
     margin: float,
     clearance: float = FINGER_CLEARANCE_M,
-) -> tuple[ToolPose, ToolPose]:
+) -> tuple[ToolPose, ToolPose, float]:
     """Return the tool's pose that sets an object, so grasped, upright into a slot, the fingers free to open.
 
-    Before it, the pose from which the hand comes straight to it.
+    Before it, the pose from which the hand comes straight to it; after it, how wide the hand can open there, m.
 
     Args:
         cell: the running simulation.
@@ -123,7 +125,8 @@ def choose_placement(
     for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
         for option in openings(grasp):
             try:
-                return free_pose(cell, goals, option, near=near, margin=margin, clearance=clearance)
+                before, pose = free_pose(cell, goals, option, near=near, margin=margin, clearance=clearance)
+                return before, pose, option.opening
             except BlockedError as error:
                 blockers.update(error.by)
             except SimulationError as error:
@@ -134,7 +137,7 @@ def choose_placement(
     raise unreachable
 
 
-def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, ToolPose]:
+def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, ToolPose, float]:
     """Return, as `choose_placement` does, how the held object is set into a slot: upright, or else leaning as it hangs.
 
     Raises:
@@ -143,7 +146,7 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[Tool
     aloft = cell.contacts.aloft
     cell.contacts.handle(obj)  # not aloft: in the slot it touches what carries it
 
-    def choose(grasp: GraspPose) -> tuple[ToolPose, ToolPose]:
+    def choose(grasp: GraspPose) -> tuple[ToolPose, ToolPose, float]:
         placement = partial(choose_placement, cell, obj, slot, grasp, margin=PLACING_MARGIN_RAD)
         try:
             return placement(near=cell.reference)

@@ -213,8 +213,13 @@ def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
     closing, approach = tool.rotation[:, 1], tool.rotation[:, 2]
     frame = shape.heading_to(frame, closing if abs(closing @ frame[:, 2]) < np.sqrt(0.5) else approach)
     rotation = frame.T @ tool.rotation
-    similar = max(grasps(shape, cell.scene.robot.gripper), key=lambda grasp: abs(grasp.rotation[:, 1] @ rotation[:, 1]))
-    return GraspPose(frame.T @ (tool.position - pose.position), rotation, similar.width)
+    position = frame.T @ (tool.position - pose.position)
+
+    def likeness(grasp: GraspPose) -> tuple[float, float]:
+        return round(abs(grasp.rotation[:, 1] @ rotation[:, 1]), 2), -float(np.linalg.norm(grasp.position - position))
+
+    similar = max(grasps(shape, cell.scene.robot.gripper), key=likeness)
+    return GraspPose(position, rotation, similar.width)
 
 
 def check_held(cell: Workcell, obj: str) -> None:

@@ -45,16 +45,16 @@ class ReleaseSkill(Release, Skill):
         slot = free_slot(cell, obj, location)
         check_held(cell, obj)  # last: until then nothing may have been observed
         cell.contacts.handle(obj, aloft=True)
-        pose = _placing_pose(cell, obj, slot)
+        pose, _ = _placing_pose(cell, obj, slot)
         before = _preplace(cell, pose)
         move_tool(cell, [before], within=BLEND_M)
         check_free(cell, obj, slot)
-        pose = _placing_pose(cell, obj, slot)
+        pose, width = _placing_pose(cell, obj, slot)
         check_held(cell, obj)
         cell.contacts.handle(obj)
         move_tool(cell, [pose], seconds=LOWER_DURATION_S, watch=lambda: _check(cell, obj, slot))
         opening, rising = (OPEN_DURATION_S, LET_GO_DURATION_S) if pose.points_down else TILTED_DURATIONS_S
-        cell.set_width(held_grasp(cell, obj).opening, opening)
+        cell.set_width(width, opening)
         cell.wait(rising)
         marks = cell.scene.model.location(location).marks
         if marks:
@@ -65,23 +65,25 @@ class ReleaseSkill(Release, Skill):
         cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
 
 
-def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> ToolPose:
-    """Return the tool's pose that sets the held object, as it lies in the hand, upright into a slot.
+def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float]:
+    """Return the tool's pose that sets the held object, as it lies in the hand, upright into a slot, and a width, m.
 
-    A tilted object would touch down with an edge and tip, so that its lowest point sets the height. The arm may be
-    moving, unless the sensor needs several observations.
+    To that width the hand can open there. A tilted object would touch down with an edge and tip, so that its lowest
+    point sets the height. The arm may be moving, unless the sensor needs several observations.
     """
     if cell.sensor.samples > 1:
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
-    if held.posture == Posture.UPRIGHT:
+    if held.posture == Posture.UPRIGHT and shape.surface is None:
         frame = frame_of(shape, held, slot.yaw)
-        turn = shape.standing_near(frame, slot.yaw) @ frame.T
+        turn, width = shape.standing_near(frame, slot.yaw) @ frame.T, held_grasp(cell, obj).opening
     else:
-        turn = choose_placement_of_held(cell, obj, slot)[1].rotation @ tool.rotation.T
+        # It may lean, or a mesh be held off its middle, so that there is less space for the hand.
+        _, placing, width = choose_placement_of_held(cell, obj, slot)
+        turn = placing.rotation @ tool.rotation.T
     lowest = shape.depth(turn @ held.rotation) - shape.half[2] + DROP_HEIGHT_M
     position = resting_centre(cell, obj, slot) + [0.0, 0.0, lowest] - turn @ (held.position - tool.position)
-    return ToolPose(position, turn @ tool.rotation)
+    return ToolPose(position, turn @ tool.rotation), width
 
 
 def _preplace(cell: Workcell, pose: ToolPose) -> ToolPose:

@@ -21,7 +21,7 @@ class TransportSkill(Transport, Skill):
         slot = free_slot(cell, obj, action.location)
         check_held(cell, obj)  # last: until then nothing may have been observed
         cell.contacts.handle(obj)
-        before, pose = choose_placement_of_held(cell, obj, slot)
+        before, pose, _ = choose_placement_of_held(cell, obj, slot)
         cell.contacts.handle(obj, aloft=True)
         height = passage_height(cell, cell.shapes, held=obj)
         if before.points_down:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sim.external.meshes import Surface
 from sim.motion.trajectory import ToolPose
 from sim.robots.gripper import Gripper, SuctionGripper
 from sim.world.shapes import MAX_LIFT_M, PAD_CLEARANCE_M, ObjectShape, held_widths, opening
@@ -31,6 +32,9 @@ MAX_OFF_LINE_M = 0.0075
 
 PALM_TOLERANCE_M = 0.004
 """By how much an object may come nearer to the palm than where the hand points straight at one of its faces, m."""
+
+TOUCH_M = 0.0015
+"""How far a surface may stand out beside what a pad presses, m."""
 
 TILTS_RAD = np.radians([0, 30, -30, 45, -45, 60, -60, 90, -90, 120, -120, 135, -135, 150, -150, 180])
 """Turns of the hand about the closing line from where it points down at the upright object."""
@@ -80,13 +84,12 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
     """
     if isinstance(gripper, SuctionGripper):
         return _suctions(shape, gripper)
+    if shape.surface is not None:
+        return _on_surface(shape, shape.surface, gripper)
     found = []
     for (rank, closing, width), tilt in itertools.product(_closings(shape, gripper), TILTS_RAD):
-        start = [0.0, 0.0, -1.0] if not closing[2] else [-1.0, 0.0, 0.0]
-        side = np.cross(closing, start)
-        approach = np.cos(tilt) * np.array(start) + np.sin(tilt) * side
-        rotation = np.column_stack([np.cross(closing, approach), closing, approach])
-        off_top = round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
+        rotation, off_top = _hand(closing, tilt)
+        approach = rotation[:, 2]
         variants = _variants(shape, approach, gripper, straight=off_top == 0)
         for (order, lift, clearance), shift in itertools.product(variants, _shifts(shape, closing, approach, gripper)):
             off_line = lift * float(np.hypot(*approach[:2])) if shape.is_round and not closing[2] else 0.0
@@ -98,6 +101,38 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
                 found.append((key, GraspPose(position, rotation, width, clearance)))
     found.sort(key=lambda entry: entry[0])
     return tuple(grasp for _, grasp in found)
+
+
+def _hand(closing: np.ndarray, tilt: float) -> tuple[np.ndarray, int]:
+    """Return the (3, 3) axes of the hand that closes along a line, turned about it, rad; and its tilt, degrees."""
+    start = np.array([-1.0, 0.0, 0.0] if closing[2] else [0.0, 0.0, -1.0])
+    approach = np.cos(tilt) * start + np.sin(tilt) * np.cross(closing, start)
+    rotation = np.column_stack([np.cross(closing, approach), closing, approach])
+    return rotation, round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
+
+
+def _on_surface(shape: ObjectShape, surface: Surface, gripper: Gripper) -> tuple[GraspPose, ...]:
+    """Return the grasps of a mesh at its `Antipodes`, where nothing of it is in the way of the hand."""
+    found = []
+    for pair, tilt in itertools.product(shape.pairs, TILTS_RAD):
+        rotation, off_top = _hand(pair.line, tilt)
+        seen = (surface.points - pair.position) @ rotation
+        off_centre = round(surface.off_centre(pair.position), 3)
+        for order, clearance in enumerate(CLEARANCES_M):
+            grasp = GraspPose(pair.position, rotation, pair.width, clearance)
+            if not _in_the_way(seen, grasp, gripper).any():
+                found.append(((off_top, off_centre, order), grasp))
+    found.sort(key=lambda entry: entry[0])
+    return tuple(grasp for _, grasp in found)
+
+
+def _in_the_way(points: np.ndarray, grasp: GraspPose, gripper: Gripper) -> np.ndarray:
+    """Return which of (N, 3) points in the tool frame, m, are where the palm is, or a finger until it has closed."""
+    x, y, z = np.abs(points[:, 0]), np.abs(points[:, 1]), points[:, 2]
+    end = min(grasp.opening, gripper.opening_m) / 2 + gripper.finger_depth_m
+    finger = (x < gripper.finger_half_width_m) & (y > grasp.width / 2 + TOUCH_M) & (y < end)
+    palm = (x < gripper.palm_half_width_m) & (z < -gripper.palm_height_m)
+    return palm | finger & (z < gripper.fingertip_m)
 
 
 def _suctions(shape: ObjectShape, gripper: SuctionGripper) -> tuple[GraspPose, ...]:

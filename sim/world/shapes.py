@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +15,9 @@ from scipy.spatial.transform import Rotation
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
-from sim.external.meshes import mesh_of
+from sim.external.meshes import Surface, mesh_of
 from sim.robots.gripper import Gripper, SuctionGripper
+from sim.world.antipodes import Antipodes, antipodes
 
 SIZES = {
     "cube": ("edge",),
@@ -79,6 +80,8 @@ class ObjectShape:
         widths: of it along the lines on which the hand closes from above, the better one first, m.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
+        surface: of a mesh; None for other shapes.
+        pairs: opposite patches of that surface, which pads can press.
     """
 
     kind: str
@@ -86,6 +89,8 @@ class ObjectShape:
     widths: tuple[float, ...]
     symmetry: float
     mass: float
+    surface: Surface | None = None
+    pairs: tuple[Antipodes, ...] = ()
 
     @property
     def height(self) -> float:
@@ -213,7 +218,7 @@ def shapes_of(model: ManipulationModel, gripper: Gripper) -> dict[str, ObjectSha
 
 
 def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
-    """Return the shape of an object that a gripper can take; that of a mesh is its bounding box.
+    """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
 
     Raises:
         SimulationError: as in `shapes_of`.
@@ -221,35 +226,48 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
     where = f"objects.{obj.name}"
     if obj.kind not in SIZES:
         raise SimulationError(f"{where}.kind: unknown kind {obj.kind!r} {choices(obj.kind, SIZES)}")
-    widths = held_widths(gripper)
-    heights = held_heights(gripper)
-    if obj.kind == "mesh":
-        size = obj.size or mesh_of(obj, folder).size
-    else:
-        size = _checked_size(obj, where)
+    mesh = mesh_of(obj, folder) if obj.kind == "mesh" and obj.size is None else None
+    size = mesh.size if mesh is not None else _checked_size(obj, where)
     if obj.kind == "cylinder":
-        diameter, height = size
-        along = across = diameter
-        volume = math.pi / 4 * diameter**2 * height
+        x, height = size
+        y, volume = x, math.pi / 4 * x**2 * height
     else:
         x, y, height = size * 3 if len(size) == 1 else size
-        along, across = (y, x) if widths[0] <= y <= widths[1] else (x, y)
         volume = x * y * height
-    for length, adjective, (low, high) in (
-        (along, "wide", widths),
-        (height, "high", heights),
-        (across, "long", (0.0, MAX_LENGTH_M)),
-    ):
+    low, high = held_widths(gripper)
+    along, across = (y, x) if low <= y <= high else (x, y)
+    closing = tuple(width for width in (along, across) if low <= width <= high)
+    if mesh is None or isinstance(gripper, SuctionGripper):
+        surface, pairs = None, tuple[Antipodes, ...]()
+        _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
+    else:
+        _check_lengths(obj, where, gripper, {"high": height, "long": max(x, y)})
+        surface = mesh.surface if along == x else mesh.surface.turned(about_z(-math.pi / 2))
+        pairs = antipodes(surface, low, high)
+        if not any(pair.line[2] == 0 for pair in pairs):
+            raise SimulationError(
+                f"{where}.file: no two upright faces of it that the hand could press lie {low:g} to {high:g} m apart"
+            )
+        closing = (max(pair.width for pair in pairs),)
+    symmetry = {"cylinder": 0.0, "mesh": 2 * math.pi}.get(obj.kind, math.pi / 2 if along == across else math.pi)
+    mass = obj.mass or float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
+    half = np.array([along, across, height]) / 2
+    return ObjectShape(obj.kind, half, closing, symmetry, mass, surface, pairs)
+
+
+def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[str, float]) -> None:
+    """Check the lengths of an object, m: how wide it is where the fingers close, how long across that, and how high.
+
+    Raises:
+        SimulationError: the gripper cannot take it.
+    """
+    limits_of = {"wide": held_widths(gripper), "high": held_heights(gripper), "long": (0.0, MAX_LENGTH_M)}
+    for adjective, length in lengths.items():
+        low, high = limits_of[adjective]
         if not low <= length <= high:
             limits = f"{low:g} to {high:g} m {adjective}"
             key = "body" if obj.body else "scale" if obj.kind == "mesh" else "size"
             raise SimulationError(f"{where}.{key}: {length:g} m {adjective}, but the hand takes what is {limits}")
-    closing = tuple(width for width in (along, across) if widths[0] <= width <= widths[1])
-    symmetry = 0.0 if obj.kind == "cylinder" else math.pi / 2 if along == across else math.pi
-    if obj.kind == "mesh":
-        symmetry = 2 * math.pi
-    mass = obj.mass or float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
-    return ObjectShape(obj.kind, np.array([along, across, height]) / 2, closing, symmetry, mass)
 
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:

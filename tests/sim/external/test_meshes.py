@@ -22,6 +22,9 @@ from sim.evidence.scenario_checks import check_scenario
 from sim.external import meshes
 from sim.external.meshes import mesh_of
 from sim.geometry.mjcf import solid_geoms
+from sim.robots.panda import PANDA
+from sim.world.antipodes import LINES, antipodes
+from sim.world.grasps import grasps
 from sim.world.scene import build_scene
 
 TUBE = trimesh.creation.annulus(0.018, 0.028, 0.05, sections=12)
@@ -99,13 +102,49 @@ def test_it_is_carried_and_its_log_stands_alone(tmp_path: Path) -> None:
     assert set(world.resting(None)) == {"cup"}
 
 
+def bracket() -> trimesh.Trimesh:
+    """Return an L of legs 30 mm wide, in a box of 90 x 90 x 40 mm that no hand spans."""
+    corners = np.array([(0, 0), (90, 0), (90, 30), (30, 30), (30, 90), (0, 90), (15, 15)]) / 1000
+    points = np.array([(*corner, height) for height in (0.0, 0.04) for corner in corners])
+    sides = [(i, (i + 1) % 6) for i in range(6)]
+    faces = [face for i, j in sides for face in ((6, j, i), (13, i + 7, j + 7), (i, j, j + 7), (i, j + 7, i + 7))]
+    return trimesh.Trimesh(points, faces)
+
+
+def in_bracket(point: np.ndarray) -> bool:
+    x, y, z = point + [0.045, 0.045, 0.02]
+    return min(x, y) > 0 and max(x, y) < 0.09 and min(x, y) < 0.03 and 0 < z < 0.04
+
+
+def test_a_mesh_is_taken_where_opposite_faces_are_near_enough_and_the_fingers_fit(tmp_path: Path) -> None:
+    bracket().export(tmp_path / "bracket.stl")
+    scenario = scenario_with(tmp_path, 'file = "bracket.stl"')
+    scene = build_scene(model_of(scenario), meshes=False)
+    for grasp in grasps(scene.shapes["cup"], PANDA.gripper):
+        assert grasp.width == pytest.approx(0.03 if not grasp.rotation[2, 1] else 0.04, abs=1e-3)
+        assert in_bracket(grasp.position)
+        ends = grasp.position + np.outer([1, -1], (grasp.opening / 2 + 0.001) * grasp.rotation[:, 1])
+        assert not any(map(in_bracket, ends))
+    log = log_of_run(scenario, seed=3)
+    assert log.about.claims.completed and certify(log).refuted == ()
+
+
+def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
+    wedge = trimesh.Trimesh([(0, 0, 0), (0.06, 0, 0), (0, 0.06, 0), (0, 0, 0.05), (0.06, 0, 0.05), (0, 0.06, 0.05)])
+    surface = meshes.MeshParts(wedge.convex_hull, (wedge.convex_hull,)).surface
+    assert {tuple(pair.line) for pair in antipodes(surface, 0.02, 0.065)} == {(0.0, 0.0, 1.0)}
+    ball = trimesh.creation.icosphere(3, 0.025)
+    pairs = antipodes(meshes.MeshParts(ball, (ball,)).surface, 0.02, 0.065)
+    assert all(pair.width == pytest.approx(0.05, abs=2e-3) for pair in pairs) and len(pairs) == len(LINES)
+
+
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
         ('file = "none.stl"', "objects.cup.file: {}/none.stl: no such file or directory"),
         ('file = "cup.toml"', "objects.cup.file: 'cup.toml' is neither an STL nor an OBJ file"),
         ('file = "bad.stl"', "objects.cup.file: {}/bad.stl: no mesh can be read from it"),
-        ('file = "tube.stl", scale = 10', "objects.cup.scale: 0.56 m wide, but the hand takes what is"),
+        ('file = "tube.stl", scale = 10', "objects.cup.scale: 0.5 m high, but the hand takes what is"),
         ("mass = 1", "objects.cup.file: missing; an STL or OBJ file beside the scenario"),
         ('file = "tube.stl", mass = 0', "model.objects.cup.mass: must be positive, not 0"),
         ('file = "tube.stl", size = [1, 2, 3]', "model.objects.cup.size: a mesh is as large as its file says"),

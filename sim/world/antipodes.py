@@ -1,0 +1,91 @@
+"""Antipodal pairs: opposite patches of a surface that two pads can press towards each other."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from sim.external.meshes import Surface
+
+LINES = np.array(
+    [*([np.cos(turn), np.sin(turn), 0.0] for turn in np.radians(np.arange(0, 180, 22.5))), [0.0, 0.0, 1.0]]
+)
+"""(L, 3) directions in which pads are tried to close."""
+
+FACING, MEAN_FACING = np.cos(np.radians([25, 8]))
+"""Least cosines of the angles between the closing line and the normals of a patch, and their mean: no pad slips off."""
+
+PATCH_RADIUS_M, MIN_PATCH_POINTS = 0.007, 18
+"""Radius of the patch that a pad presses, and least number of points on it: half of them are on the surface."""
+
+PATCH_DEPTH_M = 0.003
+"""Greatest depth of a patch along the closing line: it is nearly flat."""
+
+GRID_M = 0.006
+"""Distance between the lines on which patches are looked for."""
+
+APART_M, MAX_PAIRS = 0.012, 8
+"""Least distance between pairs on parallel lines, and greatest number of them; those nearest to the middle count."""
+
+
+@dataclass(frozen=True, eq=False)
+class Antipodes:
+    """Two patches that face away from each other along a line.
+
+    Attributes:
+        position: (3,) midway between them, m.
+        line: (3,) from one to the other.
+        width: between them, m.
+    """
+
+    position: np.ndarray
+    line: np.ndarray
+    width: float
+
+
+def antipodes(surface: Surface, low: float, high: float) -> tuple[Antipodes, ...]:
+    """Return pairs of patches that are between two widths, m, apart; on parallel lines those nearest to the middle."""
+    found = []
+    for line in LINES:
+        pairs = sorted(_along(surface, line, low, high), key=lambda pair: surface.off_centre(pair.position))
+        kept: list[Antipodes] = []
+        for pair in pairs:
+            if len(kept) < MAX_PAIRS and all(np.linalg.norm(pair.position - one.position) > APART_M for one in kept):
+                kept.append(pair)
+        found += kept
+    return tuple(found)
+
+
+def _along(surface: Surface, line: np.ndarray, low: float, high: float) -> Iterator[Antipodes]:
+    """Yield the pairs on a grid of lines in one direction."""
+    across = np.linalg.svd(line[None])[2][1:]
+    flat, depths = surface.points @ across.T, surface.points @ line
+    tree = KDTree(flat)
+    axes = [np.arange(GRID_M * np.floor(np.min(side) / GRID_M), np.max(side), GRID_M) for side in flat.T]
+    for point in itertools.product(*axes):
+        near = np.array(tree.query_ball_point(point, PATCH_RADIUS_M), dtype=int)
+        starts = _patches(depths[near], surface.normals[near], -line)
+        ends = _patches(depths[near], surface.normals[near], line)
+        for start, end in itertools.product(starts, ends):
+            width = float(end.max() - start.min())
+            if low <= width <= high and start.max() < end.min():
+                yield Antipodes(point @ across + (end.max() + start.min()) / 2 * line, line, width)
+
+
+def _patches(depths: np.ndarray, normals: np.ndarray, line: np.ndarray) -> list[np.ndarray]:
+    """Return the depths of the points of each patch that faces along a line, m."""
+    facing = np.flatnonzero(normals @ line > FACING)
+    ordered = facing[np.argsort(depths[facing])]
+    groups = np.split(ordered, np.flatnonzero(np.diff(depths[ordered]) > PATCH_DEPTH_M) + 1)
+    return [depths[group] for group in groups if _is_flat(depths[group], normals[group], line)]
+
+
+def _is_flat(depths: np.ndarray, normals: np.ndarray, line: np.ndarray) -> bool:
+    if len(depths) < MIN_PATCH_POINTS or np.ptp(depths) > PATCH_DEPTH_M:
+        return False
+    mean = normals.mean(axis=0)
+    return bool(mean @ line > MEAN_FACING * np.linalg.norm(mean))
