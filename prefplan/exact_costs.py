@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from itertools import accumulate
 
 import numpy as np
 
@@ -61,6 +62,8 @@ def exact(value: Number, where: str = "") -> Fraction:
     Raises:
         ModelError: it is no number, not finite, or beyond 1e400 or below 1e-400.
     """
+    if isinstance(value, Fraction):
+        return value
     prefix = f"{where}: " if where else ""
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
         raise ModelError(f"{prefix}must be a number, not {value!r}")
@@ -68,8 +71,6 @@ def exact(value: Number, where: str = "") -> Fraction:
         if abs(int(value)).bit_length() > LARGEST_EXPONENT * math.log2(10):
             raise ModelError(f"{prefix}must lie between -1e{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}")
         return Fraction(int(value))
-    if isinstance(value, Fraction):
-        return value
     # The text of a numpy float of 32 bits has only the digits that it holds.
     number = value if isinstance(value, Decimal) else Decimal(str(value))
     if not number.is_finite():
@@ -130,6 +131,13 @@ def multiples(values: Iterable[Fraction], unit: Fraction) -> np.ndarray:
     """Return values in a unit of which they are whole multiples: int64 where all fit, else Python's integers."""
     per, of = unit.denominator, unit.numerator
     return whole_numbers([value.numerator * (per // value.denominator) // of for value in values])
+
+
+def running_totals(values: Sequence[Fraction]) -> tuple[list[int], int]:
+    """Return the (K + 1,) sums of the first so many of (K,) values, as numerators of one denominator, and that."""
+    ratios = [value.as_integer_ratio() for value in values]
+    denominator = math.lcm(*{below for _, below in ratios})
+    return list(accumulate((above * (denominator // below) for above, below in ratios), initial=0)), denominator
 
 
 def whole_numbers(counts: list[int]) -> np.ndarray:

@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import accumulate
 from typing import Any
 
-from prefplan.exact_costs import Number, exact, to_number
+from prefplan.exact_costs import Number, exact, running_totals, to_number
 from prefplan.front import Plan, Purchase
 from prefplan.problem import Problem
 
@@ -87,10 +87,10 @@ class Ledger:
             if any(purchase.assume is None for purchase in bought):
                 states[task.name] = None
                 continue
-            read = [
-                label | {purchase.assume for purchase in bought if purchase.assume and purchase.step == k}
-                for k, label in enumerate(labels)
-            ]
+            read = list(labels)
+            for purchase in bought:
+                if purchase.assume is not None and purchase.step < len(read):
+                    read[purchase.step] |= {purchase.assume}
             states[task.name] = tuple(accumulate(read, automaton.step, initial=0))[1:]
         return cls(
             problem,
@@ -122,12 +122,17 @@ class Ledger:
     @cached_property
     def spent(self) -> tuple[Fraction, ...]:
         """(K + 1,) total cost before the first and after each action."""
-        return tuple(accumulate(self.costs, initial=Fraction(0)))
+        return tuple(self._spent(step) for step in range(len(self.costs) + 1))
 
     @cached_property
-    def _spent(self) -> list[tuple[Fraction, ...]]:
-        """The same for every cost, the first one first."""
-        return [self.spent, *(tuple(accumulate(each, initial=Fraction(0))) for each in self.more_costs.values())]
+    def _totals(self) -> list[tuple[list[int], int]]:
+        """The same for every cost, the first one first, as numerators and their denominator: sums are exact, soon."""
+        return [running_totals(each) for each in (self.costs, *self.more_costs.values())]
+
+    def _spent(self, step: int, cost: int = 0) -> Fraction:
+        """Return one of the total costs after a number of actions."""
+        numerators, denominator = self._totals[cost]
+        return Fraction(numerators[step], denominator)
 
     @cached_property
     def satisfied(self) -> dict[str, int | None]:
@@ -147,7 +152,7 @@ class Ledger:
     @property
     def entries(self) -> tuple[Entry, ...]:
         """(K + 1,) the costs before the first and after each action."""
-        return tuple(self.entry(k) for k in range(len(self.spent)))
+        return tuple(self.entry(k) for k in range(len(self.costs) + 1))
 
     @property
     def final(self) -> Entry:
@@ -159,7 +164,7 @@ class Ledger:
         costs, paid = self._costs(step)
         names = self.problem.names
         return Entry(
-            cost=to_number(self.spent[step]),
+            cost=to_number(self._spent(step)),
             task_costs=dict(zip(names, map(to_number, costs), strict=False)),
             violation_costs=dict(zip(self.problem.priced, map(to_number, paid), strict=True)),
             satisfied=frozenset(name for name, at in self.satisfied.items() if at is not None and at <= step),
@@ -179,7 +184,7 @@ class Ledger:
         """Return every total cost and every mu of all the actions, as `exact_preference`."""
         last = len(self.costs)
         values = [o.measure.value(*self._costs(last, o.cost)) for o in self.problem.objectives]
-        return (*(spent[-1] for spent in self._spent), *values)
+        return (*(self._spent(last, cost) for cost in range(len(self._totals))), *values)
 
     def advances(self, task: str) -> tuple[int, ...]:
         """Return after which actions a task's automaton has changed its state, counted from 1."""
@@ -198,4 +203,4 @@ class Ledger:
         for purchase in self.relaxations:
             if purchase.step <= step:
                 paid[purchase.task] += exact(purchase.cost)
-        return [self._spent[cost][k] for k in done], list(paid.values())
+        return [self._spent(k, cost) for k in done], list(paid.values())

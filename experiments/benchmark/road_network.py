@@ -146,10 +146,10 @@ def places(roads: Roads, *, seed: int = 0) -> dict[str, list[int]]:
     return {kind: sorted(next(drawn) for _ in range(count)) for kind, count in LABELLED.items()}
 
 
-def arcs_text(roads: Roads) -> str:
-    """Return the roads in the DIMACS format; crossings are counted from 1."""
+def arcs_text(roads: Roads, what: str = "driving times, s") -> str:
+    """Return the roads in the DIMACS format; crossings are counted from 1. A comment says what the costs are."""
     edges = zip((roads.sources + 1).tolist(), (roads.targets + 1).tolist(), roads.seconds.tolist(), strict=True)
-    heading = f"c driving times, s\np sp {len(roads.points)} {len(roads.sources)}\n"
+    heading = f"c {what}\np sp {len(roads.points)} {len(roads.sources)}\n"
     return heading + "".join(f"a {source} {target} {seconds}\n" for source, target, seconds in edges)
 
 

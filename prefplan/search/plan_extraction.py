@@ -173,7 +173,8 @@ def account(
 ) -> tuple[Plan, Any]:
     """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
     problem, system, units = product.problem, product.problem.system, product.units
-    visited = [system.start, *(int(product.targets[edge]) for edge in edges)]
+    taken = np.array(edges, dtype=np.int64)
+    visited = [system.start, *product.targets[taken].tolist()]
     labels = [system.label(state) for state in visited]
     purchases: list[Purchase] = []
     broken = problem.broken(labels)
@@ -190,10 +191,10 @@ def account(
                 assumed, _, count = dfa.relaxations[relaxation]
                 purchases.append(Purchase(name, k, assumed, count * units.price))
     purchases.sort(key=lambda purchase: purchase.step)
-    actions = [system.action_names[system.actions[edge]] for edge in edges]
-    costs = [int(system.costs[edge]) * system.unit for edge in edges]
-    more = {column.name: tuple(int(column.costs[edge]) * column.unit for edge in edges) for column in system.more_costs}
-    ledger = Ledger.of(problem, actions, costs, labels, purchases, more)
+    actions = [system.action_names[action] for action in system.actions[taken].tolist()]
+    costs, *more = (_in_users_units(column, taken) for column in system.edge_costs)
+    beside = dict(zip(system.cost_names[1:], more, strict=True))
+    ledger = Ledger.of(problem, actions, costs, labels, purchases, beside)
     final = ledger.final
     worth = [to_number(value) for value in ledger.exact_objectives()]
     plan = Plan(
@@ -210,3 +211,10 @@ def account(
         ),
     )
     return plan, ledger.exact_preference()
+
+
+def _in_users_units(column: EdgeCosts, edges: np.ndarray) -> tuple[Fraction, ...]:
+    """Return what (K,) edges cost."""
+    counts = column.costs[edges].tolist()
+    cost_of = {count: count * column.unit for count in set(counts)}
+    return tuple(map(cost_of.__getitem__, counts))

@@ -22,7 +22,7 @@ from prefplan import (
     WeightedSum,
     pareto_front,
 )
-from prefplan.exact_costs import exact, in_common_unit, inclusive, to_number
+from prefplan.exact_costs import exact, in_common_unit, inclusive, running_totals, to_number
 from prefplan.preferences.kinds import Preference
 
 
@@ -122,3 +122,10 @@ def test_a_bound_on_cost_is_inclusive_and_exact(dimes: TransitionSystem, bound: 
     if not found:
         assert front.reason is not None
         assert (front.reason.kind, front.reason.smallest) == ("bound", 0.3)
+
+
+@given(st.lists(st.fractions(min_value=0, max_denominator=60), max_size=6))
+def test_running_totals_are_the_sums_of_the_first_so_many(values: list[Fraction]) -> None:
+    numerators, denominator = running_totals(values)
+    sums = [sum(values[:k], Fraction(0)) for k in range(len(values) + 1)]
+    assert [Fraction(numerator, denominator) for numerator in numerators] == sums
