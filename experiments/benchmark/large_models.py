@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import json
+import math
 import os
 import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from decimal import Decimal
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
+
+from prefplan.models.manipulation.action_costs import QUANTITIES
+from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.slots import hand_poses, location_of
+from prefplan.scenario.decode import load
 
 COSTS = "{ transit = 3, grasp = 1, transport = 5, release = 1 }"
 TWO_COSTS = (
@@ -48,6 +58,15 @@ SIZES = {
 }
 
 
+MEASURED = {
+    f"{objects} objects, {objects + 2} locations, measured costs": Size(
+        objects, objects, ((0, 2), (1,)), '{ measured = "time" }'
+    )
+    for objects in (3, 4, 5)
+}
+"""Models of which all states are listed."""
+
+
 def scenario(size: Size) -> str:
     """Return a scenario file."""
     names = [f"p{k} = {{ at = [0.4, {0.1 * k:.1f}] }}" for k in range(size.places)]
@@ -59,6 +78,23 @@ def scenario(size: Size) -> str:
         goal = " & ".join(f"o{obj}_{('crate', 'tray')[k % 2]}" for obj in objects)
         lines += ["[[tasks]]", f'name = "task{k}"', f'formula = "F ({goal})"']
     return "\n".join([*lines, "[preference]", 'kind = "order"', ""])
+
+
+def write_measurements(path: Path) -> None:
+    """Write made-up measurements beside a scenario with measured costs: 1 s, and 10 s for each metre."""
+    model = load(path, measured=False).model
+    assert isinstance(model, ManipulationModel)
+    at = {place.name: place.at or (0.0, 0.0) for place in model.locations}
+    hands = hand_poses(at, (place.capacity for place in model.locations), model.start)
+    done = []
+    for kind, before, after in product(model.kinds, hands, hands):
+        places = location_of(before), location_of(after)
+        if kind in ("transit", "transport") or places[0] == places[1]:
+            metres = math.dist(*(at.get(place, (0.0, 0.0)) for place in places))
+            effort = dict.fromkeys(QUANTITIES, Decimal(round(1 + 10 * metres)))
+            done.append(Measurement((kind, before, after), effort, samples=1))
+    contents = to_json(model, Measurements(tuple(done), robot="made-up", sources=""))
+    measurements_file(path).write_text(json.dumps(contents), encoding="utf-8")
 
 
 def measured(command: Sequence[str]) -> tuple[float, float, float]:
@@ -78,12 +114,16 @@ def measured(command: Sequence[str]) -> tuple[float, float, float]:
 
 def main() -> None:
     """Print a row of a table for each size."""
-    argparse.ArgumentParser(description=__doc__).parse_args()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--measured", action="store_true", help="models with measured costs, made up, instead")
+    options = parser.parse_args()
     print("| model | command | wall s | CPU s | memory, MB |\n| --- | --- | --- | --- | --- |")
     with tempfile.TemporaryDirectory() as folder:
-        for words, size in SIZES.items():
+        for words, size in (MEASURED if options.measured else SIZES).items():
             path = Path(folder) / "large.toml"
             path.write_text(scenario(size), encoding="utf-8")
+            if options.measured:
+                write_measurements(path)
             for command in ("plan", "front"):
                 wall, cpu, memory = measured([command, str(path)])
                 print(f"| {words} | {command} | {wall:.1f} | {cpu:.1f} | {memory:.0f} |", flush=True)
