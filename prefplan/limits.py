@@ -61,6 +61,8 @@ def memory_in_use() -> int:
 class Limits:
     """Bounds of an effort, and how far it got; as a context, `check_limits` keeps to them.
 
+    Those that are made in the context of others end no later, and leave no more memory.
+
     Attributes:
         seconds: time, from when this was made.
         bytes: memory, beyond what was in use when this was made.
@@ -75,6 +77,14 @@ class Limits:
     _began: float = field(default_factory=time.perf_counter)
     _in_use_before: int = field(default_factory=memory_in_use)
     _outer: Token[Limits | None] | None = None
+
+    def __post_init__(self) -> None:
+        """Keep to the present limits too."""
+        outer = _present.get()
+        if outer is not None:
+            self.seconds = min(self.seconds, outer.seconds_left + time.perf_counter() - self._began)
+            if outer.bytes < math.inf:
+                self.bytes = min(self.bytes, outer.bytes - outer.bytes_taken + self.bytes_taken)
 
     @property
     def out_of_time(self) -> bool:

@@ -10,6 +10,7 @@ from itertools import combinations
 
 from prefplan.errors import FormulaError, PrefplanError, choices
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
+from prefplan.limits import LimitError
 from prefplan.logic.dfa import Automaton, automaton, first_accepted
 from prefplan.logic.formula import TRUE, Formula, is_temporal, propositions_of
 from prefplan.logic.monitor import watching
@@ -253,6 +254,8 @@ class Problem:
             try:
                 terms = named.preference.terms(self.names, *((rules_too,) if rules_too else ()))
                 measures.append(Measure.of(terms, len(self.priced)))
+            except LimitError:
+                raise
             except PrefplanError as error:
                 raise type(error)(f"{_key_of(named)}.{error}") from None
         return tuple(measures)

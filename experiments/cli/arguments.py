@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, NoReturn
 from experiments.cli.completion import complete, scenario_files
 from experiments.cli.status import BAD_INPUT
 from prefplan.errors import choices
+from prefplan.limits import Limits
 
 Command = Callable[[argparse.Namespace], int]
 """Carries a command out and returns its exit status."""
@@ -144,6 +146,12 @@ def add_limits(parser: argparse.ArgumentParser, found: str) -> None:
     parser.add_argument(
         "--max-memory", type=megabytes, metavar="MB", help=f"stop before the search takes more memory, with {found}"
     )
+
+
+def limits_of(options: argparse.Namespace) -> Limits:
+    """Return the limits that `add_limits` adds, from now on: as a context, also for reading a scenario."""
+    seconds, memory = options.max_seconds, options.max_memory
+    return Limits(math.inf if seconds is None else seconds, math.inf if memory is None else memory)
 
 
 def add_plan(parser: argparse.ArgumentParser) -> None:

@@ -47,7 +47,8 @@ def choose(
 
     Raises:
         NoPlanError: there is none at all.
-        UnfinishedError: a limit ended the search first.
+        UnfinishedError: a limit ended the search first; its `best` is the best plan known by then, or that which is
+            nearest to the index among those known.
         PreferenceError: a bound on the cost is needed.
         PrefplanError: the front has no plan of that index, or that plan is not preferred enough.
     """
@@ -64,13 +65,20 @@ def choose(
     )
     if front.reason:
         raise NoPlanError(front.reason)
-    if front.ended:
-        raise UnfinishedError(front.ended, complete_below=front.complete_below)
+    if front.ended and not _is_settled(front, int(wanted)):
+        nearest = front[min(int(wanted), len(front) - 1)] if front else None
+        raise UnfinishedError(front.ended, complete_below=front.complete_below, best=nearest)
     plan = plan_at(front, int(wanted), "--plan")
     if bound is not None and exact(plan.preference) > inclusive(bound):
         found = f"its preference penalty is {output.number(plan.preference)}"
         raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan
+
+
+def _is_settled(front: Front, index: int) -> bool:
+    """Return whether a front whose search was stopped has all plans up to an index."""
+    below = front.complete_below
+    return below is not None and index < len(front) and front[index].cost < below
 
 
 def objective_name(problem: Problem, name: str) -> str:

@@ -16,6 +16,7 @@ from experiments.commands.planning import automaton, check, draw, front, init, p
 from experiments.commands.planning import list as list_command
 from prefplan.errors import PrefplanError
 from prefplan.front import UnfinishedError
+from prefplan.limits import LimitError
 
 COMMANDS = (
     init,
@@ -81,7 +82,7 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         return command(options)
     except SystemExit as end:  # argparse has printed the help, or what is wrong with the call
         return int(end.code or 0)
-    except UnfinishedError as error:
+    except (UnfinishedError, LimitError) as error:
         print(f"prefplan: {error}", file=sys.stderr)
         return FAILED
     except PrefplanError as error:

@@ -80,8 +80,7 @@ def cost_to_go(backward: Backward, tasks: np.ndarray, factors: np.ndarray, *, sh
         LimitError: a limit was reached.
     """
     entries = backward.nodes * int(np.prod(backward.sizes[tasks]))
-    if entries >= WATCHED_ENTRIES:
-        check_limits(8 * entries)
+    check_limits(8 * entries)
     table: np.ndarray = np.full(entries, INFINITE)
     if (stages := backward.stages) is not None:
         near = np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE)

@@ -12,6 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 from prefplan.errors import PreferenceError
+from prefplan.limits import check_limits
 from prefplan.preferences.terms import OpaqueTerm
 
 CONTRACTS = ("additive", "convex", "componentwise", "general")
@@ -57,6 +58,7 @@ def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, spa
     """Raise PreferenceError if mu falls along some trajectory, or is negative or not a number (Definition 5)."""
     rng = random.Random(SEED)
     for _ in range(TRIALS // 4):
+        check_limits()
         before, *others = _trajectory(rng, len(tasks), span)
         before_value = value_at(before, formula, tasks, where)
         for after in others:
@@ -81,6 +83,7 @@ def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: 
     """Raise PreferenceError with a pair of cost vectors that refutes a formula's contract, if one is found."""
     rng = random.Random(SEED)
     for _ in range(TRIALS):
+        check_limits()
         match formula.contract:
             case "componentwise":
                 low, high = _ordered_pair(rng, len(tasks), span)

@@ -72,6 +72,8 @@ class Scenario:
         try:
             preferences = self.preference if self.preferences is None else self.preferences
             return Problem(system, self.tasks, preferences, rules=self.rules)
+        except LimitError:
+            raise
         except PrefplanError as error:
             raise ScenarioError(f"{self.path}: {error}") from None
 
@@ -146,6 +148,7 @@ def from_dict(
 
     Raises:
         ScenarioError: as in `load`.
+        LimitError: a limit was reached while files were read.
     """
     path = path or Path(name)
     try:
@@ -159,6 +162,8 @@ def from_dict(
         known = model.known_propositions
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from None
+    except LimitError:
+        raise
     except PrefplanError as error:
         raise ScenarioError(f"{path}: model.{error}") from None
     tasks = tuple(replace(task, known=known) for task in file.tasks)

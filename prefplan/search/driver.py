@@ -52,9 +52,6 @@ from prefplan.search.plan_extraction import Waypoint, extract
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
 
-POPS = 10_000
-"""Labels popped between two looks at the clock; they take a few tens of milliseconds."""
-
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
 
@@ -94,9 +91,14 @@ def in_units(product: Product, mu: Fraction) -> Fraction:
 
 
 class Search(ABC):
-    """What all searches have in common: product states, the open list, and the loop around the kernel."""
+    """What all searches have in common: product states, the open list, and the loop around the kernel.
+
+    Attributes:
+        pops: labels popped between two looks at the clock; they take a few tens of milliseconds.
+    """
 
     labels: Any
+    pops = 10_000
 
     def __init__(self, prepared: Prepared, max_cost: float, tolerance: Percent = EXACT) -> None:
         """Make the first labels; `max_cost` is an inclusive bound in units."""
@@ -189,7 +191,7 @@ class Search(ABC):
         """
         pending: Found | None = None
         while pending or self.counters[EXPANDED] < most_expanded:
-            end = self._run(POPS)
+            end = self._run(self.pops)
             limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
                 yield pending

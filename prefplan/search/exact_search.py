@@ -28,7 +28,7 @@ from prefplan.search.plan_extraction import account
 BYTES_A_LABEL = 1500
 """Measured: a label with its key, and its share of the tables."""
 
-CLOCK_PERIOD = 256
+CLOCK_PERIOD = 64
 """Labels taken from the open list between two looks at the clock."""
 
 Key = tuple[Any, ...]
@@ -97,7 +97,7 @@ class ExactSearch:
             limits.complete_below = estimate
             if pending and estimate > next(iter(pending))[0]:
                 yield from self._settled(pending)
-            if (limits.out_of_time or self.work.bytes > limits.bytes) and self._expanded % CLOCK_PERIOD == 0:
+            if self._expanded % CLOCK_PERIOD == 0 and (limits.out_of_time or self.work.bytes > limits.bytes):
                 limits.ended = "time" if limits.out_of_time else "memory"
                 return
             if any(_no_worse(goal, bound) for goal in reversed(front)) or self._superseded(label):

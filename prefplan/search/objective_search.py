@@ -46,14 +46,12 @@ from prefplan.search.plan_extraction import account, extract
 
 VECTORS_MADE_AT_FIRST = 2**14
 
-SLICE = 2_000
-"""Labels popped between two looks at the clock; where states have hundreds of vectors they take up to 0.1 s."""
-
 
 class ObjectiveSearch(Search):
     """LTMOA* over all objectives of a problem."""
 
     labels: Paths
+    pops = 2_000
 
     def __init__(
         self,
@@ -266,7 +264,7 @@ class ObjectiveSearch(Search):
         front: list[tuple[Any, ...]] = []
         by_cost = int(self.entries.order[0]) == 0
         while self.counters[EXPANDED] < most_expanded:
-            end = self._run(SLICE)
+            end = self._run(self.pops)
             lowest = int(self.counters[LOWEST]) >> (self.product.shift if by_cost else 0)
             limits.complete_below = lowest if by_cost else 0
             if pending and (end == EXHAUSTED or lowest > pending[0].order):

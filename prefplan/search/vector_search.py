@@ -22,6 +22,8 @@ from prefplan.search.plan_extraction import Waypoint
 class VectorSearch(Search):
     """Search with keys of several entries."""
 
+    pops = 2_000
+
     def __init__(
         self,
         prepared: Prepared,

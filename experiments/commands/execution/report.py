@@ -18,6 +18,7 @@ from experiments.cli.arguments import (
     add_scenario,
     add_seed,
     add_video,
+    limits_of,
     plan_numbers,
 )
 from experiments.cli.choice import plan_at
@@ -64,7 +65,8 @@ def report(options: argparse.Namespace) -> int:
     with loading():
         from experiments.report.page import write_page
 
-    scenario = scenarios.find(options.scenario)
+    with limits_of(options):
+        scenario = scenarios.find(options.scenario)
     if isinstance(scenario.model, ManipulationModel):
         # Other models need no MuJoCo, which takes a second to load or is not installed.
         with loading():
@@ -78,12 +80,8 @@ def report(options: argparse.Namespace) -> int:
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:
         bars("planning", 0, 0, "")
-        front = Planner(scenario.problem()).front(
-            max_cost=options.max_cost,
-            max_seconds=options.max_seconds,
-            max_memory=options.max_memory,
-            keep_on_interrupt=True,
-        )
+        with limits_of(options):
+            front = Planner(scenario.problem()).front(max_cost=options.max_cost, keep_on_interrupt=True)
         bars("planning", 1, 1, "")
         indices = range(len(front)) if options.plans is None else options.plans
         plans = {i: plan_at(front, i, "--plans") for i in indices}

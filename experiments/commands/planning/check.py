@@ -14,7 +14,7 @@ from rich.text import Text
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json, add_limits, add_robot, add_scenario
+from experiments.cli.arguments import Commands, add_command, add_json, add_limits, add_robot, add_scenario, limits_of
 from experiments.cli.console import Console
 from experiments.cli.output import number
 from experiments.cli.progress import Bars
@@ -54,12 +54,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def check(options: argparse.Namespace) -> int:
     """Carry out `prefplan check`."""
-    scenario = scenarios.find(options.scenario)
     tell_if_compiling(quiet=options.quiet)
-    limits = {"max_seconds": options.max_seconds, "max_memory": options.max_memory}
-    given = {name: limit for name, limit in limits.items() if limit is not None}
+    with limits_of(options) as limits:
+        scenario = scenarios.find(options.scenario)
+        scenario.problem()
+    left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes}
     with Bars(quiet=options.quiet) as bars:
-        found = checkup.check(scenario, robot=_robot(options.robot), quick=options.quick, tell=bars, **given)
+        found = checkup.check(scenario, robot=_robot(options.robot), quick=options.quick, tell=bars, **left)
     if options.json:
         output.print_json(_json(scenario, found))
     else:

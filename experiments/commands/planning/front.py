@@ -18,6 +18,7 @@ from experiments.cli.arguments import (
     add_plot,
     add_scenario,
     add_within,
+    limits_of,
 )
 from experiments.cli.choice import objective_name
 from experiments.cli.completion import complete, objectives
@@ -58,7 +59,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def front(options: argparse.Namespace) -> int:
     """Carry out `prefplan front`."""
-    scenario = scenarios.find(options.scenario)
     plot = None
     if options.plot is not None:
         with loading():
@@ -66,20 +66,17 @@ def front(options: argparse.Namespace) -> int:
             from experiments.figures.figures import picture_file
         plot = picture_file(options.plot)
     tell_if_compiling(quiet=options.quiet)
-    problem = scenario.problem()
-    wanted = [objective_name(problem, name) for name in options.objective or ()]
-    bounds = dict(options.at_most or {})
-    if options.max_preference is not None:
-        name = objective_name(problem, "preference")
-        bounds[name] = min(options.max_preference, bounds.get(name, options.max_preference))
-    result = Planner(problem).front(
-        within=options.within,
-        max_cost=options.max_cost,
-        at_most=bounds,
-        max_seconds=options.max_seconds,
-        max_memory=options.max_memory,
-        keep_on_interrupt=True,
-    )
+    with limits_of(options):
+        scenario = scenarios.find(options.scenario)
+        problem = scenario.problem()
+        wanted = [objective_name(problem, name) for name in options.objective or ()]
+        bounds = dict(options.at_most or {})
+        if options.max_preference is not None:
+            name = objective_name(problem, "preference")
+            bounds[name] = min(options.max_preference, bounds.get(name, options.max_preference))
+        result = Planner(problem).front(
+            within=options.within, max_cost=options.max_cost, at_most=bounds, keep_on_interrupt=True
+        )
     if wanted:
         result = result.over(wanted)
     if options.json:

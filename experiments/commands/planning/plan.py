@@ -15,6 +15,7 @@ from experiments.cli.arguments import (
     add_limits,
     add_plan,
     add_scenario,
+    limits_of,
 )
 from experiments.cli.choice import chosen_plan, show_no_plan
 from experiments.cli.completion import complete, objectives
@@ -59,15 +60,16 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def plan(options: argparse.Namespace) -> int:
     """Carry out `prefplan plan`."""
-    scenario = scenarios.find(options.scenario)
-    planner = Planner(scenario.problem())
     tell_if_compiling(quiet=options.quiet)
-    try:
-        chosen = chosen_plan(planner, options, keep_on_interrupt=True)
-    except UnfinishedError as error:
-        return _unfinished(options, scenario, planner, error)
-    except NoPlanError as error:
-        return show_no_plan(options, scenario, planner, error)
+    with limits_of(options):
+        scenario = scenarios.find(options.scenario)
+        planner = Planner(scenario.problem())
+        try:
+            chosen = chosen_plan(planner, options, keep_on_interrupt=True)
+        except UnfinishedError as error:
+            return _unfinished(options, scenario, planner, error)
+        except NoPlanError as error:
+            return show_no_plan(options, scenario, planner, error)
     if options.json:
         output.print_json(output.one_plan_json(scenario, chosen, planner.stats))
     else:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.errors import ModelError
+from prefplan.limits import check_limits
 
 LARGEST_COST = 1e15
 """Costs of a file are floats, which hold all decimals of 15 digits below this."""
@@ -45,6 +46,10 @@ class Sink:
 
     def has_degrees(self, per_unit: float) -> None:
         """Take that coordinates are longitudes and latitudes, a unit being so many degrees."""
+
+
+CLOCK_PERIOD = 10_000
+"""Edges between two looks at the clock; they take up to 0.1 s."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +115,8 @@ class NetworkBuilder(Sink):
 
     def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
         """Take an edge with its costs and `action`; without one, the action is called as the target."""
+        if len(self._sources) % CLOCK_PERIOD == 0:
+            check_limits()
         index = self._index
         self._sources.append(index.setdefault(source, len(index)))
         self._targets.append(index.setdefault(target, len(index)))
@@ -199,6 +206,8 @@ class CostReader(Sink):
 
     def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
         """Take the cost of the next edge."""
+        if len(self.costs) % CLOCK_PERIOD == 0:
+            check_limits()
         ends = next(self._ends, None)
         if ends != (source, target):
             there = "ends" if ends is None else f"has the edge from {ends[0]!r} to {ends[1]!r}"

@@ -12,6 +12,7 @@ from scenario_texts import DETOUR
 
 from experiments import scenarios
 from experiments.cli.choice import choose
+from prefplan.front import Front, Plan, UnfinishedError
 from prefplan.planner import Planner
 
 
@@ -222,6 +223,33 @@ def test_a_limit_before_any_plan_is_known_has_status_4(
     ]
     assert (result.json["complete"], result.json["plan"], result.json["ended"]) == (False, None, ended)
     assert len(result.err.splitlines()) == 1 and "no plan is known yet" in result.err
+
+
+@pytest.mark.parametrize("command", ["front", "plan", "check"])
+def test_time_is_counted_from_the_first_line_of_a_file_on(run: Run, tmp_path: Path, command: str) -> None:
+    (tmp_path / "ring.gr").write_text("p sp 9 9\n" + "".join(f"a {k + 1} {(k + 1) % 9 + 1} 1\n" for k in range(9)))
+    model = '[model]\nkind = "graph"\nfile = "ring.gr"\nstart = 1\n[model.labels]\n5 = ["goal"]\n'
+    (tmp_path / "ring.toml").write_text(
+        model + '[[tasks]]\nname = "go"\nformula = "F goal"\n[preference]\nkind = "order"\n'
+    )
+    result = run(command, "ring.toml", "--max-seconds", "0")
+    assert (result.status, result.out, result.err) == (4, "", "prefplan: stopped by the time limit\n")
+
+
+@pytest.mark.parametrize(("below", "number", "best"), [(20, 1, None), (15, 1, 1), (15, 3, 2), (5, 0, 0), (None, 2, 2)])
+def test_a_front_that_was_stopped_has_the_plan_of_an_index_or_the_nearest(
+    detour: Path, below: int | None, number: int, best: int | None
+) -> None:
+    """`best` is the index of the plan that is told as the best so far, None where the wanted one is certain."""
+    plans = tuple(Plan(cost, -cost, {}, {}, (), ()) for cost in (5, 15, 25))
+    planner = Planner(scenarios.find("detour.toml").problem())
+    planner.front = lambda **_: Front(plans, ended="interrupt", complete_below=below)  # type: ignore[method-assign]
+    if best is None:
+        assert choose(planner, number) is plans[number]
+        return
+    with pytest.raises(UnfinishedError) as caught:
+        choose(planner, number, keep_on_interrupt=True)
+    assert caught.value.best is plans[best] and caught.value.ended == "interrupt"
 
 
 def test_a_plan_within_its_limits_is_the_same_plan(run: Run, detour: Path) -> None:

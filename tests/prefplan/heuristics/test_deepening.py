@@ -26,7 +26,7 @@ def test_tables_deepened_in_mid_search_lose_nothing(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(preprocessing.Prepared, "deepen", noted)
     monkeypatch.setattr(preprocessing, "pattern_size", lambda backward, *, single, max_entries: 1)
     monkeypatch.setattr(preprocessing, "EXPANSION", math.inf)
-    monkeypatch.setattr(driver, "POPS", 1)
+    monkeypatch.setattr(driver.Search, "pops", 1)
     for seed in range(60):
         problem = judge.random_problem(seed, tasks=3)
         least = cheapest_cost(problem)

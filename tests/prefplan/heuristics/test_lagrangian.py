@@ -80,7 +80,7 @@ def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
     monkeypatch.setattr(preprocessing.Prepared, "weigh", noted)
     monkeypatch.setattr(preprocessing, "COMBINATION", 0)
     monkeypatch.setattr(planner_module, "DRAFTED_TASKS", 1)
-    monkeypatch.setattr(driver, "POPS", 1)
+    monkeypatch.setattr(driver.Search, "pops", 1)
     monkeypatch.setattr(
         driver, "weights_along", lambda begin, end: Weights(rng.randint(1, 5), rng.randint(1, 5), rng.randint(1, 2))
     )

@@ -247,3 +247,12 @@ def test_sixteen_tasks_are_taken_and_a_hundred_named_too_many() -> None:
     assert points(front) == [(16, 0)]
     with pytest.raises(PrefplanError, match="tasks: 100 are more than the 20"):
         Problem(system, [Task(n, f"F {n}") for n in names], Order())
+
+
+def test_limits_inside_others_end_with_them() -> None:
+    with Limits(seconds=0.0, bytes=1000.0):
+        inner = Limits(seconds=60.0)
+        assert inner.out_of_time and inner.bytes <= 1000.0
+        with inner, pytest.raises(LimitError):
+            Limits().check()
+    assert Limits(seconds=60.0).seconds_left > 50

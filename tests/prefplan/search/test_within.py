@@ -15,7 +15,8 @@ from judge.verdict import OPTIONS, beyond, exact_limit, misjudged
 from prefplan import Options, Planner, PrefplanError, Problem, pareto_front
 from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
-from prefplan.search import driver
+from prefplan.search.driver import Search
+from prefplan.search.vector_search import VectorSearch
 
 PERCENT = (1, 5, 20, 50)
 
@@ -85,7 +86,8 @@ def stopped(problem: Problem, slices: int, monkeypatch: pytest.MonkeyPatch, **op
         return len(looks) > slices
 
     with monkeypatch.context() as patch:
-        patch.setattr(driver, "POPS", 1)
+        for search in (Search, VectorSearch):
+            patch.setattr(search, "pops", 1)
         patch.setattr(Limits, "out_of_time", property(out_of_time))
         return pareto_front(problem, **options)
 
