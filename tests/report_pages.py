@@ -12,6 +12,7 @@ from typing import Any
 
 import imageio_ffmpeg
 import pytest
+from scenario_texts import task_tables
 
 from experiments.report import recordings
 from experiments.runs import carry_out
@@ -26,17 +27,7 @@ bank = [3, 0, 3, 0]
 post = [0, 2, 0, 2]
 [model.obstacles]
 wall = [1, 1, 1, 1]
-
-[[tasks]]
-name = "pay"
-formula = "F bank"
-[[tasks]]
-name = "send"
-formula = "F post"
-
-[preference]
-kind = "order"
-"""
+""" + task_tables(pay="F bank", send="F post")
 
 
 @contextmanager

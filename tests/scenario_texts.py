@@ -12,6 +12,13 @@ from prefplan import Front, Scenario, ScenarioError, load, pareto_front
 
 ROOT = Path(__file__).parents[1]
 
+
+def task_tables(*, preference: str = 'kind = "order"', **formulas: str) -> str:
+    """Return the tables of tasks, by their names, and of a preference unless it is empty."""
+    tasks = "".join(f'\n[[tasks]]\nname = "{name}"\nformula = "{text}"\n' for name, text in formulas.items())
+    return tasks + (f"\n[preference]\n{preference}\n" if preference else "")
+
+
 GRID = """
 [model]
 kind = "grid"
@@ -23,19 +30,7 @@ cheese = [2, 0, 3, 1]
 pizza = [[0, 2, 0, 2], [3, 2, 3, 2]]
 [model.obstacles]
 wall = [1, 1, 1, 2]
-
-[[tasks]]
-name = "eat"
-formula = "F cheese"
-
-[[tasks]]
-name = "bake"
-formula = "!cheese U pizza"
-
-[preference]
-kind = "order"
-order = ["bake", "eat"]
-"""
+""" + task_tables(eat="F cheese", bake="!cheese U pizza", preference='kind = "order"\norder = ["bake", "eat"]')
 
 GRAPH = """
 [model]
@@ -48,15 +43,7 @@ transitions = [
 ]
 [model.labels]
 s2 = ["plant"]
-
-[[tasks]]
-name = "phi1"
-formula = "F plant"
-
-[preference]
-kind = "weighted-sum"
-weights = { phi1 = 0.1 }
-"""
+""" + task_tables(phi1="F plant", preference='kind = "weighted-sum"\nweights = { phi1 = 0.1 }')
 
 TABLE = """
 [model]
@@ -72,15 +59,9 @@ bin = { at = [0.40, -0.30], capacity = 2, kind = "bin" }
 [model.objects]
 blue = { start = "left", rgba = [0.1, 0.3, 0.9, 1] }
 pink = { start = "right", fixed = false }
-
-[[tasks]]
-name = "phi1"
-formula = "F (blue_clean & blue_bin)"
-
-[preference]
-kind = "deadline"
-deadlines = { phi1 = { by = 20, weight = 2 } }
-"""
+""" + task_tables(
+    phi1="F (blue_clean & blue_bin)", preference='kind = "deadline"\ndeadlines = { phi1 = { by = 20, weight = 2 } }'
+)
 
 DETOUR = """
 [model]
@@ -96,18 +77,7 @@ transitions = [
 [model.labels]
 shop = ["bread"]
 bank = ["money"]
-
-[[tasks]]
-name = "pay"
-formula = "F money"
-
-[[tasks]]
-name = "buy"
-formula = "F bread"
-
-[preference]
-kind = "order"
-"""
+""" + task_tables(pay="F money", buy="F bread")
 
 COSTS = "{ transit = 3, grasp = 1, transport = 5, release = 1 }"
 
@@ -116,14 +86,7 @@ PLACES = {"desk": "{ at = [0.45, 0.10] }", "tray": '{ at = [0.45, -0.25], kind =
 PLACES_NEARBY = PLACES | {"tray": "{ at = [0.45, -0.10] }"}
 """Places between which the arm is soon."""
 
-TIDY = """
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-
-[preference]
-kind = "order"
-"""
+TIDY = task_tables(tidy="F cup_tray")
 
 
 def cup_scenario(tasks: str = TIDY, *, costs: str = COSTS, places: Mapping[str, str] = PLACES) -> str:
@@ -175,12 +138,7 @@ cup = { start = "left" }
 tin = { start = "middle", kind = "cylinder", size = [0.05, 0.06] }
 box = { start = "shelf" }
 can = { start = "top", kind = "cylinder", size = [0.05, 0.06] }
-[[tasks]]
-name = "over"
-formula = "F cup_right"
-[preference]
-kind = "order"
-"""
+""" + task_tables(over="F cup_right")
 
 RELAXED_CUP = cup_scenario(
     """

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_line import Run, assert_is_error
+from scenario_texts import task_tables
 
 DEPOT = """
 [model]
@@ -21,10 +22,7 @@ transitions = [
 [model.labels]
 goal = ["there"]
 hill = ["view"]
-[[tasks]]
-name = "arrive"
-formula = "F there"
-"""
+""" + task_tables(arrive="F there", preference="")
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from scenario_texts import task_tables
 
 from experiments.figures import maps, road_map
 from experiments.figures.road_map import RoadMap
@@ -20,16 +21,7 @@ kind = "graph"
 file = "square.csv"
 nodes = "corners.csv"
 start = "a"
-[[tasks]]
-name = "shop"
-formula = "F bread"
-[[tasks]]
-name = "post"
-formula = "F stamps"
-[preference]
-kind = "order"
-order = ["post", "shop"]
-"""
+""" + task_tables(shop="F bread", post="F stamps", preference='kind = "order"\norder = ["post", "shop"]')
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from scenario_texts import shipped_front
+from scenario_texts import shipped_front, task_tables
 
 import prefplan as pp
 from experiments import scenarios
@@ -32,15 +32,7 @@ transitions = [
 [model.labels]
 roof = ["view"]
 lab = ["sample"]
-[[tasks]]
-name = "look"
-formula = "F view"
-[[tasks]]
-name = "test"
-formula = "F sample"
-[preference]
-kind = "order"
-"""
+""" + task_tables(look="F view", test="F sample")
 
 SHIPPED = ("case_study_1", "case_study_2_skip20", "case_study_3", "case_study_3_energy", "example", "kitchen")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from report_browser import Page
-from scenario_texts import shipped, shipped_front
+from scenario_texts import shipped, shipped_front, task_tables
 from selenium import webdriver
 
 from experiments import scenarios
@@ -43,29 +43,14 @@ pharmacy = [14, 7, 14, 7]
 park = [2, 10, 5, 12]
 [model.obstacles]
 river = [[3, 3, 3, 8], [10, 5, 10, 11]]
-
-[[tasks]]
-name = "collect_the_parcel"
-formula = "F post_office"
-[[tasks]]
-name = "buy_bread_then_sit"
-formula = "!park U (bakery & F park)"
-[[tasks]]
-name = "swim_after_reading"
-formula = "!swimming_pool U library & F (swimming_pool & F (library & F (post_office | bakery)))"
-[[tasks]]
-name = "sign_at_the_town_hall"
-formula = "F town_hall & F (library & F park)"
-[[tasks]]
-name = "fetch_medicine"
-formula = "F (pharmacy & F town_hall)"
-[[tasks]]
-name = "visit_everything"
-formula = "F train_station & F library & F post_office & F bakery & F pharmacy & F park"
-
-[preference]
-kind = "order"
-"""
+""" + task_tables(
+    collect_the_parcel="F post_office",
+    buy_bread_then_sit="!park U (bakery & F park)",
+    swim_after_reading="!swimming_pool U library & F (swimming_pool & F (library & F (post_office | bakery)))",
+    sign_at_the_town_hall="F town_hall & F (library & F park)",
+    fetch_medicine="F (pharmacy & F town_hall)",
+    visit_everything="F train_station & F library & F post_office & F bakery & F pharmacy & F park",
+)
 
 ONE_PLAN = """# One plan, whose costs are no integers.
 [model]
@@ -76,15 +61,7 @@ transitions = [
 ]
 [model.labels]
 shop = ["bread"]
-
-[[tasks]]
-name = "buy"
-formula = "F bread"
-
-[preference]
-kind = "expression"
-expression = "2 * buy + 17.5"
-"""
+""" + task_tables(buy="F bread", preference='kind = "expression"\nexpression = "2 * buy + 17.5"')
 
 OWN = {"crowded": CROWDED, "town": starter("graph", file="town.toml"), "one_plan": ONE_PLAN}
 

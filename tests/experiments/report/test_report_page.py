@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 from report_browser import Page
 from report_pages import ERRANDS, pictures_for_tests
+from scenario_texts import task_tables
 from selenium import webdriver
 from selenium.webdriver.common.keys import Keys
 
@@ -40,17 +41,7 @@ tray = { at = [0.45, -0.25], capacity = 2, kind = "bin" }
 [model.objects]
 red = { start = "far" }
 yellow = { start = "near" }
-
-[[tasks]]
-name = "red_first"
-formula = "F red_tray"
-[[tasks]]
-name = "then_yellow"
-formula = "F yellow_tray"
-
-[preference]
-kind = "order"
-"""
+""" + task_tables(red_first="F red_tray", then_yellow="F yellow_tray")
 
 POINTS = 22
 

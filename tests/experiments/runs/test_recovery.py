@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenario_texts import task_tables
 
 from experiments import scenarios
 from experiments.runs.carry_out import carry_out, scene_of
@@ -34,10 +35,7 @@ bin = { at = [0.42, 0.36], kind = "bin" }
 [model.objects]
 x = { start = "a" }
 vase = { start = "v", kind = "cylinder", size = [0.045, 0.06] }
-[[tasks]]
-name = "tidy"
-formula = "F x_bin"
-"""
+""" + task_tables(tidy="F x_bin", preference="")
 
 TOWER = """
 [model.locations]
@@ -52,10 +50,7 @@ g2 = { on = ["g1"] }
 p = { start = "base" }
 q = { start = "b1" }
 r = { start = "b2" }
-[[tasks]]
-name = "turn"
-formula = "F (r_goal & q_g1 & p_g2)"
-"""
+""" + task_tables(turn="F (r_goal & q_g1 & p_g2)", preference="")
 
 TALL = """
 [model.locations]
@@ -66,13 +61,7 @@ bin = { at = [0.35, -0.32], kind = "bin", capacity = 2 }
 [model.objects]
 can = { start = "desk", kind = "cylinder", size = [0.055, 0.10] }
 pack = { start = "side", kind = "box", size = [0.05, 0.04, 0.09] }
-[[tasks]]
-name = "can"
-formula = "F can_tray"
-[[tasks]]
-name = "pack"
-formula = "F pack_bin"
-"""
+""" + task_tables(can="F can_tray", pack="F pack_bin", preference="")
 
 PLANK = """
 [model.locations]
@@ -86,10 +75,7 @@ s = { at = [0.5196, 0.3] }
 a = { start = "p" }
 b = { start = "q" }
 plank = { start = "s", kind = "box", size = [0.045, 0.1, 0.03] }
-[[tasks]]
-name = "bridge"
-formula = "F (a_l & b_r & plank_top)"
-"""
+""" + task_tables(bridge="F (a_l & b_r & plank_top)", preference="")
 
 CAN = """
 [model.locations]
@@ -97,10 +83,7 @@ a = { at = [0.42, -0.22] }
 d = { at = [0.5, 0.22], kind = "plate" }
 [model.objects]
 x = { start = "a", kind = "cylinder", size = [0.06, 0.03] }
-[[tasks]]
-name = "serve"
-formula = "F x_d"
-"""
+""" + task_tables(serve="F x_d", preference="")
 
 WALL = """
 [model.fixtures]

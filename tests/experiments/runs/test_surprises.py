@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from scenario_texts import task_tables
 from skill_runs import displaced
 
 from experiments import scenarios
@@ -132,16 +133,9 @@ jug = { start = "shelf" }
 name = "tidy"
 formula = "!cup_shelf U cup_tray"
 RELAXATION
-
-[[tasks]]
-name = "other"
-formula = "F jug_desk"
-
-[preference]
-kind = "weighted-sum"
-weights = { tidy = 1, other = 1 }
-over = "violation"
-"""
+""" + task_tables(
+    other="F jug_desk", preference='kind = "weighted-sum"\nweights = { tidy = 1, other = 1 }\nover = "violation"'
+)
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 import viser
-from scenario_texts import cup_scenario
+from scenario_texts import cup_scenario, task_tables
 
 from experiments.runs.carry_out import begin, scene_of
 from experiments.viewer.live_run import Frame, LiveRun, Status, news_of
@@ -21,17 +21,11 @@ from sim.execution.faults import Fault
 from sim.simulation.rollout import Event
 from sim.world.scene import build_scene, initial_state
 
-CUP = cup_scenario("""
-[[tasks]]
-name = "lift"
-formula = "F holding_cup"
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-[preference]
-kind = "weighted-sum"
-weights = { lift = 2, tidy = 1 }
-""")
+CUP = cup_scenario(
+    task_tables(
+        lift="F holding_cup", tidy="F cup_tray", preference='kind = "weighted-sum"\nweights = { lift = 2, tidy = 1 }'
+    )
+)
 
 AGES = 1e6
 """Longer than any run, s."""

@@ -12,6 +12,7 @@ from typing import Any, cast
 
 import judge
 import pytest
+from scenario_texts import task_tables
 
 from prefplan import ManipulationModel, ManipulationState, ModelError, ScenarioError, load, pareto_front
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
@@ -40,13 +41,7 @@ tub = { at = [0.45, 0.3], marks = "clean" }
 tray = { at = [0.45, -0.3], kind = "bin" }
 [model.objects]
 cup = { start = "desk", rgba = [0.5, 0.5, 0.5, 1] }
-
-[[tasks]]
-name = "tidy"
-formula = "F cup_tray"
-[preference]
-kind = "order"
-"""
+""" + task_tables(tidy="F cup_tray")
 
 
 def pairs(*places: str, start: str = "home") -> list[Pair]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from scenario_texts import task_tables
 
 from prefplan import Planner, PrefplanError, ScenarioError, load
 from prefplan.scenario.decode import loads
@@ -49,10 +50,7 @@ left = { at = [0.5, 0.1] }
 right = { at = [0.5, -0.1] }
 [model.objects]
 cup = { start = "left" }
-[[tasks]]
-name = "move"
-formula = "F cup_right"
-"""
+""" + task_tables(move="F cup_right", preference="")
 
 
 def test_a_grid_has_terrain_costs_by_name_and_preferences_in_either_cost() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from forged_logs import log_of_run
+from scenario_texts import task_tables
 
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
@@ -21,12 +22,7 @@ tray = { at = [0.50, 0.0] }
 [model.objects]
 can = { start = "desk", kind = "cylinder", size = [0.055, 0.10] }
 box = { start = "side", kind = "box", size = [0.05, 0.04, 0.09] }
-[[tasks]]
-name = "can"
-formula = "F can_tray"
-[preference]
-kind = "order"
-"""
+""" + task_tables(can="F can_tray")
 
 
 @pytest.mark.parametrize(
