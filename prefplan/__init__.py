@@ -3,7 +3,7 @@
 After P. Amorese and M. Lahijanian, "Optimal Cost-Preference Trade-off Planning with Multiple Temporal Tasks",
 IROS 2023.
 
-What the package offers is listed in `prefplan.api`. It is loaded when it is first used: pytest loads this package
+What the package offers is what `prefplan.api` imports. It is loaded when it is first used: pytest loads this package
 wherever it is installed, for the sake of `prefplan.pytest_plugin`, and nobody else's tests should wait for the planner.
 """
 
@@ -25,8 +25,8 @@ else:
             except metadata.PackageNotFoundError:
                 return "unknown"
         if not name.startswith("__") or name == "__all__":
-            api = import_module("prefplan.api")
-            globals().update({offered: getattr(api, offered) for offered in api.__all__}, __all__=api.__all__)
+            offered = {name: found for name, found in vars(import_module("prefplan.api")).items() if name[0] != "_"}
+            globals().update(offered, __all__=sorted(offered))
         try:
             return globals()[name]
         except KeyError:
@@ -34,6 +34,6 @@ else:
 
     def __dir__():
         """Name what the package offers, too."""
-        from prefplan import api
+        import prefplan
 
-        return sorted({*globals(), *api.__all__, "__version__"})
+        return sorted({*globals(), *prefplan.__all__, "__version__"})

@@ -7,30 +7,3 @@ from judge.random_problems import random_errands, random_problem
 from judge.replay import Replay, replay
 from judge.semantics import holds, satisfaction_index
 from judge.syntax import Formula, bracketed, parse, random_formula, random_text, to_text
-
-__all__ = [
-    "EXPRESSIONS",
-    "Edge",
-    "Formula",
-    "GraphProblem",
-    "JudgedTask",
-    "Relaxation",
-    "Replay",
-    "bracketed",
-    "cheapest_cost",
-    "exact",
-    "exact_front",
-    "exact_plans",
-    "grid_problem",
-    "holds",
-    "parse",
-    "random_errands",
-    "random_formula",
-    "random_preference",
-    "random_problem",
-    "random_text",
-    "reference",
-    "replay",
-    "satisfaction_index",
-    "to_text",
-]
