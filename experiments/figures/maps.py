@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
 
-import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.figures.figures import drawing, inline_svg, write_figure
-from experiments.figures.grid_map import SMALL_FONT_SIZE, GridMap
+from experiments.figures.grid_map import GridMap
+from experiments.figures.plan_map import PlanMap
 from experiments.figures.road_map import RoadMap
 from prefplan.front import Plan
 from prefplan.models.graph_files.model import GraphFileModel
@@ -26,30 +24,13 @@ FONT_SIZE = 9.0
 """Size of text on a map that stands alone, points."""
 
 
-class PlanMap(Protocol):
-    """A map on which plans are drawn."""
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Width and height in units of the map; its corner is (-0.5, -0.5)."""
-
-    def draw(self, axes: Axes, plan: Plan) -> None:
-        """Draw the map with a plan, without text."""
-
-    def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE) -> None:
-        """Write names on the map, when its axes have their final place."""
-
-    def path(self, plan: Plan) -> np.ndarray:
-        """Return the (S, 2) points of a plan's states."""
-
-
 def map_of(scenario: Scenario) -> PlanMap | None:
     """Return the map of a scenario's model, None if it has none."""
     model = scenario.model
     if isinstance(model, GridModel):
-        return GridMap(model)
+        return GridMap(scenario.problem(), model)
     if isinstance(model, GraphFileModel) and model.network.coordinates is not None:
-        return RoadMap.of(scenario.problem(), model.network)
+        return RoadMap(scenario.problem(), model.network)
     return None
 
 

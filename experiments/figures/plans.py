@@ -8,11 +8,13 @@ from pathlib import Path
 from experiments.cli.output import number, relaxed
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
-from experiments.figures.grid_map import PANEL
 from experiments.figures.maps import map_of
 from prefplan.errors import PrefplanError
 from prefplan.front import Front, Plan
 from prefplan.scenario.decode import Scenario
+
+PANEL = 3.1
+"""Width of a panel with a map, inches."""
 
 MOST_PLANS = 23
 """Most plans in a figure; with the front it has two dozen panels."""

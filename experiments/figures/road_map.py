@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any, cast
 
@@ -13,23 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Circle
 
-from experiments.figures.grid_map import (
-    AREAS,
-    GOOD,
-    MOST_SAMPLES,
-    PATH,
-    SMALL_FONT_SIZE,
-    START_COLOR,
-    START_SIZE,
-    Named,
-    square,
-    task_lines,
-    write_names,
-)
+from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap, square
 from prefplan.front import Plan
-from prefplan.ledger import Ledger
 from prefplan.models.graph_files.network import Network
 from prefplan.problem import Problem
 
@@ -60,78 +46,58 @@ ARROW_DISTANCE = 3.5
 """Distance of two arrows on the path, units."""
 
 
-@dataclass(frozen=True, eq=False)
-class RoadMap:
-    """The map of a graph, see `experiments.figures.maps.PlanMap`.
+class RoadMap(PlanMap):
+    """The map of a graph whose nodes have coordinates.
 
     Attributes:
-        problem: what is planned.
         points: (S, 2) nodes, in units of the map.
         lines: (L, 2, 2) an edge between each two nodes that have any.
-        size: width and height.
-        index: of a node by its name.
     """
 
-    problem: Problem
-    points: np.ndarray
-    lines: np.ndarray
-    size: tuple[float, float]
-    index: dict[Any, int]
+    mark, path_width = MARK, 1.3
 
-    @classmethod
-    def of(cls, problem: Problem, network: Network) -> RoadMap:
-        """Return the map of a graph that has coordinates."""
+    def __init__(self, problem: Problem, network: Network) -> None:
+        """Take a problem, and the graph with coordinates that it is about."""
         assert network.coordinates is not None
         points = network.coordinates.copy()
         if network.degrees is not None:
             points[:, 0] *= np.cos(np.radians(points[:, 1].mean() * network.degrees))
         low, extent = points.min(axis=0), np.ptp(points, axis=0)
         wide, high = extent / (extent.max() or 1) * (WIDTH - 2 * MARGIN) + 2 * MARGIN
-        points = (points - low) / (extent.max() or 1) * (WIDTH - 2 * MARGIN) + MARGIN - 0.5
         ends = np.unique(np.sort(np.stack([network.sources, network.targets], axis=1), axis=1), axis=0)
-        index = {name: i for i, name in enumerate(network.states)}
-        return cls(problem, points, points[ends], (float(wide), float(high)), index)
+        self.problem, self.size = problem, (float(wide), float(high))
+        self.points = (points - low) / (extent.max() or 1) * (WIDTH - 2 * MARGIN) + MARGIN - 0.5
+        self.lines = self.points[ends]
+        self._index: dict[Any, int] = {name: i for i, name in enumerate(network.states)}
 
-    def draw(self, axes: Axes, plan: Plan) -> None:
-        """Draw the edges, the labelled places, and the plan's path, start and goals, without text."""
-        axes.set_aspect("equal")
-        axes.set_xlim(-0.5, self.size[0] - 0.5)
-        axes.set_ylim(-0.5, self.size[1] - 0.5)
-        axes.grid(False)
-        axes.patch.set_gid("ground")
-        axes.spines[:].set_visible(True)
-        axes.set(xticks=[], yticks=[])
+    def path(self, plan: Plan) -> np.ndarray:
+        """Return the (S, 2) points of a plan's states."""
+        return np.asarray(self.points[[self._index[state] for state in plan.states]])
+
+    def _start(self, plan: Plan) -> np.ndarray:
+        return self.path(plan)[0]
+
+    def _line(self, plan: Plan) -> tuple[np.ndarray, Iterable[np.ndarray]]:
+        path = self.path(plan)
+        return path, _arrows(path)
+
+    def _draw_ground(self, axes: Axes) -> None:
+        """Draw the edges and the labelled places."""
         self._draw_roads(axes)
         colour = dict(zip(sorted(self.problem.task_propositions), AREAS[:-1] * 10, strict=False))
-        dot: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.6}
         pin: dict[str, Any] = {"edgecolor": PIN_EDGE, "linewidth": 0.4}
         for state, names in self._places().items():
             point = tuple(self.points[state])
             axes.add_patch(Circle(point, PLACE, facecolor=colour[names[0]], zorder=2, gid="place", **pin))
-        path = self.path(plan)
-        axes.plot(*path.T, color=PATH, linewidth=1.3, solid_joinstyle="round", zorder=3, gid="path")
-        for corners in _arrows(path):
-            axes.add_patch(Polygon(corners, closed=True, facecolor=PATH, linewidth=0, zorder=3, gid="arrow"))
-        axes.add_patch(Circle(tuple(path[0]), START_SIZE * MARK, facecolor=START_COLOR, zorder=5, gid="start", **dot))
-        for step in self._goals(plan):
-            axes.add_patch(Circle(tuple(path[step]), MARK, facecolor=GOOD, zorder=5, gid="goal", **dot))
 
-    def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE) -> None:
-        """Write the names of satisfied tasks, and of labelled places where there is space."""
-        path = self.path(plan)
-        goals = self._goals(plan)
-        named = [Named(task_lines(tasks), "task", square(path[step], MARK), False) for step, tasks in goals.items()]
-        reached = {self.index[plan.states[step]] for step in goals}
-        for state, names in self._places().items():
-            if state not in reached:
-                named.append(Named(", ".join(names), "name", square(self.points[state], PLACE), False))
-        dots = [square(path[0], START_SIZE * MARK), *(one.target for one in named)]
-        sampled = path[:: max(1, len(path) // MOST_SAMPLES)]
-        write_names(axes, named, dots=dots, path=sampled, font_size=font_size)
+    def _names(self, reached: set[Any], goals: list[Named]) -> list[Named]:
+        taken, places = {self._index[state] for state in reached}, self._places().items()
+        free = [(self.points[state], names) for state, names in places if state not in taken]
+        return [*goals, *(Named(", ".join(names), "name", square(point, PLACE), False) for point, names in free)]
 
-    def path(self, plan: Plan) -> np.ndarray:
-        """Return the (S, 2) points of a plan's states."""
-        return np.asarray(self.points[[self.index[state] for state in plan.states]])
+    def _kept_clear(self, plan: Plan) -> np.ndarray:
+        path = self.path(plan)
+        return path[:: max(1, len(path) // MOST_SAMPLES)]
 
     def _draw_roads(self, axes: Axes) -> None:
         if len(self.lines) <= MOST_LINES:
@@ -163,14 +129,6 @@ class RoadMap:
         shown = np.array([not used.isdisjoint(names) for names in system.label_sets])
         labelled = np.flatnonzero(shown[system.labels]).tolist()
         return {state: sorted(system.label(state) & used) for state in labelled}
-
-    def _goals(self, plan: Plan) -> dict[int, list[str]]:
-        """Return the tasks that a plan satisfies, by the number of actions taken until then."""
-        found: dict[int, list[str]] = defaultdict(list)
-        for task, step in Ledger.of_plan(self.problem, plan).satisfied.items():
-            if step is not None:
-                found[step].append(task)
-        return dict(found)
 
 
 def _arrows(path: np.ndarray) -> list[np.ndarray]:

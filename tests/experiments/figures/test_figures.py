@@ -15,9 +15,8 @@ from PIL import Image
 from experiments import scenarios
 from experiments.commands.command_line import main
 from experiments.figures.front import draw, draw_front
-from experiments.figures.grid_map import draw_map, label_map
+from experiments.figures.maps import map_of
 from prefplan import Front, Plan, Scenario, pareto_front
-from prefplan.models.grid import GridModel
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -131,10 +130,11 @@ def test_labels_of_points_never_overlap(axes: Axes, example: Scenario) -> None:
 
 def test_a_map_shows_regions_by_name_and_tasks_where_they_are_satisfied(axes: Axes, example: Scenario) -> None:
     plan = pareto_front(example.problem())[0]
-    assert isinstance(example.model, GridModel)
-    draw_map(axes, example.model, plan)
+    plan_map = map_of(example)
+    assert plan_map is not None
+    plan_map.draw(axes, plan)
     assert not axes.texts
-    label_map(axes, example.model, plan)
+    plan_map.label(axes, plan)
     assert {text.get_text() for text in axes.texts} == {"dirt", "plant", "rock", "charge", "phi1", "phi2", "phi3"}
 
 

@@ -9,16 +9,23 @@ import numpy as np
 import pytest
 
 from experiments import scenarios
-from experiments.figures.grid_map import MOST_CELLS, GridMap, goals
-from experiments.figures.maps import svg
+from experiments.figures.grid_map import MOST_CELLS, GridMap
+from experiments.figures.maps import map_of, svg
+from experiments.figures.plan_map import PlanMap
 from experiments.figures.trail import LANE, LANES, trail
-from prefplan import Plan, Scenario, cheapest_plan
+from prefplan import Order, Plan, Problem, Scenario, Task, cheapest_plan
 from prefplan.models.grid import GridModel
 
 
 @pytest.fixture(scope="module")
 def example() -> Scenario:
     return scenarios.find("example")
+
+
+def drawn_map(scenario: Scenario) -> PlanMap:
+    found = map_of(scenario)
+    assert found is not None
+    return found
 
 
 def test_a_path_has_a_point_in_the_cell_of_every_state() -> None:
@@ -49,7 +56,7 @@ def test_parts_of_a_path_are_level_or_upright() -> None:
 
 def test_goals_are_where_the_tasks_are_satisfied(example: Scenario) -> None:
     plan = cheapest_plan(example.problem())
-    found = goals(example.model, plan)
+    found = drawn_map(example).goals(plan)
     assert sorted(task for tasks in found.values() for task in tasks) == ["phi1", "phi2", "phi3"]
     for step, tasks in found.items():
         for task in tasks:
@@ -58,11 +65,11 @@ def test_goals_are_where_the_tasks_are_satisfied(example: Scenario) -> None:
 
 def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario) -> None:
     plan = cheapest_plan(example.problem())
-    root = ET.fromstring(svg(GridMap(example.model), plan))
+    root = ET.fromstring(svg(drawn_map(example), plan))
     classes = Counter(element.get("class") for element in root.iter())
     assert classes["path"] == classes["start"] == 1
     assert classes["region"] == classes["name"] == 4
-    assert classes["goal"] == classes["task"] == len(goals(example.model, plan))
+    assert classes["goal"] == classes["task"] == len(drawn_map(example).goals(plan))
     assert not any(element.get("id") for element in root.iter())
 
 
@@ -71,5 +78,6 @@ def test_single_cells_are_left_out_where_they_are_too_many() -> None:
     model = GridModel(
         (side + 1, side), (0, 0), regions={"far": [(side, 0, side, 0)]}, obstacles={"wall": [(3, 3, 4, 4)]}
     )
-    drawn = svg(GridMap(model), Plan(0, 0, {}, {}, (), ((0, 0),)))
+    problem = Problem(model.transition_system(), [Task("go", "F far")], Order())
+    drawn = svg(GridMap(problem, model), Plan(0, 0, {}, {}, (), ((0, 0),)))
     assert 'class="grid"' not in drawn and 'class="obstacle"' in drawn and 'class="region"' in drawn

@@ -1,0 +1,201 @@
+"""Maps on which plans are drawn: what those of grids and of graphs have in common."""
+
+from __future__ import annotations
+
+import textwrap
+from abc import ABC, abstractmethod
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Polygon
+from matplotlib.text import Text
+
+from experiments.figures.label_placement import Label, Obstacles, gap, leader, place
+from prefplan.front import Plan
+from prefplan.ledger import Ledger
+from prefplan.problem import Problem
+
+AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")
+"""Colours of regions, in turn: `light` of P. Tol, "Colour Schemes", SRON technical note, 2021."""
+
+PATH, GOOD, START_COLOR = "#222255", "#117733", "#bb5566"
+"""Colours of the path, of satisfied tasks and of the start; people who see few colours can tell them apart."""
+
+SMALL_FONT_SIZE = 7.5
+"""Size of text on a map in a panel, points."""
+
+MOST_LETTERS = 20
+"""Most letters in a line of tasks' names."""
+
+LEADER = 0.7
+"""Distance from which on a line leads from a label to what it names, heights of a line."""
+
+POINTS = 72
+"""Points in an inch."""
+
+PAD = 2.0
+"""Empty border of a label, px."""
+
+START_SIZE = 1.2
+"""Size of the start, marks of a satisfied task."""
+
+MOST_SAMPLES = 300
+"""Most points of a path that labels keep clear of, without those between them."""
+
+THIN: dict[str, Any] = {"color": "#555555", "linewidth": 0.7}
+"""A leader."""
+
+SHEET = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.8, "linewidth": 0}
+"""Background of text on a map."""
+
+
+class Named(NamedTuple):
+    """Text on a map: of the kind `name`, `terrain` or `task`, for a (4,) rectangle, in which it may lie or not."""
+
+    text: str
+    kind: str
+    target: np.ndarray
+    inside: bool
+
+
+def task_lines(tasks: Sequence[str]) -> str:
+    """Return the names of tasks, some on each line."""
+    return textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
+
+
+def write_names(
+    axes: Axes, named: Sequence[Named], *, dots: Sequence[np.ndarray], path: np.ndarray, font_size: float
+) -> None:
+    """Write names on a map whose axes have their final place, where there is space.
+
+    Args:
+        axes: of the map.
+        named: the names.
+        dots: (4,) rectangles that names should not cover.
+        path: (P, 2) points that they should not cover.
+        font_size: of the text, points.
+    """
+    to_pixels = axes.transData.transform
+    texts = [_write(axes, one.text, one.kind, font_size) for one in named]
+    extents = [text.get_window_extent() for text in texts]
+    targets = [to_pixels(one.target.reshape(2, 2)).ravel() for one in named]
+    labels = [
+        Label((extent.width + 2 * PAD, extent.height + 2 * PAD), target, one.inside)
+        for extent, target, one in zip(extents, targets, named, strict=True)
+    ]
+    areas = [target for target, one in zip(targets, named, strict=True) if one.inside and one.kind == "name"]
+    obstacles = Obstacles(
+        to_pixels(path),
+        np.array([to_pixels(dot.reshape(2, 2)).ravel() for dot in dots]),
+        np.array(areas).reshape(-1, 4),
+    )
+    frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
+    line = font_size * axes.figure.dpi / POINTS
+    for text, rectangle, target in zip(texts, place(labels, frame, obstacles, line=line), targets, strict=True):
+        if rectangle is None:
+            text.remove()
+            continue
+        text.set_position(tuple(axes.transData.inverted().transform(rectangle[:2] + PAD)))
+        if gap(rectangle[None], target)[0] > LEADER * line:
+            axes.plot(
+                *axes.transData.inverted().transform(leader(rectangle, target)).T, zorder=3.5, gid="leader", **THIN
+            )
+
+
+def _write(axes: Axes, text: str, kind: str, font_size: float) -> Text:
+    style: dict[str, Any] = {"color": GOOD, "weight": "bold", "zorder": 6} if kind == "task" else {"zorder": 4}
+    if kind == "terrain":
+        kind, style["style"] = "name", "italic"
+    found = axes.text(0, 0, text, fontsize=font_size, va="bottom", bbox=SHEET, gid=kind, parse_math=False, **style)
+    found.set_in_layout(False)
+    return found
+
+
+def square(middle: Sequence[float] | np.ndarray, radius: float) -> np.ndarray:
+    """Return the (4,) rectangle around a mark."""
+    return np.array([*middle, *middle]) + radius * np.array([-1, -1, 1, 1])
+
+
+class PlanMap(ABC):
+    """A map on which plans of a problem are drawn.
+
+    Attributes:
+        problem: what is planned.
+        size: width and height in units of the map; its corner is (-0.5, -0.5).
+        mark: radius of the dot of a satisfied task.
+        path_width: of a path's line, points.
+    """
+
+    problem: Problem
+    size: tuple[float, float]
+    mark: float
+    path_width: float
+
+    @abstractmethod
+    def path(self, plan: Plan) -> np.ndarray:
+        """Return the (S, 2) points of a plan's states."""
+
+    @abstractmethod
+    def _start(self, plan: Plan) -> np.ndarray:
+        """Return the (2,) point of the dot at the start."""
+
+    @abstractmethod
+    def _line(self, plan: Plan) -> tuple[np.ndarray, Iterable[np.ndarray]]:
+        """Return the (P, 2) corners of a plan's line, and the corners of the arrows on it."""
+
+    @abstractmethod
+    def _draw_ground(self, axes: Axes) -> None:
+        """Draw what is the same with every plan."""
+
+    @abstractmethod
+    def _names(self, reached: set[Any], goals: list[Named]) -> list[Named]:
+        """Return all names to write, in which those of satisfied tasks are, given the states where these are."""
+
+    @abstractmethod
+    def _kept_clear(self, plan: Plan) -> np.ndarray:
+        """Return (P, 2) points of a plan's path that names do not cover."""
+
+    def draw(self, axes: Axes, plan: Plan) -> None:
+        """Draw the map with a plan: the path with its direction, the start and where tasks are satisfied; no text."""
+        axes.set_aspect("equal")
+        axes.set_xlim(-0.5, self.size[0] - 0.5)
+        axes.set_ylim(-0.5, self.size[1] - 0.5)
+        axes.grid(False)
+        axes.patch.set_gid("ground")
+        axes.spines[:].set_visible(True)
+        axes.set(xticks=[], yticks=[])
+        self._draw_ground(axes)
+        line, arrows = self._line(plan)
+        axes.plot(*line.T, color=PATH, linewidth=self.path_width, solid_joinstyle="round", zorder=3, gid="path")
+        for corners in arrows:
+            axes.add_patch(Polygon(corners, closed=True, facecolor=PATH, linewidth=0, zorder=3, gid="arrow"))
+        dot: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.6, "zorder": 5}
+        axes.add_patch(
+            Circle(tuple(self._start(plan)), START_SIZE * self.mark, facecolor=START_COLOR, gid="start", **dot)
+        )
+        path = self.path(plan)
+        for step in self.goals(plan):
+            axes.add_patch(Circle(tuple(path[step]), self.mark, facecolor=GOOD, gid="goal", **dot))
+
+    def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE) -> None:
+        """Write names on the map, whose axes have their final place.
+
+        No label overlaps another one or leaves the map; one for which no space is left is not written.
+        """
+        path, goals = self.path(plan), self.goals(plan)
+        done = [Named(task_lines(tasks), "task", square(path[step], self.mark), False) for step, tasks in goals.items()]
+        named = self._names({plan.states[step] for step in goals}, done)
+        dots = [one.target for one in named if not one.inside]
+        start = square(self._start(plan), START_SIZE * self.mark)
+        write_names(axes, named, dots=[start, *dots], path=self._kept_clear(plan), font_size=font_size)
+
+    def goals(self, plan: Plan) -> dict[int, list[str]]:
+        """Return the tasks that a plan satisfies, by the number of actions taken until then."""
+        found: dict[int, list[str]] = defaultdict(list)
+        for task, step in Ledger.of_plan(self.problem, plan).satisfied.items():
+            if step is not None:
+                found[step].append(task)
+        return dict(found)
