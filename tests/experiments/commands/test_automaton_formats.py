@@ -10,13 +10,13 @@ from itertools import combinations
 
 import judge
 import pytest
+from command_line import Run
 from hoa.ast.acceptance import AcceptanceAtom, AtomType
 from hoa.ast.boolean_expression import And, Not, Or, TrueFormula
 from hoa.ast.label import LabelAtom, LabelExpression
 from hoa.core import HOA
 from hoa.parsers import HOAParser
 
-from experiments.commands.command_line import main
 from experiments.figures.diagrams.automaton_text import dot, hoa
 from prefplan import Automaton
 from prefplan.logic.dfa import automaton
@@ -115,18 +115,10 @@ def test_graphviz_draws_it() -> None:
     assert drawing.returncode == 0 and "</svg>" in drawing.stdout, drawing.stderr
 
 
-def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    status = main(["automaton", *arguments])
-    captured = capsys.readouterr()
-    return status, captured.out, captured.err
-
-
-def test_the_table_has_a_row_for_each_state_and_guard(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_table_has_a_row_for_each_state_and_guard(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "dumb")
-    status, out, err = run(capsys, "!plant U dirt")
+    status, out, err = run("automaton", "!plant U dirt")
     assert (status, err) == (0, "")
     rows = [line.split("│")[1:-1] for line in out.splitlines() if line.startswith("│")]
     assert [[cell.strip() for cell in row] for row in rows] == [
@@ -139,9 +131,9 @@ def test_the_table_has_a_row_for_each_state_and_guard(
 
 
 @pytest.mark.parametrize(("name", "write"), [("hoa", hoa), ("dot", dot)])
-def test_other_formats_stand_alone_on_stdout(capsys: pytest.CaptureFixture[str], name: str, write: object) -> None:
+def test_other_formats_stand_alone_on_stdout(run: Run, name: str, write: object) -> None:
     assert callable(write)
-    assert run(capsys, "F(a & X b)", "--format", name) == (0, write(automaton("F(a & X b)")), "")
+    assert run("automaton", "F(a & X b)", "--format", name) == (0, write(automaton("F(a & X b)")), "")
 
 
 @pytest.mark.parametrize(
@@ -157,9 +149,7 @@ def test_other_formats_stand_alone_on_stdout(capsys: pytest.CaptureFixture[str],
         ("", "expected a formula, but the formula ends, at column 1", 0),
     ],
 )
-def test_a_formula_that_cannot_be_read_is_pointed_at(
-    capsys: pytest.CaptureFixture[str], formula: str, message: str, column: int
-) -> None:
-    status, out, err = run(capsys, formula)
+def test_a_formula_that_cannot_be_read_is_pointed_at(run: Run, formula: str, message: str, column: int) -> None:
+    status, out, err = run("automaton", formula)
     assert (status, out) == (2, "")
     assert err.split("\n") == [f"prefplan: {message}", f"    {formula}", f"    {' ' * column}^", ""]

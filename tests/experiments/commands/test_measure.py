@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Run, call
+from command_line import Run
 from scenario_texts import cup_scenario, shipped_front
 
 from experiments import scenarios
@@ -31,24 +30,17 @@ PAIRS = 2 + 2 + 2 + 2 + 2
 
 
 @pytest.fixture
-def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def scenario(run: Run, tmp_path: Path) -> Path:
     path = tmp_path / "cup.toml"
     path.write_text(SCENARIO)
-    monkeypatch.chdir(tmp_path)
     return path
 
 
-@pytest.fixture
-def program(capsys: pytest.CaptureFixture[str]) -> Run:
-    """Return a function that runs the program."""
-    return functools.partial(call, capsys)
-
-
-def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, program: Any) -> None:
-    status, _, err = program("front", "cup.toml")
+def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, run: Run) -> None:
+    status, _, err = run("front", "cup.toml")
     assert status == 2 and "nothing was measured yet; `prefplan measure`" in err
 
-    status, out, _ = program("measure", "cup.toml", "--json", "--jobs", "1")
+    status, out, _ = run("measure", "cup.toml", "--json", "--jobs", "1")
     assert status == 0
     printed = json.loads(out)
     assert printed["complete"] is True and printed["failed"] == [] and len(printed["actions"]) == PAIRS
@@ -57,13 +49,13 @@ def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, progra
 
     (plan,) = pareto_front(load(scenario).problem())
     for seed in ("1", "2"):
-        status, out, _ = program("run", "cup.toml", "--no-video", "--json", "--seed", seed)
+        status, out, _ = run("run", "cup.toml", "--no-video", "--json", "--seed", seed)
         assert status == 0
         measured = json.loads(out)["measured"]
         assert measured["quantity"] == "energy" and measured["predicted"] == plan.cost
         assert measured["executed"] == pytest.approx(plan.cost, rel=0.05)
 
-    status, out, _ = program("run", "cup.toml", "--no-video")
+    status, out, _ = run("run", "cup.toml", "--no-video")
     assert f"J, predicted {plan.cost:g} J" in out
 
 
@@ -80,62 +72,62 @@ def stand_in(limit: int | None = None, end: type[BaseException] = KeyboardInterr
 
 
 def test_ctrl_c_keeps_what_is_done_and_the_next_run_does_the_rest(
-    scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch
+    scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in(3))
-    status, _, err = program("measure", "cup.toml")
+    status, _, err = run("measure", "cup.toml")
     assert status == 130 and err == "prefplan: interrupted; the same command measures the other 7 actions\n"
-    status, _, err = program("front", "cup.toml")
+    status, _, err = run("front", "cup.toml")
     assert status == 2 and "was not measured; `prefplan measure` measures it" in err
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
-    status, out, err = program("measure", "cup.toml")
+    status, out, err = run("measure", "cup.toml")
     assert (status, err) == (0, "") and "10 actions are in" in out and "3 of them before" in out
-    assert program("front", "cup.toml")[0] == 0
+    assert run("front", "cup.toml")[0] == 0
 
 
-def test_a_crash_keeps_what_is_done(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_crash_keeps_what_is_done(scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in(3, RuntimeError))
     with pytest.raises(RuntimeError):
-        program("measure", "cup.toml")
+        run("measure", "cup.toml")
     assert len(json.loads(measurements_file(scenario).read_text())["actions"]) == 3
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
-    status, out, _ = program("measure", "cup.toml")
+    status, out, _ = run("measure", "cup.toml")
     assert status == 0 and "3 of them before" in out
 
 
 @pytest.mark.parametrize("remark", ["sources", "format"])
 def test_what_was_measured_otherwise_is_measured_anew(
-    scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch, remark: str
+    scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch, remark: str
 ) -> None:
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
-    program("measure", "cup.toml")
+    run("measure", "cup.toml")
     contents = json.loads(measurements_file(scenario).read_text())
     measurements_file(scenario).write_text(json.dumps(contents | {remark: 1}))
     # Skills that changed are no reason not to plan.
-    assert program("front", "cup.toml")[0] == (2 if remark == "format" else 0)
-    status, out, _ = program("measure", "cup.toml")
+    assert run("front", "cup.toml")[0] == (2 if remark == "format" else 0)
+    status, out, _ = run("measure", "cup.toml")
     assert status == 0 and "before" not in out
     assert json.loads(measurements_file(scenario).read_text()) == contents
 
 
-def test_another_geometry_is_measured_anew(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_geometry_is_measured_anew(scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
-    program("measure", "cup.toml")
+    run("measure", "cup.toml")
     scenario.write_text(SCENARIO.replace("-0.25", "-0.26"))
-    assert program("front", "cup.toml")[0] == 2
-    status, out, _ = program("measure", "cup.toml")
+    assert run("front", "cup.toml")[0] == 2
+    status, out, _ = run("measure", "cup.toml")
     assert status == 0 and "before" not in out
-    assert program("front", "cup.toml")[0] == 0
+    assert run("front", "cup.toml")[0] == 0
 
 
-def test_an_action_that_never_works_out_is_told(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_action_that_never_works_out_is_told(scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def measure_all(scene: Any, wanted: Any, *, jobs: int) -> Iterator[Any]:
         first, *rest = stand_in()(scene, wanted, jobs=jobs)
         yield cost_measurement.Failure(first.pair, "`transit tray`: a wall")
         yield from rest
 
     monkeypatch.setattr(cost_measurement, "measure_all", measure_all)
-    status, out, err = program("measure", "cup.toml", "--json")
+    status, out, err = run("measure", "cup.toml", "--json")
     assert (status, err) == (4, "prefplan: not measured: `transit tray`: a wall\n")
     printed = json.loads(out)
     assert printed["complete"] is False and len(printed["actions"]) == PAIRS - 1
@@ -144,14 +136,14 @@ def test_an_action_that_never_works_out_is_told(scenario: Path, program: Any, mo
     ]
 
 
-def test_the_file_can_be_written_elsewhere(scenario: Path, program: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_file_can_be_written_elsewhere(scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
-    assert program("measure", "cup.toml", "--out", "there/measured.json")[0] == 0
+    assert run("measure", "cup.toml", "--out", "there/measured.json")[0] == 0
     assert Path("there/measured.json").exists() and not measurements_file(scenario).exists()
 
 
-def test_only_manipulation_is_measured(program: Any) -> None:
-    status, _, err = program("measure", "case_study_1")
+def test_only_manipulation_is_measured(run: Run) -> None:
+    status, _, err = run("measure", "case_study_1")
     assert status == 2 and "only a manipulation model can be carried out" in err
 
 

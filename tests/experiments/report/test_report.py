@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Run, assert_is_error, call
+from command_line import Run, assert_is_error
 from report_pages import ERRANDS, data, page, pictures_for_tests
 from scenario_texts import PLACES, cup_scenario
 from skill_runs import displaced
@@ -24,13 +24,11 @@ CUP = cup_scenario(places=PLACES | {"tray": '{ at = [0.45, -0.20], kind = "bin" 
 
 
 @pytest.fixture
-def report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+def report(run: Run, tmp_path: Path) -> Run:
     """Return a function that calls `prefplan report` in a folder with two small scenarios."""
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "shelf.toml").write_text(CUP)
     (tmp_path / "errands.toml").write_text(ERRANDS)
-
-    return partial(call, capsys, "report")
+    return partial(run, "report")
 
 
 @pytest.fixture

@@ -8,13 +8,12 @@ import subprocess
 import sys
 import webbrowser
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import imageio_ffmpeg
 import pytest
-from command_line import Run, assert_is_error, call, main
+from command_line import Run, assert_is_error, main
 from scenario_texts import PLACES, cup_scenario
 from skill_runs import displaced
 
@@ -32,17 +31,10 @@ PLAN = ["transit desk", "grasp cup", "transport cup tray", "release cup tray"]
 
 
 @pytest.fixture
-def cup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A small scenario in the current folder."""
-    monkeypatch.chdir(tmp_path)
+def cup(run: Run, tmp_path: Path) -> Path:
+    """The current folder, with a small scenario in it."""
     (tmp_path / "cup.toml").write_text(CUP)
     return tmp_path
-
-
-@pytest.fixture
-def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Return a function that calls `prefplan run` in that folder."""
-    return partial(call, capsys, "run")
 
 
 @pytest.mark.parametrize(
@@ -67,7 +59,7 @@ def run(cup: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 )
 def test_bad_input_is_told_in_a_sentence(run: Run, cup: Path, words: list[str], message: str) -> None:
     (cup / "far.toml").write_text(CUP.replace("[0.60, 0.10]", "[1.60, 0.10]"))
-    assert_is_error(run(*words, "--no-video", "--json"), message)
+    assert_is_error(run("run", *words, "--no-video", "--json"), message)
 
 
 def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
@@ -76,7 +68,7 @@ def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(cup / "cache"))
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
     monkeypatch.delitem(sys.modules, "robot_descriptions.panda_mj_description", raising=False)
-    result = run("cup.toml", "--robot", "menagerie", "--no-video", "--json")
+    result = run("run", "cup.toml", "--robot", "menagerie", "--no-video", "--json")
     assert_is_error(result, "cannot be fetched")
     assert "the robot `panda`" in result.err and result.err.count("\n") == 1
     assert not (cup / "out").exists()
@@ -84,13 +76,13 @@ def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
 
 def test_a_task_that_cannot_be_done_is_told_before_anything_moves(run: Run, cup: Path) -> None:
     (cup / "never.toml").write_text(CUP.replace("F cup_tray", "F (cup_tray & cup_desk)"))
-    result = run("never.toml", "--json", "--no-video")
+    result = run("run", "never.toml", "--json", "--no-video")
     assert result.status == 3 and "tidy" in result.err
     assert result.json["front"] == [] and result.json["reason"]["tasks"] == ["tidy"]
 
 
 def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
-    result = run("cup.toml", "--json", "--no-video", "--seed", "3", "--out", "deep/down")
+    result = run("run", "cup.toml", "--json", "--no-video", "--seed", "3", "--out", "deep/down")
     assert (result.status, result.err) == (0, "")
     printed = result.json
     assert list(printed) == [
@@ -118,9 +110,9 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
     assert json.loads((cup / "deep" / "down" / "cost.json").read_text()) == printed
 
 
-def test_a_perturbed_run_differs_by_more_than_its_start(run: Run) -> None:
+def test_a_perturbed_run_differs_by_more_than_its_start(run: Run, cup: Path) -> None:
     default, perturbed = (
-        run("cup.toml", "--json", "--no-video", "--seed", "3", "--perturb", f"position=5,angle=5{more}")
+        run("run", "cup.toml", "--json", "--no-video", "--seed", "3", "--perturb", f"position=5,angle=5{more}")
         for more in ("", ",pads=0.3,table=0.5,force=0.2,mass=0.9,centre=5,latency=20")
     )
     assert default.status == perturbed.status == 0
@@ -128,16 +120,16 @@ def test_a_perturbed_run_differs_by_more_than_its_start(run: Run) -> None:
 
 
 def test_people_get_a_summary(run: Run, cup: Path) -> None:
-    result = run("cup.toml", "--no-video", "--plan", "0")
+    result = run("run", "cup.toml", "--no-video", "--plan", "0")
     assert (result.status, result.err) == (0, "")
     assert "carried out, 4 of 4 actions, cost 10" in result.out
     assert "tidy satisfied at cost 10" in result.out
     assert (cup / "out" / "cup" / "plan_0.json").exists()
 
 
-def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_surprise_is_planned_around(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(0.60, 0.10)))
-    result = run("cup.toml", "--no-video")
+    result = run("run", "cup.toml", "--no-video")
     assert (
         "expected cup on desk, but it rests on shelf: planned again, cost 10, preference penalty 0: transit"
         in result.out
@@ -154,7 +146,7 @@ def test_a_surprise_is_planned_around(run: Run, monkeypatch: pytest.MonkeyPatch)
 
 def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> None:
     arguments = ("cup.toml", "--no-video", "--fault", "miss:1@2", "--fault", "slip@40", "--seed", "3")
-    result = run(*arguments)
+    result = run("run", *arguments)
     assert (result.status, result.err) == (0, "")
     assert "fault miss:1@2" in result.out and "without a firm grip on cup): tried again" in result.out
     assert "fault slip@40 never happened: the run ended before" in result.out
@@ -169,9 +161,9 @@ def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> N
     assert printed["certified"] is True
 
 
-def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_fell_from_the_table_ends_the_run(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(3.0, 0.0)))
-    result = run("cup.toml", "--no-video", "--json")
+    result = run("run", "cup.toml", "--no-video", "--json")
     assert result.status == 4
     printed = json.loads(result.out)
     assert (printed["completed"], printed["executed"], printed["task_costs"]) == (False, [], {"tidy": 0})
@@ -180,7 +172,7 @@ def test_what_fell_from_the_table_ends_the_run(run: Run, monkeypatch: pytest.Mon
     assert printed["reason"] in result.err
 
 
-def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_leaves_what_is_known(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     step = executor.Execution.step
 
     def step_or_stop(self: executor.Execution, action: str, **options: Any) -> bool:
@@ -189,18 +181,18 @@ def test_ctrl_c_leaves_what_is_known(run: Run, monkeypatch: pytest.MonkeyPatch) 
         return step(self, action, **options)
 
     monkeypatch.setattr(executor.Execution, "step", step_or_stop)
-    result = run("cup.toml", "--json")
+    result = run("run", "cup.toml", "--json")
     assert (result.status, result.err) == (130, "prefplan: interrupted\n")
     assert result.json["complete"] is False and result.json["completed"] is False
     assert result.json["executed"] == PLAN[:2] and result.json["video"] is None
 
 
-def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(self: Any, **options: Any) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("prefplan.planner.Planner.cheapest", interrupted)
-    result = run("cup.toml", "--json")
+    result = run("run", "cup.toml", "--json")
     assert result.status == 130
     assert (result.json["complete"], result.json["plan"], result.json["executed"]) == (False, None, [])
 
@@ -225,7 +217,7 @@ def test_without_opengl_all_but_the_video_is_there(run: Run, cup: Path, monkeypa
         raise RenderingError("no OpenGL here")
 
     monkeypatch.setattr(carry_out, "render_video", render)
-    result = run("cup.toml", "--json")
+    result = run("run", "cup.toml", "--json")
     assert (result.status, result.json["completed"], result.json["video"]) == (0, True, None)
     assert result.err.startswith("prefplan: no video: no OpenGL here") and result.err.count("\n") == 1
     assert not (cup / "out" / "cup" / "cost.mp4").exists()

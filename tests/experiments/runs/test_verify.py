@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from command_line import Run, assert_is_error
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
 from scenario_texts import CUP, PLACES_NEARBY, cup_scenario
@@ -49,10 +50,11 @@ def forged(cup: Path, tmp_path: Path) -> Path:
     return path
 
 
-def test_a_run_leaves_its_certificate(cup: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_leaves_its_certificate(cup: Path, run: Run) -> None:
     written = json.loads(cup.with_name("cost.certificate.json").read_text())
-    assert main(["verify", str(cup), "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    result = run("verify", str(cup), "--json")
+    assert result.status == 0
+    printed = result.json
     assert printed == written
     assert list(printed) == [
         "confirmed",
@@ -74,78 +76,76 @@ def test_a_run_leaves_its_certificate(cup: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_people_see_every_check_also_without_the_meshes(
-    cup: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    cup: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sim.robots.panda.mesh_folder", lambda: None)
     log = read_log(cup)
     path = tmp_path / "mug.npz"  # under another name, so that the scene is built again
     path.write_bytes(encode(replace(log, about=replace(log.about, scenario="mug"))))
-    assert main(["verify", str(path)]) == 0
-    printed = capsys.readouterr().out
+    status, printed, _ = run("verify", str(path))
+    assert status == 0
     assert printed.startswith("mug: completed: confirmed\n")
     assert "ok  action 1 to 4: 4 actions, the frames agree with the log" in printed
     assert "ok  completed: tidy satisfied" in printed
     assert "with plain shapes of the arm" in printed
 
 
-def test_a_forged_log_is_refuted(forged: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["verify", str(forged)]) == 4
-    printed = capsys.readouterr().out
+def test_a_forged_log_is_refuted(forged: Path, run: Run) -> None:
+    status, printed, _ = run("verify", str(forged))
+    assert status == 4
     assert "cup: completed: refuted\n" in printed
     assert "NO  total cost: 9 is claimed, but it is 10\n" in printed
-    assert main(["verify", str(forged), "--json"]) == 4
-    printed = json.loads(capsys.readouterr().out)
+    result = run("verify", str(forged), "--json")
+    assert result.status == 4
+    printed = result.json
     assert printed["confirmed"] is False and printed["completed"] is True
 
 
 def test_a_run_that_its_log_refutes_was_not_carried_out(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     honest = evidence.claims_of
     monkeypatch.setattr(evidence, "claims_of", lambda outcome: replace(honest(outcome), cost=9))
     (tmp_path / "cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
-    arguments = ["run", str(tmp_path / "cup.toml"), "--no-video", "--out", str(tmp_path)]
-    assert main([*arguments, "--json"]) == 4
-    printed = json.loads(capsys.readouterr().out)
+    arguments = ["run", "cup.toml", "--no-video"]
+    result = run(*arguments, "--json")
+    assert result.status == 4
+    printed = result.json
     assert printed["completed"] is printed["certified"] is False
     assert printed["reason"] == "the log refutes it: total cost: 9 is claimed, but it is 10"
-    assert main(arguments) == 4
-    assert "cup: wrongly taken for completed after 4 of 4 actions" in capsys.readouterr().out
+    result = run(*arguments)
+    assert result.status == 4 and "cup: wrongly taken for completed after 4 of 4 actions" in result.out
 
 
-def test_a_log_is_checked_at_every_level(
-    cup: Path, keys: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_is_checked_at_every_level(cup: Path, keys: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "same.toml").write_text(f"# with a comment\n{CUP}")
     levels = ["--scenario", str(tmp_path / "same.toml"), "--resimulate", "--key", str(keys / "pem.pub")]
-    assert main(["verify", str(cup), *levels, "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    result = run("verify", str(cup), *levels, "--json")
+    assert result.status == 0
+    printed = result.json
     assert printed["levels"] == ["plain", "scenario", "resimulate", "key"] and len(printed["proves"]) == 4
     names = [check["name"] for check in printed["checks"]]
     assert {"signature", "scenario", "simulated again"} < set(names)
     assert b"PRIVATE" not in cup.read_bytes() and (keys / "pem").read_bytes()[30:60] not in cup.read_bytes()
 
 
-def test_another_scenario_and_another_key_refute(
-    cup: Path, keys: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_another_scenario_and_another_key_refute(cup: Path, keys: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "dearer.toml").write_text(CUP.replace("transit = 3", "transit = 4"))
-    assert main(["verify", str(cup), "--scenario", str(tmp_path / "dearer.toml")]) == 4
+    result = run("verify", str(cup), "--scenario", str(tmp_path / "dearer.toml"))
     words = "model.costs.transit is 3 in the log, 4 in the given one"
-    assert f"NO  scenario: the log is of another one: {words}\n" in capsys.readouterr().out
-    assert main(["verify", str(cup), "--key", str(keys / "ssh.pub")]) == 4
-    assert "NO  signature: the file is not what the owner of the key signed\n" in capsys.readouterr().out
+    assert result.status == 4 and f"NO  scenario: the log is of another one: {words}\n" in result.out
+    result = run("verify", str(cup), "--key", str(keys / "ssh.pub"))
+    assert result.status == 4 and "NO  signature: the file is not what the owner of the key signed\n" in result.out
 
 
 @pytest.mark.parametrize("name", ["none", "pem"])
-def test_what_is_no_public_key_is_refused(cup: Path, keys: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["verify", str(cup), "--key", str(keys / name)]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and captured.err.startswith(f"prefplan: {keys / name}: ")
+def test_what_is_no_public_key_is_refused(cup: Path, keys: Path, name: str, run: Run) -> None:
+    result = run("verify", str(cup), "--key", str(keys / name))
+    assert (result.status, result.out) == (2, "") and result.err.startswith(f"prefplan: {keys / name}: ")
 
 
 @pytest.mark.parametrize("name", ["none.npz", "cost.certificate.json", "."])
-def test_what_is_no_log_is_refused(cup: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["verify", str(cup.parent / name)]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == "" and captured.err.startswith("prefplan: ") and captured.err.count("\n") == 1
+def test_what_is_no_log_is_refused(cup: Path, name: str, run: Run) -> None:
+    result = run("verify", str(cup.parent / name))
+    assert_is_error(result, "prefplan: ")
+    assert result.err.count("\n") == 1

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import Run
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
-from experiments.commands.command_line import main
 from experiments.sweep import workers
 from experiments.sweep.boundary import MIN_ROLLOUTS, bisect, decisive
 from experiments.sweep.job import Record, Sweep, failure
@@ -41,9 +42,14 @@ def test_rollouts_count_up_to_the_failure_that_decides() -> None:
 
 
 @pytest.fixture
-def made_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+def search(run: Run) -> Run:
+    """Return a function that calls `prefplan sweep cup.toml`, for twelve rollouts."""
+    return partial(run, "sweep", "cup.toml", "--rollouts", "12")
+
+
+@pytest.fixture
+def made_up(search: Run, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """Rollouts that fail from a bias of 6 mm on; returns those that were carried out."""
-    monkeypatch.chdir(tmp_path)
     Path("cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
     carried_out: list[tuple[str, int]] = []
 
@@ -60,19 +66,9 @@ def made_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, 
     return carried_out
 
 
-def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    try:
-        status = main(["sweep", "cup.toml", "--rollouts", "12", *arguments])
-    except SystemExit as stop:
-        status = int(stop.code or 0)
-    return status, *capsys.readouterr()
-
-
-def test_the_search_writes_what_it_tried_and_does_nothing_twice(
-    made_up: list[tuple[str, int]], capsys: pytest.CaptureFixture[str]
-) -> None:
-    search = ("--find-boundary", "bias", "--perturb", "mass=0.1")
-    status, out, err = call(capsys, *search)
+def test_the_search_writes_what_it_tried_and_does_nothing_twice(made_up: list[tuple[str, int]], search: Run) -> None:
+    options = ("--find-boundary", "bias", "--perturb", "mass=0.1")
+    status, out, err = search(*options)
     assert (status, err) == (0, "")
     assert "bias: completion falls below 95% between 5.9375 and 6.25 mm" in out
     assert "12 of 12 (100.0%)" in out and "0 of 10 (0.0%)" in out and "10 x too far" in out
@@ -81,7 +77,7 @@ def test_the_search_writes_what_it_tried_and_does_nothing_twice(
     assert (folder / "boundary.png").read_bytes().startswith(b"\x89PNG")
 
     before = len(made_up)
-    status, out, _ = call(capsys, *search, "--json")
+    status, out, _ = search(*options, "--json")
     result = json.loads(out)
     assert status == 0 and len(made_up) == before
     assert json.loads((folder / "boundary.json").read_text()) == result
@@ -94,12 +90,12 @@ def test_the_search_writes_what_it_tried_and_does_nothing_twice(
     assert [trial["holds"] for trial in result["trials"]] == [trial["amount"] < 6 for trial in result["trials"]]
     assert result["perturb"] == "mass=0.1" and result["trials"][-1]["failures"] == [{"class": "too far", "count": 10}]
 
-    status, out, _ = call(capsys, "--find-boundary", "latency")
+    status, out, _ = search("--find-boundary", "latency")
     assert "latency: completion stays at 95% or above up to the greatest latency, 200 ms" in out
 
 
 def test_an_interrupted_search_keeps_what_is_finished_and_goes_on(
-    made_up: list[tuple[str, int]], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    made_up: list[tuple[str, int]], search: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rollouts = workers.on_this_machine
 
@@ -110,7 +106,7 @@ def test_an_interrupted_search_keeps_what_is_finished_and_goes_on(
                 raise KeyboardInterrupt
 
     monkeypatch.setattr(workers, "on_this_machine", interrupted)
-    status, out, err = call(capsys, "--find-boundary", "bias", "--json")
+    status, out, err = search("--find-boundary", "bias", "--json")
     result = json.loads(out)
     assert (status, err) == (130, "prefplan: interrupted; the same command goes on\n")
     assert (result["complete"], result["boundary"]) == (False, None)
@@ -119,12 +115,12 @@ def test_an_interrupted_search_keeps_what_is_finished_and_goes_on(
         (10, 10, False),
         (20, 10, False),
     ]
-    assert call(capsys, "--find-boundary", "bias")[0] == 0
+    assert search("--find-boundary", "bias")[0] == 0
     assert len(made_up) == len(set(made_up))
 
 
-def test_a_key_that_is_none_is_refused(made_up: list[tuple[str, int]], capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, err = call(capsys, "--find-boundary", "bais")
+def test_a_key_that_is_none_is_refused(made_up: list[tuple[str, int]], search: Run) -> None:
+    status, out, err = search("--find-boundary", "bais")
     assert (status, out, made_up) == (2, "", [])
     assert "--find-boundary: unknown name 'bais' (did you mean 'bias'?)" in err
-    assert "--faults: unknown name 'slp' (did you mean 'slip'?)" in call(capsys, "--faults", "slp")[2]
+    assert "--faults: unknown name 'slp' (did you mean 'slip'?)" in search("--faults", "slp")[2]

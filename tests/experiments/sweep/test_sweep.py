@@ -9,12 +9,14 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import Run, assert_is_error
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.commands.command_line import main
@@ -38,9 +40,8 @@ Records = dict[int, dict[str, Any]]
 
 
 @pytest.fixture
-def cup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def cup(run: Run, tmp_path: Path) -> Path:
     """The current folder, with a small scenario in it."""
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "cup.toml").write_text(CUP)
     return tmp_path
 
@@ -217,22 +218,13 @@ def test_an_error_of_the_program_is_the_record_of_one_rollout(job: Sweep, monkey
 
 
 @pytest.fixture
-def call(cup: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Return a function that calls `prefplan sweep cup.toml`: exit status, output, errors."""
-
-    def sweep(*arguments: str) -> tuple[int, str, str]:
-        try:
-            status = main(["sweep", "cup.toml", *arguments])
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-        captured = capsys.readouterr()
-        return status, captured.out, captured.err
-
-    return sweep
+def call(run: Run, cup: Path) -> Run:
+    """Return a function that calls `prefplan sweep cup.toml`."""
+    return partial(run, "sweep", "cup.toml")
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path) -> None:
+def test_more_rollouts_add_to_those_there_are(call: Run, cup: Path) -> None:
     assert call("--rollouts", "1")[0] == 0
     file = cup / "out" / "cup" / "sweep_cost" / "rollouts.jsonl"
     first = file.read_bytes()
@@ -250,7 +242,7 @@ def test_more_rollouts_add_to_those_there_are(call: Any, cup: Path) -> None:
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_replay_repeats_a_recorded_rollout_with_a_video(call: Any, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_replay_repeats_a_recorded_rollout_with_a_video(call: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     videos: list[tuple[Path, dict[str, Any]]] = []
     monkeypatch.setattr(
         "experiments.runs.carry_out.render_video",
@@ -297,12 +289,10 @@ def test_replay_repeats_a_recorded_rollout_with_a_video(call: Any, cup: Path, mo
     ],
 )
 def test_bad_input_is_told_in_a_sentence(
-    call: Any, arguments: list[str], message: str, monkeypatch: pytest.MonkeyPatch
+    call: Run, arguments: list[str], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workers, "CLUSTER_TIMEOUT_S", 1)
-    status, out, err = call(*arguments)
-    assert (status, out) == (2, "")
-    assert message in err and "Traceback" not in err
+    assert_is_error(call(*arguments), message)
 
 
 class Cluster:
