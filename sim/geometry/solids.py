@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import trimesh
 
@@ -26,7 +28,7 @@ def rounded(half: np.ndarray, *, corner: float, edge: float) -> trimesh.Trimesh:
     angles = np.linspace(0, np.pi / 2, EDGE_STEPS + 1)
     rim = list(zip(edge * (1 - np.cos(angles)), z - edge * (1 - np.sin(angles)), strict=True))
     profile = [*((inset, -height) for inset, height in reversed(rim)), *rim]
-    return _lofted([(x - inset, y - inset, corner - inset, height) for inset, height in profile])
+    return _lofted(tuple((x - inset, y - inset, corner - inset, height) for inset, height in profile))
 
 
 def tray(half: np.ndarray, *, wall: float, corner: float) -> trimesh.Trimesh:
@@ -38,7 +40,7 @@ def tray(half: np.ndarray, *, wall: float, corner: float) -> trimesh.Trimesh:
     angles = np.linspace(0, np.pi, 2 * EDGE_STEPS + 1)
     brim = zip(wall / 2 * (1 + np.cos(angles)), z - wall / 2 * (1 - np.sin(angles)), strict=True)
     profile = [(wall, 0.0), *brim, (0.0, 0.0)]
-    return _lofted([(x + w, y + w, corner + w, height) for w, height in profile], closed=True)
+    return _lofted(tuple((x + w, y + w, corner + w, height) for w, height in profile), closed=True)
 
 
 def dish(half: np.ndarray, *, floor: float, rim: float) -> trimesh.Trimesh:
@@ -47,10 +49,11 @@ def dish(half: np.ndarray, *, floor: float, rim: float) -> trimesh.Trimesh:
     foot = [(0.40 * least, 0.0), (0.37 * least, 0.35 * floor)]
     lip = [(0.0, rim - 0.0016), (0.0, rim - 0.0006), (0.0008, rim), (0.0022, rim - 0.0002)]
     middle = [(0.0130, floor + 0.0010), (0.0150, floor + 0.0002), (0.0175, floor)]
-    return _lofted([(*(half - inset), least - inset, height) for inset, height in [*foot, *lip, *middle]])
+    return _lofted(tuple((*(half - inset), least - inset, height) for inset, height in [*foot, *lip, *middle]))
 
 
-def _lofted(loops: list[tuple[float, float, float, float]], *, closed: bool = False) -> trimesh.Trimesh:
+@lru_cache(maxsize=256)  # many parts of a scene look the same, and so do many scenes of a process
+def _lofted(loops: tuple[tuple[float, float, float, float], ...], *, closed: bool = False) -> trimesh.Trimesh:
     """Return the surface through round-cornered rectangles (half x, half y, corner radius, height) in turn.
 
     They run from the outer foot upwards. Both ends are filled, unless the last leads back to the first (`closed`).

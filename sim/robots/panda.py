@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import mujoco
@@ -26,11 +27,17 @@ def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     Raises:
         FileNotFoundError: meshes are asked for and not installed.
     """
-    spec = mujoco.MjSpec.from_file(str(MJCF))
     folder = mesh_folder()
     if meshes and folder is None:
         raise FileNotFoundError("the Panda's meshes come with the package gymnasium-robotics")
-    if folder is not None and meshes is not False:
+    return _spec(None if meshes is False else folder).copy()
+
+
+@cache
+def _spec(folder: Path | None) -> mujoco.MjSpec:
+    """Return the robot, dressed with the meshes in a folder unless that is None."""
+    spec = mujoco.MjSpec.from_file(str(MJCF))
+    if folder is not None:
         _dress(spec, folder)
     return spec
 

@@ -14,8 +14,11 @@ from sim.geometry.rectangle import Rectangle
 TABLE_TOP = "tabletop"
 """Name of the picture's texture and material."""
 
-LONGER_SIDE_PX = 2048
-"""Pixels along the longer side of the table, about 1.5 a millimetre."""
+PIXELS_PER_M = 1500
+"""Pixels of the picture."""
+
+BOARD_PX = 2048
+"""Wood is made in boards of so many pixels each way, of which all tables of a process are cut."""
 
 WOOD = np.array([0.50, 0.365, 0.255])
 """Mean colour of the wood."""
@@ -60,30 +63,31 @@ def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
     Returns:
         (W, H, 3) uint8; rows run along +y, columns along +x.
     """
-    scale = LONGER_SIDE_PX / (2 * table.half.max())
-    width, height = (round(2 * float(side) * scale) for side in table.half[::-1])
-    image = Image.fromarray(_wood(width, height, scale))
+    width, height = (round(2 * float(side) * PIXELS_PER_M) for side in table.half[::-1])
+    boards = _wood(-(-width // BOARD_PX), -(-height // BOARD_PX))
+    image = Image.fromarray(np.ascontiguousarray(boards[:height, :width]))
 
     def pixels(points: np.ndarray) -> list[tuple[float, float]]:
-        return [(y, x) for x, y in (points - (table.centre - table.half)) * scale]
+        return [(y, x) for x, y in (points - (table.centre - table.half)) * PIXELS_PER_M]
 
     ink = Image.new("L", image.size, 0)
     draw = ImageDraw.Draw(ink)
-    font = ImageFont.load_default(size=LETTERS_M * scale)
+    font = ImageFont.load_default(size=LETTERS_M * PIXELS_PER_M)
     for marking in markings:
         if marking.outline is not None:
             corners = pixels(np.concatenate([marking.outline, marking.outline[:2]]))
-            draw.line(corners, fill=140, width=max(1, round(0.0016 * scale)), joint="curve")
+            draw.line(corners, fill=140, width=max(1, round(0.0016 * PIXELS_PER_M)), joint="curve")
         draw.text(pixels(marking.middle[None])[0], marking.text, fill=215, font=font, anchor="mm")
     image.paste(Image.new("RGB", image.size, INK), mask=ink)
     return np.asarray(image).transpose(1, 0, 2)
 
 
-@lru_cache(maxsize=4)  # half of the time that a scene takes
-def _wood(width: int, height: int, scale: float) -> np.ndarray:
-    """Return (height, width, 3) planks along the rows, each its own tone and stretch of grain; `scale` in pixels/m."""
+@lru_cache(maxsize=2)  # half of the time that a scene takes
+def _wood(across: int, along: int) -> np.ndarray:
+    """Return (height, width, 3) planks along the rows, each its own tone and stretch of grain, of so many boards."""
+    width, height = across * BOARD_PX, along * BOARD_PX
     rng = np.random.default_rng(3)
-    plank = max(1, round(PLANK_M * scale))
+    plank = round(PLANK_M * PIXELS_PER_M)
     tone = np.zeros((height, width), dtype=np.float32)
     for top in range(0, height, plank):
         rows = min(plank, height - top)
