@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 from joblib import Parallel, cpu_count, delayed
 
-from experiments.cli.arguments import add_jobs, add_quiet, positive
+from experiments.cli.arguments import add_quiet, positive
 from experiments.cli.files import make_folder, write_bytes
 from experiments.cli.journal import Journal
+from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, INTERRUPTED
 from experiments.commands.planning.checkup import check
@@ -228,7 +229,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--scenes", type=positive, default=200, metavar="N", help="how many (default: 200)")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the scenes (default: 0)")
     parser.add_argument("--out", type=Path, default=Path("out/random_scenes"), help="records (default: %(default)s)")
-    add_jobs(parser)
+    add_options(parser, "--jobs")
     add_quiet(parser)
     options = parser.parse_args(arguments)
     make_folder(options.out)

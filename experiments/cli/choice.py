@@ -19,7 +19,7 @@ from prefplan.search.bounds import PlanLimits
 
 
 def chosen_plan(planner: Planner, options: argparse.Namespace, *, keep_on_interrupt: bool = False) -> Plan:
-    """Return the plan that the options of `add_plan` name, and of `add_limits` if there are any; see `choose`."""
+    """Return the plan that the options `PLAN` name, and `LIMITS` if there are any; see `choose`."""
     limits = {name: getattr(options, name, None) for name in PlanLimits.__annotations__}
     return choose(planner, options.plan, keep_on_interrupt=keep_on_interrupt, **cast(PlanLimits, limits))
 

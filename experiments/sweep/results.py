@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from experiments import scenarios
-from experiments.cli.arguments import add_jobs, add_quiet, add_robot, positive
+from experiments.cli.arguments import add_quiet, positive
 from experiments.cli.choice import choose
 from experiments.cli.files import make_folder, write_bytes, write_json
 from experiments.cli.journal import Journal
+from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 from experiments.sweep.boundary import BoundarySearch, boundary_words
@@ -55,8 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--scenario", action="append", choices=names(), help="only this one; may be repeated")
     parser.add_argument("--out", type=Path, default=Path("out/sweeps"), help="records (default: out/sweeps)")
     parser.add_argument("--into", type=Path, default=Path("experiments/results"), help="results (default: %(default)s)")
-    add_jobs(parser)
-    add_robot(parser)
+    add_options(parser, "--jobs", "--robot")
     add_quiet(parser)
     options = parser.parse_args(arguments)
     workload = Workload(options.rollouts, options.jobs)

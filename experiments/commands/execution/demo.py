@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from experiments.cli.arguments import Commands, add_command, add_no_open, add_out
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.browser import open_page
+from experiments.cli.options import add_options
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import INTERRUPTED
 
@@ -16,8 +17,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     summary = "Plan the paper's manipulation case study, carry out both ends of its front, and open a page about it."
     more = "It takes about two minutes on two cores. Both videos and the page are in one folder."
     parser = add_command(commands, demo, summary, "prefplan demo", "prefplan demo --no-open --out demo", more=more)
-    add_out(parser, "out/case_study_3")
-    add_no_open(parser)
+    add_options(parser, "--out", "--no-open", out="out/case_study_3")
 
 
 def demo(options: argparse.Namespace) -> int:

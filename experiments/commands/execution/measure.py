@@ -12,9 +12,10 @@ from rich.table import Table
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_jobs, add_json, add_scenario
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
+from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
@@ -41,15 +42,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan measure case_study_3_energy --out measured.json",
     )
     parser = add_command(commands, measure, summary, *examples)
-    add_scenario(parser)
-    add_json(parser)
+    add_options(parser, "scenario", "--json")
     parser.add_argument(
         "--out",
         type=Path,
         metavar="FILE",
         help="file to write (default: SCENARIO.measured.json beside the scenario, where planning reads it)",
     )
-    add_jobs(parser)
+    add_options(parser, "--jobs")
 
 
 def measure(options: argparse.Namespace) -> int:

@@ -8,21 +8,10 @@ from functools import partial
 from pathlib import Path
 
 from experiments import scenarios
-from experiments.cli.arguments import (
-    Commands,
-    add_command,
-    add_limits,
-    add_max_cost,
-    add_out,
-    add_robot,
-    add_scenario,
-    add_seed,
-    add_video,
-    limits_of,
-    plan_numbers,
-)
+from experiments.cli.arguments import Commands, add_command, plan_numbers
 from experiments.cli.choice import plan_at
 from experiments.cli.files import make_folder
+from experiments.cli.options import LIMITS, VIDEO, add_options, limits_of
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, no_plan
@@ -45,19 +34,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan report case_study_3 --size 960x540 --out pages",
         more=more,
     )
-    add_scenario(parser)
-    add_out(parser)
-    add_max_cost(parser)
-    add_limits(parser, "a report of the front so far")
+    add_options(parser, "scenario", "--out", "--max-cost", *LIMITS, found="a report of the front so far")
     parser.add_argument(
         "--plans",
         type=plan_numbers,
         metavar="I,J,...",
         help="carry out only these plans of a manipulation scenario, by index from 0 (default: all)",
     )
-    add_seed(parser)
-    add_robot(parser)
-    add_video(parser)
+    add_options(parser, "--seed", "--robot", *VIDEO)
 
 
 def report(options: argparse.Namespace) -> int:

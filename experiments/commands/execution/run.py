@@ -11,23 +11,11 @@ from typing import TYPE_CHECKING
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import (
-    Commands,
-    add_command,
-    add_fault,
-    add_json,
-    add_out,
-    add_perturb,
-    add_plan,
-    add_robot,
-    add_scenario,
-    add_seed,
-    add_video,
-    number,
-)
+from experiments.cli.arguments import Commands, add_command, number
 from experiments.cli.choice import chosen_plan, continuation, plan_name, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
+from experiments.cli.options import PLAN, VIDEO, add_options
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
@@ -48,16 +36,11 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan run case_study_3 --no-video --key private.pem",
     )
     parser = add_command(commands, run, summary, *examples)
-    add_scenario(parser)
-    add_json(parser)
-    add_plan(parser)
-    add_out(parser)
-    add_seed(parser, "as --perturb says")
-    add_perturb(parser)
-    add_fault(parser)
+    add_options(
+        parser, "scenario", "--json", *PLAN, "--out", "--seed", "--perturb", "--fault", starts="as --perturb says"
+    )
     parser.add_argument("--noise", type=number, metavar="MM", help="random error of sensed object positions, mm")
-    add_robot(parser)
-    add_video(parser)
+    add_options(parser, "--robot", *VIDEO)
     parser.add_argument("--key", type=Path, metavar="FILE", help="sign the log with this private Ed25519 key")
 
 

@@ -12,24 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import (
-    Commands,
-    add_command,
-    add_jobs,
-    add_json,
-    add_out,
-    add_perturb,
-    add_plan,
-    add_robot,
-    add_scenario,
-    add_video,
-    positive,
-    whole,
-)
+from experiments.cli.arguments import Commands, add_command, positive, whole
 from experiments.cli.choice import chosen_plan, plan_name, show_no_plan
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.journal import Journal, read_journal
+from experiments.cli.options import PLAN, VIDEO, add_options
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
@@ -52,14 +40,11 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan sweep case_study_3 --replay 17 --camera wrist",
     )
     parser = add_command(commands, sweep, summary, *examples)
-    add_scenario(parser)
-    add_json(parser)
+    add_options(parser, "scenario", "--json")
     parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="number of runs (default: 100)")
-    add_jobs(parser)
-    add_plan(parser)
+    add_options(parser, "--jobs", *PLAN)
     parser.add_argument("--seed", type=whole, default=0, metavar="N", help="seed of all random numbers (default: 0)")
-    add_perturb(parser)
-    add_robot(parser)
+    add_options(parser, "--perturb", "--robot")
     parser.add_argument(
         "--faults",
         metavar="random|KIND",
@@ -71,7 +56,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="search for the amount of this key of --perturb at which fewer than 95 percent of N runs are completed",
     )
     parser.add_argument("--resimulate", action="store_true", help="simulate each run again from its log, as a check")
-    add_out(parser, "out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep goes on there")
+    add_options(
+        parser, "--out", out="out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep goes on there"
+    )
     parser.add_argument(
         "--cluster", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine"
     )
@@ -83,7 +70,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="carry out the K-th finished rollout of the sweep in that folder again, from 0, with its recorded seed, "
         "differences, faults and robot, and render a video into DIR/rollout_K",
     )
-    add_video(replay)
+    add_options(replay, *VIDEO)
     look = ("no_video", "quality", "camera", "inset", "size")
     parser.set_defaults(unseen={name: parser.get_default(name) for name in look})
 

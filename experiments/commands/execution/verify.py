@@ -9,9 +9,10 @@ import shtab
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.completion import complete, scenario_files
 from experiments.cli.console import Console
+from experiments.cli.options import add_options
 from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED
 
@@ -33,7 +34,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--key", type=Path, metavar="FILE", help="also check the signature, with this public Ed25519 key"
     )
-    add_json(parser)
+    add_options(parser, "--json")
 
 
 def verify(options: argparse.Namespace) -> int:

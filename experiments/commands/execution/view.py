@@ -6,19 +6,10 @@ import argparse
 import importlib.util
 
 from experiments import scenarios
-from experiments.cli.arguments import (
-    Commands,
-    add_camera,
-    add_command,
-    add_fault,
-    add_no_open,
-    add_plan,
-    add_robot,
-    add_scenario,
-    add_seed,
-)
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.browser import open_page
 from experiments.cli.choice import chosen_plan, continuation
+from experiments.cli.options import PLAN, add_options
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
@@ -42,19 +33,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan view case_study_3 --fault slip@3 --camera wrist --port 0",
     )
     parser = add_command(commands, view, summary, *examples)
-    add_scenario(parser)
-    add_plan(parser)
-    add_seed(parser)
-    add_fault(parser)
-    add_robot(parser)
-    add_camera(parser)
+    add_options(parser, "scenario", *PLAN, "--seed", "--fault", "--robot", "--camera")
     parser.add_argument(
         "--port",
         type=port,
         metavar="P",
         help="port of the page, 0 for any free one (default: 8080 or the next free one)",
     )
-    add_no_open(parser)
+    add_options(parser, "--no-open")
 
 
 def view(options: argparse.Namespace) -> int:

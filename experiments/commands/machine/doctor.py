@@ -8,8 +8,9 @@ from dataclasses import asdict
 from rich.text import Text
 
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
+from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, FAILED
 from experiments.commands.machine import diagnosis
@@ -25,7 +26,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     summary = "Check what works on this machine, and name the command that mends what does not."
     more = "The exit status is 4 if something needed does not work. What is optional and missing is a warning."
     parser = add_command(commands, doctor, summary, "prefplan doctor", "prefplan doctor --json", more=more)
-    add_json(parser)
+    add_options(parser, "--json")
 
 
 def doctor(options: argparse.Namespace) -> int:

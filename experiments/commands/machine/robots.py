@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
+from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE
 
@@ -22,7 +23,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     summary = "List the robots that can carry plans out, and which of them can be had on this machine."
     more = '`--robot NAME`, or `robot = "NAME"` under `[model]` in a scenario file, chooses one.'
     parser = add_command(commands, robots, summary, "prefplan robots", "prefplan robots --json", more=more)
-    add_json(parser)
+    add_options(parser, "--json")
 
 
 def robots(options: argparse.Namespace) -> int:

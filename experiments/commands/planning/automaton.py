@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from experiments.cli.arguments import Commands, add_command, add_plot
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
+from experiments.cli.options import add_options
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
 from experiments.figures.diagrams import automaton_text
@@ -27,7 +28,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         default="table",
         help="table for people, HOA for other tools, dot for Graphviz (default: table)",
     )
-    add_plot(parser)
+    add_options(parser, "--plot")
 
 
 def automaton(options: argparse.Namespace) -> int:

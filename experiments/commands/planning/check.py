@@ -14,8 +14,9 @@ from rich.text import Text
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json, add_limits, add_robot, add_scenario, limits_of
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
+from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.output import number
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
@@ -43,13 +44,11 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan check case_study_3 --robot fetch --quick",
         more=more,
     )
-    add_scenario(parser)
+    add_options(parser, "scenario")
     parser.add_argument(
         "--quick", action="store_true", help="do not try out what the arm can do with each object at each location"
     )
-    add_robot(parser)
-    add_json(parser)
-    add_limits(parser, "what is known by then")
+    add_options(parser, "--robot", "--json", *LIMITS, found="what is known by then")
 
 
 def check(options: argparse.Namespace) -> int:

@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from experiments import scenarios
-from experiments.cli.arguments import Commands, add_command, add_max_cost, add_scenario
+from experiments.cli.arguments import Commands, add_command
+from experiments.cli.options import add_options
 from experiments.cli.overview import kind_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
@@ -27,9 +28,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         choices=list(PICTURES),
         help="plans: each plan of the front on its map or graph; automata: one for each task; system: a small model",
     )
-    add_scenario(parser)
+    add_options(parser, "scenario")
     parser.add_argument("file", metavar="FILE", help="the picture to write; it ends in .png, .svg or .pdf")
-    add_max_cost(parser)
+    add_options(parser, "--max-cost")
 
 
 def draw(options: argparse.Namespace) -> int:

@@ -7,22 +7,11 @@ import sys
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import (
-    Commands,
-    add_at_most,
-    add_command,
-    add_json,
-    add_limits,
-    add_max_cost,
-    add_max_preference,
-    add_plot,
-    add_scenario,
-    add_within,
-    limits_of,
-)
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.choice import objective_name
 from experiments.cli.completion import complete, objectives
 from experiments.cli.console import Console
+from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, INTERRUPTED, no_plan
 from prefplan.planner import Planner
@@ -40,12 +29,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan front rover --objective time --objective energy",
     )
     parser = add_command(commands, front, summary, *examples)
-    add_scenario(parser)
-    add_json(parser)
-    add_plot(parser)
-    add_max_cost(parser)
-    add_max_preference(parser)
-    add_at_most(parser)
+    add_options(parser, "scenario", "--json", "--plot", "--max-cost", "--max-preference", "--at-most")
     objective = parser.add_argument(
         "--objective",
         action="append",
@@ -53,8 +37,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="a cost or a preference by its name; given once or more, the front is that of these alone (default: all)",
     )
     complete(objective, objectives())
-    add_within(parser)
-    add_limits(parser, "the front so far")
+    add_options(parser, "--within", *LIMITS, found="the front so far")
 
 
 def front(options: argparse.Namespace) -> int:

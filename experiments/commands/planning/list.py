@@ -10,8 +10,9 @@ from rich.text import Text
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, add_json
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import UNLIMITED, Console
+from experiments.cli.options import add_options
 from experiments.cli.overview import first_sentence, kind_of
 from experiments.cli.status import DONE
 from prefplan.preferences.objective import Measure
@@ -23,7 +24,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     summary = "List the scenarios that ship, and what each is about."
     more = "Every other command takes these names. `prefplan init` starts a scenario of your own."
     parser = add_command(commands, list_, summary, "prefplan list", "prefplan list --json", more=more)
-    add_json(parser)
+    add_options(parser, "--json")
 
 
 def list_(options: argparse.Namespace) -> int:

@@ -7,26 +7,18 @@ import sys
 
 from experiments import scenarios
 from experiments.cli import output
-from experiments.cli.arguments import (
-    Commands,
-    add_at_most,
-    add_command,
-    add_json,
-    add_limits,
-    add_plan,
-    add_scenario,
-    limits_of,
-)
+from experiments.cli.arguments import Commands, add_command
 from experiments.cli.choice import chosen_plan, show_no_plan
 from experiments.cli.completion import complete, objectives
 from experiments.cli.console import Console
+from experiments.cli.options import LIMITS, PLAN, add_options, limits_of
 from experiments.cli.start import tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from prefplan.front import NoPlanError, UnfinishedError
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 
-LIMITS = """\
+MORE = """\
 A limit, or Ctrl-C, may end the search before its plan is found. What is printed then is the best plan so far and, for
 the cheapest one, by how much it may be dearer than any: from nine tasks on, some plan is known early. If none is known
 the exit status is 4, which does not mean that there is no plan (that is 3). With --json, "complete" is false in both
@@ -42,10 +34,8 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan plan case_study_1 --max-seconds 10 --json",
         "prefplan plan rover --objective energy --at-most time=80",
     )
-    parser = add_command(commands, plan, summary, *examples, more=LIMITS)
-    add_scenario(parser)
-    add_json(parser)
-    add_plan(parser)
+    parser = add_command(commands, plan, summary, *examples, more=MORE)
+    add_options(parser, "scenario", "--json", *PLAN)
     objective = parser.add_argument(
         "--objective",
         dest="plan",
@@ -54,8 +44,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "of each",
     )
     complete(objective, objectives())
-    add_at_most(parser)
-    add_limits(parser, "the best plan so far")
+    add_options(parser, "--at-most", *LIMITS, found="the best plan so far")
 
 
 def plan(options: argparse.Namespace) -> int:

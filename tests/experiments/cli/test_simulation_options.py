@@ -10,7 +10,7 @@ import mujoco
 import pytest
 from scenario_texts import cup_scenario
 
-from experiments.cli.arguments import add_camera, add_perturb
+from experiments.cli.options import add_options
 from experiments.cli.simulation_options import camera_of
 from prefplan import PrefplanError
 from prefplan.scenario.decode import loads
@@ -43,7 +43,7 @@ def test_a_camera_is_ours_or_the_scenes_or_anywhere() -> None:
 
 def test_a_wrong_view_and_the_help_give_the_same_example() -> None:
     parser = argparse.ArgumentParser()
-    add_camera(parser)
+    add_options(parser, "--camera")
     (told,) = (str(action.help) for action in parser._actions if action.dest == "camera")
     with pytest.raises(PrefplanError) as error:
         camera_of("1,2", no_scene)
@@ -53,7 +53,7 @@ def test_a_wrong_view_and_the_help_give_the_same_example() -> None:
 
 def test_the_help_of_perturb_names_every_key_with_its_unit() -> None:
     parser = argparse.ArgumentParser()
-    add_perturb(parser)
+    add_options(parser, "--perturb")
     (told,) = (str(action.help) for action in parser._actions if action.dest == "perturb")
     clauses = re.findall(r"([a-z (),]+) (?:in|as a) (mm|degrees|ms|share)\b", told)
     found = {name: unit for names, unit in clauses for name in re.sub(r" \([a-z ]+\)|,| and", "", names).split()}
