@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 from command_line import Run, call
-from scenario_texts import DETOUR
+from scenario_texts import DETOUR, shipped, shipped_front
+
+from prefplan import Front, Scenario
 
 
 @pytest.fixture
@@ -19,6 +21,23 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setenv("COLUMNS", "120")
 
     return partial(call, capsys)
+
+
+@pytest.fixture(scope="session")
+def example() -> Scenario:
+    """The paper's example: three tasks on a small grid."""
+    return shipped("example")
+
+
+@pytest.fixture(scope="session")
+def arch() -> Scenario:
+    """Case Study 3."""
+    return shipped("case_study_3")
+
+
+@pytest.fixture(scope="session")
+def arch_front() -> Front:
+    return shipped_front("case_study_3")
 
 
 @pytest.fixture

@@ -21,11 +21,6 @@ from prefplan import Front, Plan, Scenario, pareto_front
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-@pytest.fixture(scope="module")
-def example() -> Scenario:
-    return scenarios.find("example")
-
-
 @pytest.fixture
 def axes() -> Axes:
     return Figure(figsize=(6, 4)).subplots()

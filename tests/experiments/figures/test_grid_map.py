@@ -6,20 +6,13 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 
 import numpy as np
-import pytest
 
-from experiments import scenarios
 from experiments.figures.grid_map import MOST_CELLS, GridMap
 from experiments.figures.maps import map_of, svg
 from experiments.figures.plan_map import PlanMap
 from experiments.figures.trail import LANE, LANES, trail
 from prefplan import Order, Plan, Problem, Scenario, Task, cheapest_plan
 from prefplan.models.grid import GridModel
-
-
-@pytest.fixture(scope="module")
-def example() -> Scenario:
-    return scenarios.find("example")
 
 
 def drawn_map(scenario: Scenario) -> PlanMap:

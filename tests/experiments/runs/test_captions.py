@@ -14,7 +14,7 @@ from experiments import scenarios
 from experiments.runs.captions import captions
 from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome, ledger_of
-from prefplan import ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
+from prefplan import Front, ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
 from prefplan.scenario.decode import loads
 from sim.evidence.log import ARRAYS, MORE_ARRAYS
 from sim.execution.closed_loop import Pursuit
@@ -44,16 +44,6 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
     return Outcome(plan, rollout, ledger_of(scenario.problem(), plan, steps), Pursuit(plan))
 
 
-@pytest.fixture(scope="module")
-def arch() -> Scenario:
-    return scenarios.find("case_study_3")
-
-
-@pytest.fixture(scope="module")
-def front(arch: Scenario) -> list[Plan]:
-    return list(pareto_front(arch.problem()))
-
-
 def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
     system = arch.problem().system
     for state in range(0, system.size, 7):
@@ -76,15 +66,15 @@ def test_relaxations_apply_to_what_is_observed() -> None:
     assert [entry.cost for entry in ledger.entries] == [0, 0.5, 0.6, 1.3, 1.5]
 
 
-def test_a_task_counts_only_when_it_is_observed_to_be_done(arch: Scenario, front: list[Plan]) -> None:
-    plan = front[0]
+def test_a_task_counts_only_when_it_is_observed_to_be_done(arch: Scenario, arch_front: Front) -> None:
+    plan = arch_front[0]
     states = [replace(cast(ManipulationState, state), marks=frozenset()) for state in plan.states]
     end = outcome_of(arch, plan, states).ledger.final
     assert end.satisfied == frozenset() and end.task_costs == {"phi1": plan.cost, "phi2": plan.cost}
 
 
-def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenario, front: list[Plan]) -> None:
-    plan = front[1]
+def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenario, arch_front: Front) -> None:
+    plan = arch_front[1]
     outcome = outcome_of(arch, plan)
     texts = captions(outcome, arch.model)
     assert [text.action for text in texts] == [*plan.actions, "done"]
@@ -97,13 +87,13 @@ def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenari
     assert ("satisfied", "open") in states and ("open", "satisfied") not in states
 
 
-def test_a_caption_tells_that_the_hand_moves_to_the_start(arch: Scenario, front: list[Plan]) -> None:
-    outcome = outcome_of(arch, front[0])
+def test_a_caption_tells_that_the_hand_moves_to_the_start(arch: Scenario, arch_front: Front) -> None:
+    outcome = outcome_of(arch, arch_front[0])
     late = tuple(replace(step, start=step.start + 1, end=step.end + 1) for step in outcome.rollout.steps)
     rollout = replace(outcome.rollout, steps=late, sim_seconds=outcome.rollout.sim_seconds + 1)
     first, second, *_ = captions(replace(outcome, rollout=rollout), arch.model)
     assert (first.start, first.end, first.action, first.cost) == (0, 1, "to the start", 0)
-    assert (second.start, second.action, second.tasks) == (1, front[0].actions[0], first.tasks)
+    assert (second.start, second.action, second.tasks) == (1, arch_front[0].actions[0], first.tasks)
 
 
 @pytest.mark.parametrize(
@@ -120,8 +110,8 @@ def test_a_task_is_told_by_what_it_wants_in_the_end(arch: Scenario, formula: str
     assert goal_words(Task("phi1", formula), arch.model) == words
 
 
-def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, front: list[Plan]) -> None:
-    plan = front[1]
+def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, arch_front: Front) -> None:
+    plan = arch_front[1]
     outcome = outcome_of(arch, plan)
     events = (Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {}))
     surprised = replace(outcome, rollout=replace(outcome.rollout, events=events))

@@ -5,36 +5,27 @@ from decimal import Decimal
 from typing import Any
 
 import pytest
+from scenario_texts import shipped, shipped_front
 
-from experiments import scenarios
 from experiments.runs.carry_out import carry_out, scene_of
-from prefplan import Front, Scenario, pareto_front
 from prefplan.errors import ScenarioError
 from prefplan.scenario.decode import from_dict
 
 
-@pytest.fixture(scope="module")
-def scenario() -> Scenario:
-    return scenarios.find("kitchen")
-
-
-@pytest.fixture(scope="module")
-def front(scenario: Scenario) -> Front:
-    return pareto_front(scenario.problem())
-
-
-def test_serving_in_the_customers_order_costs_more_the_better_it_is_kept(front: Front) -> None:
+def test_serving_in_the_customers_order_costs_more_the_better_it_is_kept() -> None:
+    front = shipped_front("kitchen")
     points = [(plan.cost, plan.preference) for plan in front]
     assert points == [(58, 65), (61, 51), (64, 44), (65, 34), (68, 17), (78, 14), (81, 0)]
     assert front[0].task_costs == {"tidy": 10, "cleo": 24, "ben": 41, "ada": 58}
     assert front[-1].task_costs == {"ada": 34, "ben": 54, "cleo": 71, "tidy": 81}
 
 
-def test_the_preferred_plan_is_carried_out_to_the_end(scenario: Scenario, front: Front) -> None:
-    outcome = carry_out(scenario, scene_of(scenario), front[-1], seed=1)
+def test_the_preferred_plan_is_carried_out_to_the_end() -> None:
+    scenario, plan = shipped("kitchen"), shipped_front("kitchen")[-1]
+    outcome = carry_out(scenario, scene_of(scenario), plan, seed=1)
     rollout = outcome.rollout
     assert rollout.completed, rollout.reason
-    assert [step.action for step in rollout.steps] == list(front[-1].actions)
+    assert [step.action for step in rollout.steps] == list(plan.actions)
     final = rollout.steps[-1].observed
     assert final.place == {"soup": "plate1", "pie": "plate2", "fish": "plate3", "mug": "counter"}
     assert final.marks >= {("soup", "cooked"), ("pie", "cooked"), ("fish", "cooked")}
@@ -53,10 +44,11 @@ def test_the_preferred_plan_is_carried_out_to_the_end(scenario: Scenario, front:
     ],
 )
 def test_what_an_object_or_a_location_cannot_be_is_refused_by_file_and_key(
-    scenario: Scenario, table: str, key: str, value: Any, message: str
+    table: str, key: str, value: Any, message: str
 ) -> None:
-    contents = tomllib.loads(scenario.path.read_text(), parse_float=Decimal)
+    path = shipped("kitchen").path
+    contents = tomllib.loads(path.read_text(), parse_float=Decimal)
     group, name = table.split(".")
     contents["model"][group][name][key] = value
     with pytest.raises(ScenarioError, match=rf"kitchen\.toml: model\.{table}\.{key}: {message}"):
-        scene_of(from_dict(contents, name="kitchen", path=scenario.path))
+        scene_of(from_dict(contents, name="kitchen", path=path))

@@ -11,12 +11,11 @@ import pytest
 from scenario_texts import task_tables
 from skill_runs import displaced
 
-from experiments import scenarios
 from experiments.runs import carry_out as programs
 from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
-from prefplan import Plan, Scenario, load, pareto_front
+from prefplan import Front, Scenario, load, pareto_front
 from sim.errors import BlockedError
 from sim.evidence.certificate import certify
 from sim.execution.faults import read_fault
@@ -37,27 +36,17 @@ FAULTY = [
 
 
 @pytest.fixture(scope="module")
-def arch() -> Scenario:
-    return scenarios.find("case_study_3")
-
-
-@pytest.fixture(scope="module")
-def front(arch: Scenario) -> list[Plan]:
-    return list(pareto_front(arch.problem()))
-
-
-@pytest.fixture(scope="module")
 def stocked(arch: Scenario) -> Scene:
     """The scene of the arch with one object in store."""
     return scene_of(arch, faults=[read_fault("foreign:san@1", arch.model)])  # type: ignore[arg-type]
 
 
 @pytest.fixture
-def pursue(arch: Scenario, front: list[Plan], stocked: Scene) -> Callable[..., Outcome]:
+def pursue(arch: Scenario, arch_front: Front, stocked: Scene) -> Callable[..., Outcome]:
     """Return a function that carries out a plan of the arch while things go wrong."""
 
     def run(*faults: str, choice: str | int = "cost", seed: int = 1, noise: float = 0.0) -> Outcome:
-        plan = front[-1] if choice == "preference" else front[0 if choice == "cost" else int(choice)]
+        plan = arch_front[-1 if choice == "preference" else 0 if choice == "cost" else int(choice)]
         read = [read_fault(text, stocked.model) for text in faults]
         sensor = NoisySensor(noise, seed=seed) if noise else None
         return carry_out(arch, stocked, plan, seed=seed, faults=read, choice=choice, sensor=sensor)
@@ -240,9 +229,9 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
 
 
 def test_what_fell_from_the_table_and_is_not_needed_does_not_matter(
-    arch: Scenario, front: list[Plan], monkeypatch: pytest.MonkeyPatch
+    arch: Scenario, arch_front: Front, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(programs, "initial_state", displaced(green=(3.0, 0.0)))
-    outcome = carry_out(arch, scene_of(arch), front[0])
+    outcome = carry_out(arch, scene_of(arch), arch_front[0])
     assert_consistent(outcome)
     assert "green" not in " ".join(outcome.executed) and outcome.pursuit.replans >= 1
