@@ -7,10 +7,12 @@ from importlib import import_module
 from pathlib import Path
 
 import networkx as nx
+import ompl  # noqa: F401  # pytest forgets what tests in its process load first, and this cannot be loaded twice
 import pytest
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.regression.assertions import assert_front, assert_plan
+from experiments.runs import carry_out, evidence  # noqa: F401  # the same
 from prefplan import Expression, Order, PrefplanError, Problem, Task, TransitionSystem
 
 pytest_plugins = ["pytester"]
@@ -21,12 +23,11 @@ CUP = cup_scenario(costs="{ transit = 3, grasp = 1, transport = 5.5, release = 1
 
 
 @pytest.fixture
-def reader(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+def reader(pytester: pytest.Pytester) -> pytest.Pytester:
     """Somebody's folder, in which pytest is started with the plugin and nothing else of this project."""
     pytester.makefile(".toml", cup=CUP)
     # By module, whether or not the package is installed so that its entry point is known.
     pytester.makeini("[pytest]\naddopts = -p no:prefplan -p prefplan.pytest_plugin -p no:cacheprovider")
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
     return pytester
 
 
@@ -71,7 +72,7 @@ def test_right_outcomes_pass_and_others_are_told(reader: pytest.Pytester) -> Non
             assert_plan("cup.toml", task_costs={"tidy": 10})
         """
     )
-    result = reader.runpytest_subprocess("-q")
+    result = reader.runpytest_inprocess("-q")
     result.assert_outcomes(passed=2, failed=3)
     result.stdout.re_match_lines_random([r"E\s+AssertionError: case_study_3: the front is not the expected one"])
     result.stdout.re_match_lines(
@@ -112,7 +113,7 @@ def test_an_execution_is_asserted_from_what_was_simulated(reader: pytest.Pyteste
             assert_completed("cup.toml", plan="preference", seed=2)
         """
     )
-    result = reader.runpytest_subprocess("-q")
+    result = reader.runpytest_inprocess("-q")
     result.assert_outcomes(passed=1, failed=1)
     result.stdout.re_match_lines(
         [
