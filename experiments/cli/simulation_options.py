@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from typing import TypedDict
 
 from prefplan.errors import PrefplanError, choices
 from prefplan.models.manipulation.model import ManipulationModel
@@ -16,7 +15,7 @@ from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.inset import INSETS
-from sim.rendering.quality import QUALITIES, Quality
+from sim.rendering.quality import QUALITIES, Look
 from sim.robots.catalogue import OLD_NAMES, ROBOTS
 from sim.world.randomization import KEYS, Perturbation, read_perturbation
 from sim.world.scene import Scene
@@ -66,13 +65,6 @@ def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
 def robot_of(name: str | None) -> str | None:
     """Return the value of `--robot`; None without the option."""
     return name if name is None or name in OLD_NAMES else checked("--robot", name, ROBOTS)
-
-
-class Look(TypedDict):
-    """How a video looks, as `experiments.runs.carry_out.carry_out` takes it."""
-
-    quality: Quality
-    camera: str
 
 
 def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:

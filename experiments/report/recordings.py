@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from experiments.cli.files import write_json
 from experiments.runs.carry_out import Tell, carry_out, scene_of
@@ -19,7 +19,7 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.scenario.decode import Scenario
 from sim.errors import LogError, RenderingError
 from sim.evidence.log import Log, read_log
-from sim.rendering.quality import DRAFT, Quality
+from sim.rendering.quality import DRAFT, Look, Quality
 from sim.rendering.renderer import check_rendering
 from sim.world.scene import Scene
 
@@ -52,10 +52,9 @@ def record_all(
     *,
     seed: int | None = None,
     robot: str | None = None,
-    quality: Quality = DRAFT,
-    camera: str = "fixed",
     video: bool = True,
     tell: Tell = lambda stage, done, total, what: None,
+    **look: Unpack[Look],
 ) -> tuple[dict[int, Recording], tuple[str, ...], bool]:
     """Carry plans out and render their videos, up to the first that the user interrupts.
 
@@ -65,10 +64,9 @@ def record_all(
         folder: of the results, `plan_I` with several endings; it exists.
         seed: None for the nominal world.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        quality: of the videos.
-        camera: that they are seen from.
         video: whether to render videos.
         tell: told of progress.
+        **look: of the videos.
 
     Returns:
         The recordings by the plans' numbers, notices for the reader, and whether the user ended it early.
@@ -92,8 +90,7 @@ def record_all(
                 tell(f"{name} {stage}", done, total, what)
 
             path = folder / f"plan_{i}"
-            shown = quality if video else None
-            recording = _record(scenario, scene, plan, path, seed=seed, quality=shown, camera=camera, tell=told)
+            recording = _record(scenario, scene, plan, path, seed=seed, video=video, tell=told, **look)
             if recording is None:
                 return found, notices, True
             found[i] = recording
@@ -111,36 +108,24 @@ def _record(
     path: Path,
     *,
     seed: int | None,
-    quality: Quality | None,
-    camera: str,
+    video: bool,
     tell: Tell,
+    **look: Unpack[Look],
 ) -> Recording | None:
-    """Carry a plan out, with a video if there is a quality, unless that was done before; None if the user ended it."""
+    """Carry a plan out, unless that was done before; None if the user ended it."""
     found = read(path)
     if found is not None and found.outcome.get("made_from") == _fingerprint(scenario, scene, plan, seed):
-        if quality is None or found.outcome.get("rendered") == _rendered(quality, camera):
+        if not video or found.outcome.get("rendered") == _rendered(**look):
             return found
     # An incomplete result must not look complete: the record is removed first and written last.
     path.with_suffix(".json").unlink(missing_ok=True)
-    video = None if quality is None else path.with_suffix(".mp4")
-    shown = quality or DRAFT
+    file = path.with_suffix(".mp4") if video else None
     # The page itself says what captions would.
-    outcome = carry_out(
-        scenario, scene, plan, seed=seed, video=video, quality=shown, camera=camera, captioned=False, tell=tell
-    )
-    return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, quality=shown, camera=camera)
+    outcome = carry_out(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=tell, **look)
+    return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, **look)
 
 
-def keep(
-    scenario: Scenario,
-    scene: Scene,
-    plan: Plan,
-    outcome: Outcome,
-    path: Path,
-    *,
-    quality: Quality = DRAFT,
-    camera: str = "fixed",
-) -> Recording:
+def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:
     """Write the log of an outcome, its certificate and, when these are complete, its record.
 
     Args:
@@ -149,8 +134,7 @@ def keep(
         plan: the first plan.
         outcome: of carrying it out; its video, if there is one, lies at `path` with the ending `.mp4`.
         path: of the results, without an ending: `.npz`, `.certificate.json` and `.json` are added.
-        quality: of the video.
-        camera: that it is seen from.
+        **look: of the video.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -158,7 +142,7 @@ def keep(
     outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"))
     if outcome.video is None:
         path.with_suffix(".mp4").unlink(missing_ok=True)
-    rendered = {"rendered": _rendered(quality, camera)} if outcome.video else {}
+    rendered = {"rendered": _rendered(**look)} if outcome.video else {}
     made_from = {"made_from": _fingerprint(scenario, scene, plan, outcome.seed)}
     write_json(path.with_suffix(".json"), outcome_json(outcome) | made_from | rendered)
     recording = read(path)
@@ -180,7 +164,7 @@ def read(path: Path) -> Recording | None:
     return Recording(log, path.with_suffix(".npz"), outcome, certificate, video)
 
 
-def _rendered(quality: Quality, camera: str) -> dict[str, Any]:
+def _rendered(quality: Quality = DRAFT, camera: str = "fixed") -> dict[str, Any]:
     """Return how a video looks, JSON-ready."""
     return asdict(quality) | {"size": list(quality.size), "camera": camera}
 

@@ -9,6 +9,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib.resources import files
 
 import numpy as np
@@ -41,6 +42,29 @@ Start = Callable[[int], Begin]
 """Returns how to begin a plan of the front, by index."""
 
 
+@dataclass(frozen=True)
+class Show:
+    """What a page shows.
+
+    Attributes:
+        problem: what was planned.
+        scene: what the plans are carried out in.
+        plans: the front.
+        start: returns how to begin one of them.
+        title: what is carried out.
+        chosen: index of the plan to begin with.
+        camera: where browsers look from at first, as for `sim.rendering.cameras.Camera`.
+    """
+
+    problem: Problem
+    scene: Scene
+    plans: Sequence[Plan]
+    start: Start
+    title: str
+    chosen: int = 0
+    camera: str = "fixed"
+
+
 class Session:
     """One page: a plan that is carried out, or two in step, and what a user does with them.
 
@@ -50,44 +74,22 @@ class Session:
         stages: the scenes, from left to right; the second one exists once it was asked for.
     """
 
-    def __init__(
-        self,
-        server: viser.ViserServer,
-        problem: Problem,
-        scene: Scene,
-        plans: Sequence[Plan],
-        start: Start,
-        *,
-        title: str,
-        chosen: int = 0,
-        camera: str = "fixed",
-    ) -> None:
-        """Put up the page, and begin a plan.
-
-        Args:
-            server: where to.
-            problem: what was planned.
-            scene: what the plans are carried out in.
-            plans: the front.
-            start: returns how to begin one of them.
-            title: what is carried out.
-            chosen: index of the plan to begin with.
-            camera: where browsers look from at first, as for `sim.rendering.cameras.Camera`.
-        """
+    def __init__(self, server: viser.ViserServer, show: Show) -> None:
+        """Put up the page on a server, and begin a plan."""
         self.playback = Playback()
         self.shown: tuple[int, ...] = ()
-        self._server, self._problem, self._scene, self._start = server, problem, scene, start
-        self._viewpoint = Viewpoint.of(scene, camera)
+        self._server, self._show = server, show
+        self._viewpoint = Viewpoint.of(show.scene, show.camera)
         server.scene.set_up_direction("+z")
         self._viewpoint.take(server)
-        dress(server, title)
-        self.stages = [Stage(server, scene)]
+        dress(server, show.title)
+        self.stages = [Stage(server, show.scene)]
         self._attend(0)
         actions = Actions(self.choose, self.beside, self.restart, self.meddle)
-        objects = [obj.name for obj in scene.model.objects]
-        self._panel = Panel(server, title, self.playback, plans=plans, objects=objects, actions=actions)
+        objects = [obj.name for obj in show.scene.model.objects]
+        self._panel = Panel(server, show.title, self.playback, plans=show.plans, objects=objects, actions=actions)
         self._changing = threading.RLock()
-        self._begin((chosen,), playing=False)
+        self._begin((show.chosen,), playing=False)
 
     def choose(self, index: int) -> None:
         """Carry out a plan of the front from the start; on the left, if there are two."""
@@ -98,7 +100,8 @@ class Session:
         with self._changing:
             both = index is not None
             if both and len(self.stages) == 1:
-                self.stages.append(Stage(self._server, self._scene, root="/right", offset=beside(self._scene)))
+                scene = self._show.scene
+                self.stages.append(Stage(self._server, scene, root="/right", offset=beside(scene)))
                 self._attend(1)
             for stage in self.stages[1:]:
                 stage.set_visible(both)
@@ -142,7 +145,7 @@ class Session:
         with self._changing:
             for run in self.playback.runs:
                 run.cancel()
-            runs = [LiveRun(self._problem, self._start(index), until=0.0) for index in indices]
+            runs = [LiveRun(self._show.problem, self._show.start(index), until=0.0) for index in indices]
             self.playback.load(runs, playing=playing)
             self.shown = indices
             for run in runs:
@@ -169,28 +172,11 @@ def beside(scene: Scene) -> tuple[float, float, float]:
     return float(x), float(y), 0.0
 
 
-def watch(
-    problem: Problem,
-    scene: Scene,
-    plans: Sequence[Plan],
-    start: Start,
-    *,
-    title: str,
-    chosen: int = 0,
-    camera: str = "fixed",
-    port: int | None = None,
-    ready: Callable[[str], None] = lambda address: None,
-) -> None:
+def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] = lambda address: None) -> None:
     """Carry plans out and show that in browsers, until Ctrl-C.
 
     Args:
-        problem: as for `Session`.
-        scene: as for `Session`.
-        plans: as for `Session`.
-        start: as for `Session`.
-        title: as for `Session`.
-        chosen: as for `Session`.
-        camera: as for `Session`.
+        show: what is carried out.
         port: of the page, 0 for any free one; None for `DEFAULT_PORT` or the next free one.
         ready: called with the address as soon as browsers find it.
 
@@ -204,7 +190,7 @@ def watch(
         # Where a port is taken, viser uses the next one.
         if port and server.get_port() != port:
             raise PrefplanError(f"--port {port}: it is not free; --port 0 takes any free port")
-        session = Session(server, problem, scene, plans, start, title=title, chosen=chosen, camera=camera)
+        session = Session(server, show)
         ready(f"http://{HOST}:{server.get_port()}")
         before = time.monotonic()
         while True:

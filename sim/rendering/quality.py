@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypedDict
 
 
 @dataclass(frozen=True)
@@ -31,3 +32,15 @@ DRAFT = Quality((1280, 720), samples=1, shadow_pixels=1024, rate=20, preset="ver
 # Nearly ten times the work.
 FINAL = Quality((1920, 1080), samples=5, shadow_pixels=2048, rate=17, preset="medium")
 QUALITIES = {"draft": DRAFT, "final": FINAL}
+
+
+class Look(TypedDict, total=False):
+    """How a video looks.
+
+    Attributes:
+        quality: of its pictures; a draft unless it is said.
+        camera: that it is seen from; `fixed` unless it is said.
+    """
+
+    quality: Quality
+    camera: str

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+from typing import TYPE_CHECKING
 
 from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
@@ -17,6 +18,10 @@ from prefplan.errors import PreferenceError, PrefplanError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, Plan
 from prefplan.planner import Planner
+
+if TYPE_CHECKING:
+    from experiments.runs.carry_out import Conditions
+    from experiments.viewer.live_run import Begin
 
 INSTALL = "pip install '.[sim,viewer]', in a clone of prefplan"
 """Installs the libraries of this command."""
@@ -50,7 +55,7 @@ def view(options: argparse.Namespace) -> int:
     with loading():
         from experiments.cli.simulation_options import camera_of, faults_of, robot_of
         from experiments.runs.carry_out import begin, scene_of
-        from experiments.viewer.session import watch
+        from experiments.viewer.session import Show, watch
 
     scenario = scenarios.find(options.scenario)
     faults, robot = faults_of(options.fault, scenario), robot_of(options.robot)
@@ -73,27 +78,11 @@ def view(options: argparse.Namespace) -> int:
         if not options.no_open:
             open_page(address)
 
-    watch(
-        problem,
-        scene,
-        plans,
-        lambda i: (
-            lambda tell: begin(
-                problem,
-                scene,
-                plans[i],
-                seed=options.seed,
-                faults=faults,
-                choice=choice if i == chosen else i,
-                tell=tell,
-            )
-        ),
-        title=scenario.name,
-        chosen=chosen,
-        camera=camera,
-        port=options.port,
-        ready=ready,
-    )
+    def start(i: int) -> Begin:
+        conditions: Conditions = {"seed": options.seed, "faults": faults, "choice": choice if i == chosen else i}
+        return lambda tell: begin(problem, scene, plans[i], tell=tell, **conditions)
+
+    watch(Show(problem, scene, plans, start, scenario.name, chosen, camera), port=options.port, ready=ready)
     return DONE
 
 

@@ -6,6 +6,7 @@ import asyncio
 import re
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,7 +16,7 @@ import viser
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.runs.carry_out import begin
-from experiments.viewer.session import Session
+from experiments.viewer.session import Session, Show
 from experiments.viewer.viewpoint import Viewpoint
 from prefplan import pareto_front
 from prefplan.scenario.decode import loads
@@ -38,14 +39,8 @@ def session(scene: Scene) -> Iterator[Session]:
     problem = SCENARIO.problem()
     plans = [*pareto_front(problem)] * 2
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
-    session = Session(
-        server,
-        problem,
-        scene,
-        plans,
-        lambda i: lambda tell: begin(problem, scene, plans[i], tell=tell),
-        title="cup",
-    )
+    start = [partial(begin, problem, scene, plan) for plan in plans]
+    session = Session(server, Show(problem, scene, plans, lambda i: lambda tell: start[i](tell=tell), "cup"))
     yield session
     session.close()
     server.stop()
