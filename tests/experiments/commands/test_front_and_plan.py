@@ -291,9 +291,3 @@ def test_without_a_plan_people_read_why_on_stderr(run: Run, detour: Path, comman
 def test_the_scenarios_that_ship_have_the_papers_fronts(run: Run, scenario: str, points: list[tuple[int, int]]) -> None:
     found = run("front", scenario, "--json").json
     assert [(point["cost"], point["preference"]) for point in found["front"]] == points
-
-
-@pytest.mark.parametrize(("objective", "point"), [("cost", (68, 29)), ("preference", (98, 0))])
-def test_case_study_1_as_it_ships_has_the_papers_ends(run: Run, objective: str, point: tuple[int, int]) -> None:
-    plan = run("plan", "case_study_1", "--objective", objective, "--json").json["plan"]
-    assert (plan["cost"], plan["preference"]) == point
