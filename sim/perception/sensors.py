@@ -31,6 +31,10 @@ LEANING_TILT_RAD = np.radians(45)
 """Greatest tilt of an object that leans on something: one that is tilted by more lies on another of its faces."""
 
 
+DIAGONAL = np.sqrt(0.5)
+"""Vertical component of an axis that is as steep as it is level."""
+
+
 class ObservationTimeoutError(SimulationError):
     """An object has not been observed for too long."""
 
@@ -164,9 +168,9 @@ def true_poses(scene: Scene, data: mujoco.MjData) -> dict[str, ObjectPose]:
 def pose_of(shape: ObjectShape, position: np.ndarray, rotation: np.ndarray) -> ObjectPose:
     """Return the pose of an object of a shape, from its centre, m, and its (3, 3) axes."""
     turned = shape.most_upright(rotation)
-    level = turned[:, int(abs(turned[2, 0]) > np.sqrt(0.5))]
+    level = int(abs(turned[2, 0]) > DIAGONAL)
     tilt = np.arccos(min(1.0, float(turned[2, 2])))
-    return ObjectPose(position, float(np.arctan2(level[1], level[0])), float(tilt), rotation)
+    return ObjectPose(position, float(np.arctan2(turned[1, level], turned[0, level])), float(tilt), rotation)
 
 
 def mean_pose(shape: ObjectShape, poses: Sequence[ObjectPose]) -> ObjectPose:

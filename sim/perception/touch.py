@@ -76,8 +76,8 @@ class ContactMonitor:
             for pad, contact in presses:
                 # The first row of an elliptic cone is the normal force.
                 self.pad_forces[pad] += forces[rows[contact]]
-        if self.pad_forces.min() > HOLD_FORCE_N and self._gripper.holds(data.ctrl[self._motor]):
-            self.pressed = data.time
+            if self.pad_forces.min() > HOLD_FORCE_N and self._gripper.holds(data.ctrl[self._motor]):
+                self.pressed = data.time
         return touches
 
     def touches(self, data: mujoco.MjData) -> list[tuple[str, str]]:

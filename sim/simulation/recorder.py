@@ -23,6 +23,9 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_
 """What a step of MuJoCo depends on besides its commands."""
 
 
+FIRST_ROWS = 4096
+"""Number of steps for which there is space at first: 8 s."""
+
 TORQUE_CUTOFF_HZ = 100.0
 """Cutoff of the first-order low-pass filter of commanded torques, libfranka's default (`lowpass_filter.h`). Without it
 a contact that the simulation misses for a single step counts as a jump of the torque."""
@@ -44,9 +47,10 @@ class Recorder:
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
         self._felt: list[int] = []
-        self._references: list[np.ndarray] = []
-        self._speeds: list[np.ndarray] = []
-        self._torques: list[np.ndarray] = []
+        # What was felt at every step; more rows than steps, doubled when they are full.
+        self._references = np.empty((FIRST_ROWS, len(self._dofs)))
+        self._speeds, self._torques = np.empty((2, FIRST_ROWS, model.nv))
+        self._samples = 0
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
         self._interventions: list[np.ndarray] = []
         self._left, self._found = np.full((2, mujoco.mj_stateSize(model, STATE)), np.nan)
@@ -80,13 +84,18 @@ class Recorder:
 
     def feel(self, data: mujoco.MjData, reference: np.ndarray) -> None:
         """Add a state just simulated, in which the arm's joints were to be at (n,) reference positions, rad."""
-        self._references.append(reference)
+        row = self._samples
+        if row == len(self._speeds):
+            self._references, self._speeds, self._torques = (
+                np.concatenate([rows, np.empty_like(rows)]) for rows in (self._references, self._speeds, self._torques)
+            )
+        self._references[row] = reference
         # Copying all joints takes a quarter of the time that picking out the arm's does.
-        self._speeds.append(data.qvel.copy())
-        torques = data.qfrc_actuator.copy()
+        self._speeds[row] = data.qvel
+        self._torques[row] = data.qfrc_actuator
         if self._cup is not None:
-            torques -= self._pull(data, self._cup)
-        self._torques.append(torques)
+            self._torques[row] -= self._pull(data, self._cup)
+        self._samples = row + 1
 
     def _pull(self, data: mujoco.MjData, cup: int) -> np.ndarray:
         """Return the (nv,) torques of a suction cup: MuJoCo counts them, though its contact balances them."""
@@ -106,16 +115,16 @@ class Recorder:
             "pad_forces": self._press(data),
         }
         self._frames.append(frame)
-        self._felt.append(len(self._speeds))
+        self._felt.append(self._samples)
         self._due = (len(self._frames) - 1e-6) / FRAME_RATE
 
     @property
     def effort(self) -> Effort:
         """What the simulation took of the arm so far."""
-        speeds, torques = self._of_arm(self._speeds[self._summed :]), self._of_arm(self._torques[self._summed :])
+        speeds, torques = self._of_arm(self._speeds, self._summed), self._of_arm(self._torques, self._summed)
         travel, energy = (self._period * float(np.abs(rates).sum()) for rates in (speeds, speeds * torques))
         self._effort += Effort(self._period * len(speeds), travel, energy)
-        self._summed = len(self._speeds)
+        self._summed = self._samples
         return self._effort
 
     @property
@@ -126,7 +135,7 @@ class Recorder:
         samples = {
             "speeds": (speeds, 0),
             "accelerations": (speeds, 1),
-            "jerks": (np.array(self._references), 3),
+            "jerks": (self._references[: self._samples], 3),
             "torques": (torques, 0),
             "torque_rates": (self._filtered(torques), 1),
         }
@@ -135,9 +144,9 @@ class Recorder:
         arrays["interventions"] = np.array(self._interventions).reshape(-1, 1 + len(self._left))
         return arrays
 
-    def _of_arm(self, rows: list[np.ndarray]) -> np.ndarray:
-        """Return the (K, n) values of the arm's joints out of K rows of those of all joints."""
-        return np.array(rows)[:, self._dofs] if rows else np.zeros((0, len(self._dofs)))
+    def _of_arm(self, rows: np.ndarray, first: int = 0) -> np.ndarray:
+        """Return the (K, n) values of the arm's joints out of those of all joints, from a step on."""
+        return rows[first : self._samples, self._dofs]
 
     def _filtered(self, torques: np.ndarray) -> np.ndarray:
         """Return (K, n) torques after the low-pass filter that a controller of the arm sends them through."""
@@ -161,12 +170,13 @@ class Recorder:
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
         """Return the contact force on each of the gripper's pads, N."""
-        forces = np.zeros(len(self._pads))
-        for i, pair in enumerate(data.contact.geom.tolist()):
-            for geom in pair:
-                if geom in self._pads:
-                    # The first row of an elliptic cone is the normal force.
-                    forces[self._pads[geom]] += data.efc_force[data.contact.efc_address[i]]
+        forces, geoms = np.zeros(len(self._pads)), data.contact.geom.ravel().tolist()
+        if self._pads.keys().isdisjoint(geoms):
+            return forces
+        for i, geom in enumerate(geoms):
+            if geom in self._pads:
+                # The first row of an elliptic cone is the normal force.
+                forces[self._pads[geom]] += data.efc_force[data.contact.efc_address[i // 2]]
         return forces
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -78,16 +79,16 @@ class Workcell:
             seed: of the search for paths.
         """
         model = scene.mujoco
-        self._motors = [model.actuator(name).id for name in scene.robot.joints]
+        self._motors = np.array([model.actuator(name).id for name in scene.robot.joints])
         self._fingers = model.actuator(scene.robot.gripper.actuator).id
         self.width = scene.robot.gripper.width(float(data.ctrl[self._fingers]))
         self.gripper: Callable[[float], float] = float
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         self._lag = model.actuator_biasprm[self._motors, 2] / model.actuator_biasprm[self._motors, 1]
         self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
-        self._command = data.ctrl.copy()
-        # On their way to the actuators, one a simulation step.
-        self._delayed = np.repeat(self._command[None], round(scene.latency / model.opt.timestep), axis=0)
+        # Of the last control period, one a simulation step; and those on their way to the actuators.
+        self._commands = np.repeat(data.ctrl[None], self._substeps, axis=0)
+        self._delayed = np.repeat(data.ctrl[None], round(scene.latency / model.opt.timestep), axis=0)
         self._touched: dict[tuple[str, str], float] = {}
         self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
         self._checker = CollisionChecker(scene)
@@ -287,15 +288,16 @@ class Workcell:
 
     def _tick(self) -> None:
         """Simulate one control period, in which the arm and the fingers go on with their movements."""
-        data, ending = self.data, self._ending
+        data, ending, commands = self.data, self._ending, self._commands
         self.disturb()
         width = self.gripper(self._widths.pop(0) if self._widths else self.width)
-        self._command[self._fingers] = self.scene.robot.gripper.command(width)
-        commands = np.repeat(self._command[None], self._substeps, axis=0)
-        references = ending.positions[: self._substeps] if len(ending) else [self.reference] * self._substeps
+        commands[:] = commands[-1]
+        commands[:, self._fingers] = self.scene.robot.gripper.command(width)
+        references: Iterable[np.ndarray] = itertools.repeat(self.reference, self._substeps)
         if len(ending):
+            references = ending.positions[: self._substeps]
             commands[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
-        self._command = commands[-1].copy()
+            self._ending = ending.after(self._substeps)
         if len(self._delayed):
             waiting = np.vstack([self._delayed, commands])
             commands, self._delayed = waiting[: self._substeps], waiting[self._substeps :]
@@ -306,8 +308,7 @@ class Workcell:
             recorder.feel(data, reference)
             if recorder.is_due(data):
                 recorder.record(data, glow=self.glowing)
-        self.recorder.end_period(data)
-        self._ending = ending.after(self._substeps)
+        recorder.end_period(data)
         if data.time >= self._dark:
             self.glowing = -1
         for pair in self.contacts.update(data):
