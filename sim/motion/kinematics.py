@@ -77,12 +77,16 @@ class Arm:
         self._configuration = mink.Configuration(self.model)
         self._frame = mink.FrameTask(robot.tool, "site", position_cost=FRAME_COST, orientation_cost=TURN_COST)
         self._site = self.model.site(robot.tool).id
+        self._tool = self._configuration.data.site(robot.tool)
+        # Where the tool and the joints are drawn to: a quaternion and a position, m, and (n,) rad.
+        self._target, self._rest = np.empty(7), robot.home
         self._posture_normal = POSTURE_COST**2 * np.eye(self.model.nv)
         self._posture = mink.PostureTask(self.model, cost=POSTURE_COST)
         self._limits = [
             mink.ConfigurationLimit(self.model, min_distance_from_limits=JOINT_MARGIN_RAD),
             mink.VelocityLimit(self.model, dict(zip(robot.joints, robot.velocity_limits, strict=True))),
         ]
+        self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
         self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
@@ -91,9 +95,10 @@ class Arm:
 
     def tool(self, q: np.ndarray) -> ToolPose:
         """Return the tool's pose at a configuration."""
-        self._configuration.update(q)
-        site = self._configuration.data.site(self.robot.tool)
-        return ToolPose(site.xpos.copy(), site.xmat.reshape(3, 3).copy())
+        data = self._configuration.data
+        data.qpos[:] = q
+        mujoco.mj_kinematics(self.model, data)
+        return ToolPose(self._tool.xpos.copy(), self._tool.xmat.reshape(3, 3).copy())
 
     def reach(
         self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD
@@ -158,8 +163,7 @@ class Arm:
     def _search(self, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
         """Search as `_solved` says."""
         self._configuration.update(seed)
-        self._posture.set_target(seed)
-        self._frame.set_target(_transform(goal.position, goal.rotation))
+        self._aim(goal.position, goal.rotation, seed)
         for _ in range(MAX_GOAL_STEPS):
             velocity = self._solve(1.0)
             self._configuration.integrate_inplace(velocity, 1.0)
@@ -281,15 +285,20 @@ class Arm:
         points = np.empty((len(knots), len(q)))
         points[0] = q
         for k, i in enumerate(chosen, 1):
-            share = path.progress[i]
-            self._frame.set_target(_transform(path.positions[i], path.rotations[i]))
-            self._posture.set_target(q + share * (goal - q))
+            self._aim(path.positions[i], path.rotations[i], q + path.progress[i] * (goal - q))
             period = knots[k] - knots[k - 1]
             self._configuration.integrate_inplace(self._solve(period), period)
             points[k] = self._configuration.data.qpos
         return knots, points
 
+    def _aim(self, position: np.ndarray, rotation: np.ndarray, rest: np.ndarray) -> None:
+        """Draw the tool to a (3,) position, m, and (3, 3) axes, and the joints to (n,) angles, rad."""
+        mujoco.mju_mat2Quat(self._target[:4], rotation.ravel())
+        self._target[4:] = position
+        self._rest = rest
+
     def _arrived(self) -> bool:
+        self._frame.set_target(mink.SE3(wxyz_xyz=self._target))
         error = self._frame.compute_error(self._configuration)
         shift, turn = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
         return bool(shift < POSITION_TOLERANCE_M and turn < ANGLE_TOLERANCE_RAD)
@@ -302,16 +311,14 @@ class Arm:
         q = self._configuration.data.qpos
         jacobian, error = self._frame_residual()
         normal = jacobian.T @ jacobian + self._posture_normal
-        pull = jacobian.T @ error + POSTURE_COST**2 * (self._posture.target_q - q)
+        pull = jacobian.T @ error + POSTURE_COST**2 * (self._rest - q)
         _, step, _ = dposv(normal, pull)  # a tenth of the time of numpy's
-        low, high = self.model.jnt_range.T
         q = q + step
-        if (
-            (np.abs(step) <= period * self.robot.velocity_limits).all()
-            and (q > low + JOINT_MARGIN_RAD).all()
-            and (q < high - JOINT_MARGIN_RAD).all()
-        ):
+        slow = np.abs(step) <= period * self.robot.velocity_limits
+        if (slow & (q > self._low) & (q < self._high)).all():
             return step / period
+        self._frame.set_target(mink.SE3(wxyz_xyz=self._target))
+        self._posture.set_target(self._rest)
         tasks = [self._frame, self._posture]
         try:
             return mink.solve_ik(self._configuration, tasks, period, "daqp", limits=self._limits)
@@ -322,22 +329,13 @@ class Arm:
         """Return the weighted (6, n) Jacobian of the tool and (6,) its error, in a fifth of the time mink takes."""
         data, jacobian = self._configuration.data, np.empty((6, self.model.nv))
         mujoco.mj_jacSite(self.model, data, jacobian[:3], jacobian[3:], self._site)
-        assert self._frame.transform_target_to_world is not None
-        target = self._frame.transform_target_to_world.wxyz_xyz
         here, turn, error = np.empty(4), np.empty(4), np.empty(6)
         mujoco.mju_mat2Quat(here, data.site_xmat[self._site])
         mujoco.mju_negQuat(here, here)
-        mujoco.mju_mulQuat(turn, target[:4], here)
+        mujoco.mju_mulQuat(turn, self._target[:4], here)
         mujoco.mju_quat2Vel(error[3:], turn, 1.0)
-        error[:3] = target[4:] - data.site_xpos[self._site]
+        error[:3] = self._target[4:] - data.site_xpos[self._site]
         return jacobian * FRAME_WEIGHTS, error * FRAME_WEIGHTS[:, 0]
-
-
-def _transform(position: np.ndarray, rotation: np.ndarray) -> mink.SE3:
-    pose = np.empty(7)
-    mujoco.mju_mat2Quat(pose[:4], rotation.ravel())
-    pose[4:] = position
-    return mink.SE3(wxyz_xyz=pose)
 
 
 def _spelled(position: np.ndarray) -> str:

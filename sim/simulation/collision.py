@@ -38,6 +38,8 @@ class CollisionChecker:
         self._is_robot = robot.bodies(model)[model.geom_bodyid]
         robot.let_links_collide(model)
         self._is_world = ~self._is_robot & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+        self._tool = self._data.site(robot.tool)
+        self._object_poses = {obj: self._data.joint(obj).qpos for obj in scene.shapes}
         self._handled = self._load = -1
         self._let_collide()
         self._adjacent: set[tuple[int, int]] = set()
@@ -83,13 +85,15 @@ class CollisionChecker:
             data.qpos[self._widths] = self._robot.gripper.positions(width)
         for obj, pose in poses.items():
             self._put(obj, pose.position, pose.rotation)
+        before = self._handled, self._load
         self._handled = model.body(handled).id if handled else -1
         self._load = self._handled if held else -1
         if handled and held:
             tool = now.site(self._robot.tool)
             turn = tool.xmat.reshape(3, 3).T
-            self._in_hand = turn @ (poses[handled].position - tool.xpos), turn @ poses[handled].rotation
-        self._let_collide()
+            self._in_hand = handled, turn @ (poses[handled].position - tool.xpos), turn @ poses[handled].rotation
+        if before != (self._handled, self._load):
+            self._let_collide()
 
     def touches(
         self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
@@ -171,20 +175,19 @@ class CollisionChecker:
         self._data.qpos[self._arm] = q
         mujoco.mj_kinematics(self._model, self._data)
         if self._load >= 0:
-            tool = self._data.site(self._robot.tool)
-            turn = tool.xmat.reshape(3, 3)
-            offset, rotation = self._in_hand
-            self._put(self._model.body(self._load).name, tool.xpos + turn @ offset, turn @ rotation)
+            turn = self._tool.xmat.reshape(3, 3)
+            obj, offset, rotation = self._in_hand
+            self._put(obj, self._tool.xpos + turn @ offset, turn @ rotation)
             mujoco.mj_kinematics(self._model, self._data)
 
     def _put(self, obj: str, position: np.ndarray, rotation: np.ndarray) -> None:
-        pose = self._data.joint(obj).qpos
+        pose = self._object_poses[obj]
         pose[:3] = position
         mujoco.mju_mat2Quat(pose[3:], rotation.ravel())
 
     def _pose(self) -> tuple[np.ndarray, np.ndarray]:
         """Return (m, 3) positions and (m, 9) rotations of the shapes that move."""
-        return self._data.geom_xpos[self._moving], self._data.geom_xmat[self._moving]
+        return self._data.geom_xpos.take(self._moving, axis=0), self._data.geom_xmat.take(self._moving, axis=0)
 
     def _distance(self, before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray]) -> float:
         """Return a bound of the distance between where any point of a shape was and is, m.

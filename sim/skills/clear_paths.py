@@ -39,8 +39,9 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float) -> np.nd
     touched = foresight.touches(cell.reference)
 
     def met(q: np.ndarray) -> set[str]:
-        found = foresight.touches(q, clearance=clearance) - near
-        if near and not found:
+        close = foresight.touches(q, clearance=clearance)
+        found = close - near
+        if not found and close - touched:  # of which it may touch some
             found = foresight.touches(q) - touched
         return {other for _, other in found}
 
