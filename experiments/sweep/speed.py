@@ -36,7 +36,7 @@ PARTS: dict[str, Sequence[tuple[Any, str]]] = {
     "planning: search for paths": [(MotionPlanner, "plan")],
     "sensors": [(workcell.Workcell, "latest_pose")],
     "contact monitoring": [(ContactMonitor, "update")],
-    "log": [(Recorder, name) for name in ("begin_period", "feel", "is_due", "record", "end_period")],
+    "log": [(Recorder, name) for name in ("begin_period", "feel", "record", "end_period")],
 }
 """Functions by the part of a run that they are, each as its owner and its name."""
 

@@ -105,8 +105,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
                 intruder = intruder or _intruder(log, world, data, before)
         data.ctrl[:] = controls[step]
         mujoco.mj_step(model, data)
-        recorder.feel(data, unknown)
-        if recorder.is_due(data):
+        if recorder.feel(data, unknown):
             recorder.record(data, glow=-1)
             if frame_by_frame and frames < len(log.times):
                 data.qpos[:], data.qvel[:] = log.qpos[frames], log.qvel[frames]

@@ -43,6 +43,9 @@ FRAME_WEIGHTS = np.repeat([[FRAME_COST], [TURN_COST]], 3, axis=0)
 SATURATED_SHARE, SATURATED_PACE = 0.99, 0.7
 """A joint at this share of its greatest speed lags behind the tool's path, which is then followed at such a pace."""
 
+PACES = 5
+"""Number of paces that are tried at most."""
+
 JOINT_MARGIN_RAD = 0.01
 """Distance that references keep from the ends of the joints, rad."""
 
@@ -223,7 +226,7 @@ class Arm:
         turn = self._turn(q, goal)
         turn += wrap(pose.yaw - start.yaw - turn)
         pace = 1.0
-        for _ in range(5):
+        for tries_left in reversed(range(PACES)):
             path = arch(
                 start,
                 pose,
@@ -236,9 +239,9 @@ class Arm:
                 pace=pace,
                 straight=height is None and not pose.points_down,
             )
-            knots, points = self._follow(q, goal, path)
-            speeds = np.abs(np.diff(points, axis=0)) / np.diff(knots)[:, None]
-            if (speeds < SATURATED_SHARE * self.robot.velocity_limits).all():
+            fastest = SATURATED_SHARE * self.robot.velocity_limits if tries_left else np.full(len(q), np.inf)
+            knots, points = self._follow(q, goal, path, fastest)
+            if len(points) == len(knots):
                 break
             pace *= SATURATED_PACE
         if not self._arrived():
@@ -276,8 +279,13 @@ class Arm:
         yaws = np.unwrap([self.tool(q + share * (goal - q)).yaw for share in np.linspace(0, 1, TURN_SAMPLES)])
         return float(yaws[-1] - yaws[0])
 
-    def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> tuple[np.ndarray, np.ndarray]:
-        """Return (K,) times, s, and the (K, n) configurations, rad, in which the tool then is on its path."""
+    def _follow(
+        self, q: np.ndarray, goal: np.ndarray, path: ToolPath, fastest: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return (K,) times, s, and the (K, n) configurations, rad, in which the tool then is on its path.
+
+        There are fewer configurations if a joint is as fast as its (n,) `fastest`, rad/s: they end before that.
+        """
         self._configuration.update(q)
         every = round(PATH_PERIOD_S / CONTROL_PERIOD_S)
         chosen = np.arange(len(path.positions))[::-1][::every][::-1]
@@ -289,6 +297,8 @@ class Arm:
             period = knots[k] - knots[k - 1]
             self._configuration.integrate_inplace(self._solve(period), period)
             points[k] = self._configuration.data.qpos
+            if (np.abs(points[k] - points[k - 1]) / period >= fastest).any():
+                return knots, points[:k]
         return knots, points
 
     def _aim(self, position: np.ndarray, rotation: np.ndarray, rest: np.ndarray) -> None:

@@ -129,9 +129,11 @@ def _sampled(curve: CubicSpline, duration: float, slower: float) -> np.ndarray:
 def _excess(robot: Robot, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
     """Return how many times too fast joints are that pass (N, n) offsets to rest, rad; up to 1 they are not."""
     offsets = np.vstack([offsets, np.repeat(offsets[-1:], 3, axis=0)])
-    speeds, accelerations, jerks = (
-        np.abs(np.diff(offsets, k, axis=0)).max(axis=0) / CONTROL_PERIOD_S**k for k in (1, 2, 3)
-    )
+    greatest = []
+    for order in (1, 2, 3):
+        offsets = np.diff(offsets, axis=0)
+        greatest.append(np.abs(offsets).max(axis=0) / CONTROL_PERIOD_S**order)
+    speeds, accelerations, jerks = greatest
     return float(
         max(
             (speeds / robot.velocity_limits).max() / HEADROOM,

@@ -196,8 +196,8 @@ class CollisionChecker:
         centre by at most 2 r sin(a / 2).
         """
         shifts, turns = after[0] - before[0], after[1] - before[1]
-        moved = np.sqrt(np.einsum("ij,ij->i", shifts, shifts))
-        moved += self._radii * np.sqrt(np.einsum("ij,ij->i", turns, turns) / 2)
+        moved = np.sqrt(np.vecdot(shifts, shifts))
+        moved += self._radii * np.sqrt(np.vecdot(turns, turns) / 2)
         return float(moved.max())
 
     def _pairs(self) -> set[tuple[int, int]]:

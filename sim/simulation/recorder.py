@@ -78,12 +78,13 @@ class Recorder:
         """Note the state in which a control period ends."""
         mujoco.mj_getState(self._model, data, self._left, STATE)
 
-    def is_due(self, data: mujoco.MjData) -> bool:
-        """Return whether the time has come for another frame."""
-        return bool(data.time >= self._due)
+    def feel(self, data: mujoco.MjData, reference: np.ndarray) -> bool:
+        """Add a state just simulated; return whether the time has come for another frame.
 
-    def feel(self, data: mujoco.MjData, reference: np.ndarray) -> None:
-        """Add a state just simulated, in which the arm's joints were to be at (n,) reference positions, rad."""
+        Args:
+            data: the state.
+            reference: (n,) positions at which the arm's joints were to be in it, rad.
+        """
         row = self._samples
         if row == len(self._speeds):
             self._references, self._speeds, self._torques = (
@@ -96,6 +97,7 @@ class Recorder:
         if self._cup is not None:
             self._torques[row] -= self._pull(data, self._cup)
         self._samples = row + 1
+        return bool(data.time >= self._due)
 
     def _pull(self, data: mujoco.MjData, cup: int) -> np.ndarray:
         """Return the (nv,) torques of a suction cup: MuJoCo counts them, though its contact balances them."""

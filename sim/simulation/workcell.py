@@ -210,10 +210,11 @@ class Workcell:
         self._ending = movement.out_of(self._ending, self.reference)
         self.reference = references[-1]
         left = self._substeps * self._periods_within(within)
+        watched = self._substeps * round(WATCH_PERIOD_S / CONTROL_PERIOD_S)
         carried = self.held() if self.contacts.aloft else None
         while len(self._ending) > left:
             self._tick()
-            if len(self._ending) // self._substeps % round(WATCH_PERIOD_S / CONTROL_PERIOD_S):
+            if len(self._ending) % watched:
                 continue
             if carried and len(self._ending) and self.held() is None:
                 self.log_event("lost", object=carried)
@@ -305,8 +306,7 @@ class Workcell:
         for command, reference in zip(recorder.begin_period(data, commands), references, strict=True):
             control[:] = command
             mujoco.mj_step(model, data)
-            recorder.feel(data, reference)
-            if recorder.is_due(data):
+            if recorder.feel(data, reference):
                 recorder.record(data, glow=self.glowing)
         recorder.end_period(data)
         if data.time >= self._dark:
