@@ -61,6 +61,12 @@ class CollisionChecker:
         slides = [model.joint(name).type[0] == mujoco.mjtJoint.mjJNT_SLIDE for name in self._robot.joints]
         return np.where(slides, 1.0, reach)
 
+    @property
+    def hand_and_load(self) -> frozenset[str]:
+        """Names of the body that carries the tool and of what it holds, which do not move towards each other."""
+        carrier = int(self._model.site(self._robot.tool).bodyid[0])
+        return frozenset(self._name_of(body) for body in (carrier, self._load) if body >= 0)
+
     def see(
         self,
         now: mujoco.MjData,

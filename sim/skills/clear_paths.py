@@ -37,12 +37,16 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float) -> np.nd
     foresight = cell.foresight()
     near = foresight.touches(cell.reference, clearance=clearance)
     touched = foresight.touches(cell.reference)
+    steady = touched | {pair for pair in near if foresight.hand_and_load == set(pair)}
+    known: dict[bytes, set[str]] = {}
 
     def met(q: np.ndarray) -> set[str]:
-        close = foresight.touches(q, clearance=clearance)
-        found = close - near
-        if not found and close - touched:  # of which it may touch some
-            found = foresight.touches(q) - touched
-        return {other for _, other in found}
+        if (question := q.tobytes()) not in known:  # searches come back to the ends of their edges
+            close = foresight.touches(q, clearance=clearance)
+            found = close - near
+            if not found and close - steady:
+                found = foresight.touches(q) - touched
+            known[question] = {other for _, other in found}
+        return known[question]
 
     return cell.planner.plan(cell.reference, goal, met)

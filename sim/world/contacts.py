@@ -62,7 +62,7 @@ def scale_friction(
 def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:
     """Find contacts between geoms that are no farther apart than the sum of their (ngeom,) margins, m."""
     model.geom_margin[:] = margins
-    model.body_margin[:] = np.max(margins)
+    model.body_margin[:] = margins.max()
     model.pair_margin[:] = model.geom_margin[model.pair_geom1] + model.geom_margin[model.pair_geom2]
 
 
