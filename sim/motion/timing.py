@@ -48,10 +48,9 @@ def timed(robot: Robot, knots: np.ndarray, points: np.ndarray, *, seconds: float
     """
     curve, duration = CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
     slower = max(1.0, seconds / duration)
-    excess = _excess(robot, _sampled(curve, duration, slower) - points[0])
-    if excess > 1:
-        slower *= SLOWING_MARGIN * excess
-    return _sampled(curve, duration, slower)
+    references = _sampled(curve, duration, slower)
+    excess = _excess(robot, references - points[0])
+    return references if excess <= 1 else _sampled(curve, duration, slower * (SLOWING_MARGIN * excess))
 
 
 def along(robot: Robot, path: np.ndarray, *, overlap: float) -> np.ndarray:
@@ -88,6 +87,8 @@ def begun_late(robot: Robot, references: np.ndarray, rest: np.ndarray, ending: n
         rest: (n,) where it begins, rad.
         ending: (M, n) what is left of the movement before, relative to that, rad.
     """
+    if not len(ending):
+        return references
     late = references
     for delay in np.linspace(0, len(ending), DELAYS_TRIED, dtype=int):
         late = np.vstack([np.repeat(rest[None], delay, axis=0), references])

@@ -70,14 +70,15 @@ class ContactMonitor:
     def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Update from a state just simulated; return the unwanted contacts as `touches` does."""
         presses, touches = self._sort(data)
-        self.pad_forces = np.zeros(len(self._pads))
+        pressed = [0.0] * len(self._pads)
         if presses:
             forces, rows = data.efc_force, data.contact.efc_address
             for pad, contact in presses:
                 # The first row of an elliptic cone is the normal force.
-                self.pad_forces[pad] += forces[rows[contact]]
-            if self.pad_forces.min() > HOLD_FORCE_N and self._gripper.holds(data.ctrl[self._motor]):
+                pressed[pad] += forces[rows[contact]]
+            if min(pressed) > HOLD_FORCE_N and self._gripper.holds(data.ctrl[self._motor]):
                 self.pressed = data.time
+        self.pad_forces = np.array(pressed)
         return touches
 
     def touches(self, data: mujoco.MjData) -> list[tuple[str, str]]:

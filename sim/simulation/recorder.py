@@ -175,10 +175,11 @@ class Recorder:
         forces, geoms = np.zeros(len(self._pads)), data.contact.geom.ravel().tolist()
         if self._pads.keys().isdisjoint(geoms):
             return forces
+        normal_forces, rows = data.efc_force, data.contact.efc_address
         for i, geom in enumerate(geoms):
             if geom in self._pads:
                 # The first row of an elliptic cone is the normal force.
-                forces[self._pads[geom]] += data.efc_force[data.contact.efc_address[i // 2]]
+                forces[self._pads[geom]] += normal_forces[rows[i // 2]]
         return forces
 
 
