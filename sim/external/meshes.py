@@ -15,6 +15,7 @@ import trimesh
 from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
 from sim.geometry.solids import smoothed
+from sim.geometry.surface import Surface
 
 FORMATS = (".stl", ".obj")
 """Endings of mesh files."""
@@ -33,36 +34,6 @@ SEARCH = {"mcts_nodes": 8, "mcts_iterations": 30, "mcts_max_depth": 2, "resoluti
 
 PARTS_VERSION = 1
 """Raised whenever parts are made in another way, so that kept ones no longer count."""
-
-
-POINT_DISTANCE_M = 0.002
-"""Usual distance between neighbouring points of a surface."""
-
-INSIDE_M = 0.0003
-"""A point so far inside another part is not on the surface of the whole."""
-
-
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """Points on a surface, about `POINT_DISTANCE_M` apart.
-
-    Attributes:
-        points: (N, 3), m.
-        normals: (N, 3) unit vectors out of the solid.
-        centre: (3,) of mass, m.
-    """
-
-    points: np.ndarray
-    normals: np.ndarray
-    centre: np.ndarray
-
-    def turned(self, rotation: np.ndarray) -> Surface:
-        """Return it after a (3, 3) rotation."""
-        return Surface(self.points @ rotation.T, self.normals @ rotation.T, rotation @ self.centre)
-
-    def off_centre(self, point: np.ndarray) -> float:
-        """Return the distance of a (3,) point from the centre of mass, m."""
-        return float(np.linalg.norm(point - self.centre))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,19 +58,7 @@ class MeshParts:
     @functools.cached_property
     def surface(self) -> Surface:
         """What the parts have of their surfaces on the outside of the whole."""
-        points, normals = [], []
-        for part in self.parts:
-            number = int(part.area / POINT_DISTANCE_M**2) + 1
-            drawn, faces = trimesh.sample.sample_surface_even(part, number, seed=0)
-            inside = np.zeros(len(drawn), dtype=bool)
-            for other in self.parts:
-                if other is not part:
-                    offsets = (drawn[:, None] - other.triangles_center) * other.face_normals
-                    inside |= offsets.sum(axis=2).max(axis=1) < -INSIDE_M
-            points.append(drawn[~inside])
-            normals.append(part.face_normals[faces[~inside]])
-        centre = np.average([part.center_mass for part in self.parts], axis=0, weights=[p.volume for p in self.parts])
-        return Surface(np.concatenate(points), np.concatenate(normals), centre)
+        return Surface.of(self.parts)
 
 
 def mesh_of(obj: Object, folder: Path) -> MeshParts:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sim.external.meshes import Surface
+from sim.geometry.surface import Surface
 from sim.motion.trajectory import ToolPose
 from sim.robots.gripper import Gripper, SuctionGripper
 from sim.world.shapes import MAX_LIFT_M, PAD_CLEARANCE_M, ObjectShape, held_widths, opening

@@ -15,9 +15,10 @@ from scipy.spatial.transform import Rotation
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
-from sim.external.meshes import Surface, mesh_of
+from sim.external.meshes import mesh_of
+from sim.geometry.antipodes import Antipodes, antipodes
+from sim.geometry.surface import Surface
 from sim.robots.gripper import Gripper, SuctionGripper
-from sim.world.antipodes import Antipodes, antipodes
 
 SIZES = {
     "cube": ("edge",),

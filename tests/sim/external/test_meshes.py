@@ -21,9 +21,9 @@ from sim.evidence.replay import RecordedWorld
 from sim.evidence.scenario_checks import check_scenario
 from sim.external import meshes
 from sim.external.meshes import mesh_of
+from sim.geometry.antipodes import LINES, antipodes
 from sim.geometry.mjcf import solid_geoms
 from sim.robots.panda import PANDA
-from sim.world.antipodes import LINES, antipodes
 from sim.world.grasps import grasps
 from sim.world.scene import build_scene
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from sim.external.meshes import Surface
+from sim.geometry.surface import Surface
 
 LINES = np.array(
     [*([np.cos(turn), np.sin(turn), 0.0] for turn in np.radians(np.arange(0, 180, 22.5))), [0.0, 0.0, 1.0]]

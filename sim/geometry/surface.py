@@ -1,0 +1,55 @@
+"""Surfaces of solids as points with normals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+
+POINT_DISTANCE_M = 0.002
+"""Usual distance between neighbouring points of a surface."""
+
+INSIDE_M = 0.0003
+"""A point so far inside another part is not on the surface of the whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Points on a surface, about `POINT_DISTANCE_M` apart.
+
+    Attributes:
+        points: (N, 3), m.
+        normals: (N, 3) unit vectors out of the solid.
+        centre: (3,) of mass, m.
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    centre: np.ndarray
+
+    @staticmethod
+    def of(parts: Sequence[trimesh.Trimesh]) -> Surface:
+        """Return what convex parts have of their surfaces on the outside of the whole."""
+        points, normals = [], []
+        for part in parts:
+            number = int(part.area / POINT_DISTANCE_M**2) + 1
+            drawn, faces = trimesh.sample.sample_surface_even(part, number, seed=0)
+            inside = np.zeros(len(drawn), dtype=bool)
+            for other in parts:
+                if other is not part:
+                    offsets = (drawn[:, None] - other.triangles_center) * other.face_normals
+                    inside |= offsets.sum(axis=2).max(axis=1) < -INSIDE_M
+            points.append(drawn[~inside])
+            normals.append(part.face_normals[faces[~inside]])
+        centre = np.average([part.center_mass for part in parts], axis=0, weights=[part.volume for part in parts])
+        return Surface(np.concatenate(points), np.concatenate(normals), centre)
+
+    def turned(self, rotation: np.ndarray) -> Surface:
+        """Return it after a (3, 3) rotation."""
+        return Surface(self.points @ rotation.T, self.normals @ rotation.T, rotation @ self.centre)
+
+    def off_centre(self, point: np.ndarray) -> float:
+        """Return the distance of a (3,) point from the centre of mass, m."""
+        return float(np.linalg.norm(point - self.centre))
