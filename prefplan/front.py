@@ -136,7 +136,7 @@ class UnfinishedError(PrefplanError):
         """Keep how far the search got, and say it."""
         what = "no plan is known yet" if best is None else "a better plan may exist"
         what += f"; this one costs at most {within} % more than any" if within is not None else ""
-        below = "" if complete_below is None or best else f"; any costs at least {complete_below}"
+        below = "" if not complete_below or best else f"; any costs at least {complete_below}"
         super().__init__(f"{stopped_by(ended)}: {what}{below}")
         self.ended, self.complete_below, self.best, self.within = ended, complete_below, best, within
 

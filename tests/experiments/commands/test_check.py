@@ -133,7 +133,7 @@ def test_edges_of_a_file_that_are_left_out_are_counted(run: Run, tmp_path: Path)
     model = re.sub(r"transitions = .*?]\n(?=\[model)", 'file = "quay.csv"\n', ISLAND, flags=re.DOTALL)
     (tmp_path / "island.toml").write_text(model.replace('island = ["beach"]\n', ""))
     assert run("check", str(tmp_path / "island.toml"), "--json").json["dropped"] == 1
-    assert "1 edges of the file left out" in run("check", str(tmp_path / "island.toml")).out
+    assert "1 edge of the file left out" in run("check", str(tmp_path / "island.toml")).out
 
 
 def test_people_read_the_same(run: Run, island: Path) -> None:
