@@ -168,8 +168,8 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
             if at(obj, place) in effect & label and worked and holding(obj) in before:
                 earned.add((obj, marks[place]))
         fallen = world.fallen()
-        earned = {obj_mark for obj_mark in earned if obj_mark[0] not in fallen}
-        label = label | {marked(*obj_mark) for obj_mark in earned}
+        earned = {(obj, mark) for obj, mark in earned if obj not in fallen}
+        label = label | {marked(obj, mark) for obj, mark in earned}
         trace.append(label)
         said, told = frozenset(action.label) & own, said
         unseen = label != said == told and k == len(log.about.actions) and not log.about.claims.completed

@@ -161,7 +161,8 @@ class RecordedWorld:
 
         Where more objects rest than a location has slots, only the nearest to a slot count.
         """
-        objects = [obj for obj in self._geoms if obj not in {held, *self.fallen()}]
+        elsewhere = {held, *self.fallen()}
+        objects = [obj for obj in self._geoms if obj not in elsewhere]
         found = {obj: place for obj in objects if (place := self._rests(obj)) is not None}
         for location in self.model.locations:
             name = location.name

@@ -14,8 +14,8 @@ import trimesh
 
 from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
+from sim.geometry.point_cloud import PointCloud
 from sim.geometry.solids import smoothed
-from sim.geometry.surface import Surface
 
 FORMATS = (".stl", ".obj")
 """Endings of mesh files."""
@@ -56,9 +56,9 @@ class MeshParts:
         return tuple(round(float(length), 6) for length in self.drawn.extents)
 
     @functools.cached_property
-    def surface(self) -> Surface:
+    def surface(self) -> PointCloud:
         """What the parts have of their surfaces on the outside of the whole."""
-        return Surface.of(self.parts)
+        return PointCloud.of(self.parts)
 
 
 def mesh_of(obj: Object, folder: Path) -> MeshParts:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from sim.geometry.surface import Surface
+from sim.geometry.point_cloud import PointCloud
 
 LINES = np.array(
     [*([np.cos(turn), np.sin(turn), 0.0] for turn in np.radians(np.arange(0, 180, 22.5))), [0.0, 0.0, 1.0]]
@@ -47,7 +48,8 @@ class Antipodes:
     width: float
 
 
-def antipodes(surface: Surface, low: float, high: float) -> tuple[Antipodes, ...]:
+@lru_cache(maxsize=32)  # a scene is built again for each check of a log
+def antipodes(surface: PointCloud, low: float, high: float) -> tuple[Antipodes, ...]:
     """Return pairs of patches that are between two widths, m, apart; on parallel lines those nearest to the middle."""
     found = []
     for line in LINES:
@@ -60,7 +62,7 @@ def antipodes(surface: Surface, low: float, high: float) -> tuple[Antipodes, ...
     return tuple(found)
 
 
-def _along(surface: Surface, line: np.ndarray, low: float, high: float) -> Iterator[Antipodes]:
+def _along(surface: PointCloud, line: np.ndarray, low: float, high: float) -> Iterator[Antipodes]:
     """Yield the pairs on a grid of lines in one direction."""
     across = np.linalg.svd(line[None])[2][1:]
     flat, depths = surface.points @ across.T, surface.points @ line

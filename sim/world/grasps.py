@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sim.geometry.surface import Surface
+from sim.geometry.point_cloud import PointCloud
 from sim.motion.trajectory import ToolPose
 from sim.robots.gripper import Gripper, SuctionGripper
 from sim.world.shapes import MAX_LIFT_M, PAD_CLEARANCE_M, ObjectShape, held_widths, opening
@@ -111,7 +111,7 @@ def _hand(closing: np.ndarray, tilt: float) -> tuple[np.ndarray, int]:
     return rotation, round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
 
 
-def _on_surface(shape: ObjectShape, surface: Surface, gripper: Gripper) -> tuple[GraspPose, ...]:
+def _on_surface(shape: ObjectShape, surface: PointCloud, gripper: Gripper) -> tuple[GraspPose, ...]:
     """Return the grasps of a mesh at its `Antipodes`, where nothing of it is in the way of the hand."""
     found = []
     for pair, tilt in itertools.product(shape.pairs, TILTS_RAD):

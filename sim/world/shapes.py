@@ -17,7 +17,7 @@ from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.external.meshes import mesh_of
 from sim.geometry.antipodes import Antipodes, antipodes
-from sim.geometry.surface import Surface
+from sim.geometry.point_cloud import PointCloud
 from sim.robots.gripper import Gripper, SuctionGripper
 
 SIZES = {
@@ -90,7 +90,7 @@ class ObjectShape:
     widths: tuple[float, ...]
     symmetry: float
     mass: float
-    surface: Surface | None = None
+    surface: PointCloud | None = None
     pairs: tuple[Antipodes, ...] = ()
 
     @property
@@ -248,7 +248,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
         _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
     else:
         _check_lengths(obj, where, gripper, {"high": height, "long": max(x, y)})
-        surface = mesh.surface if along == x else mesh.surface.turned(about_z(-math.pi / 2))
+        surface = mesh.surface if along == x else mesh.surface.turned_back
         pairs = antipodes(surface, low, high)
         if not any(pair.line[2] == 0 for pair in pairs):
             raise SimulationError(

@@ -1,9 +1,10 @@
-"""Surfaces of solids as points with normals."""
+"""Point clouds: surfaces of solids as points with normals."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import trimesh
@@ -11,12 +12,15 @@ import trimesh
 POINT_DISTANCE_M = 0.002
 """Usual distance between neighbouring points of a surface."""
 
+QUARTER_TURN_BACK = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""The rotation by a quarter turn about -z."""
+
 INSIDE_M = 0.0003
 """A point so far inside another part is not on the surface of the whole."""
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class PointCloud:
     """Points on a surface, about `POINT_DISTANCE_M` apart.
 
     Attributes:
@@ -30,7 +34,7 @@ class Surface:
     centre: np.ndarray
 
     @staticmethod
-    def of(parts: Sequence[trimesh.Trimesh]) -> Surface:
+    def of(parts: Sequence[trimesh.Trimesh]) -> PointCloud:
         """Return what convex parts have of their surfaces on the outside of the whole."""
         points, normals = [], []
         for part in parts:
@@ -44,11 +48,14 @@ class Surface:
             points.append(drawn[~inside])
             normals.append(part.face_normals[faces[~inside]])
         centre = np.average([part.center_mass for part in parts], axis=0, weights=[part.volume for part in parts])
-        return Surface(np.concatenate(points), np.concatenate(normals), centre)
+        return PointCloud(np.concatenate(points), np.concatenate(normals), centre)
 
-    def turned(self, rotation: np.ndarray) -> Surface:
-        """Return it after a (3, 3) rotation."""
-        return Surface(self.points @ rotation.T, self.normals @ rotation.T, rotation @ self.centre)
+    @cached_property
+    def turned_back(self) -> PointCloud:
+        """It after a quarter turn about -z."""
+        return PointCloud(
+            self.points @ QUARTER_TURN_BACK.T, self.normals @ QUARTER_TURN_BACK.T, QUARTER_TURN_BACK @ self.centre
+        )
 
     def off_centre(self, point: np.ndarray) -> float:
         """Return the distance of a (3,) point from the centre of mass, m."""
