@@ -56,7 +56,6 @@ def check(options: argparse.Namespace) -> int:
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options) as limits:
         scenario = scenarios.find(options.scenario)
-        scenario.problem()
     left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes}
     with Bars(quiet=options.quiet) as bars:
         found = checkup.check(scenario, robot=_robot(options.robot), quick=options.quick, tell=bars, **left)

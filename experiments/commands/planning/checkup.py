@@ -142,10 +142,12 @@ def check(
 
     Raises:
         ScenarioError: it has a mistake.
+        LimitError: a limit was reached before that is known.
         RobotError: the robot is unknown or cannot be had.
     """
     limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
-    problem = scenario.problem()
+    with limits:
+        problem = scenario.problem()
     tasks = tuple(_check_task(problem, i, limits) for i in range(len(problem.tasks)))
     arm = SceneCheck() if limits.out_of_time else check_arm(scenario, limits, robot=robot, quick=quick, tell=tell)
     needs = tasks_out_of_reach(
