@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from typing import Self
 
 from prefplan.errors import PrefplanError
 
@@ -41,6 +42,16 @@ class BlockedError(SimulationError):
         """Take a message, and the names of the bodies in the way."""
         super().__init__(message)
         self.by = tuple(sorted(by))
+
+    @classmethod
+    def on_the_way(cls, by: Collection[str]) -> Self:
+        """Return the error of a motion with bodies on its way."""
+        return cls(f"the way is blocked by {' and '.join(sorted(by))}", by)
+
+    @classmethod
+    def beside_fingers(cls, by: Collection[str]) -> Self:
+        """Return the error of a grip or a release with bodies where the fingers would be."""
+        return cls(f"no room for the fingers: they would touch {' and '.join(sorted(by))}", by)
 
 
 class RenderingError(PrefplanError):

@@ -30,7 +30,6 @@ UPRIGHT_TILT_RAD = np.radians(20)
 LEANING_TILT_RAD = np.radians(45)
 """Greatest tilt of an object that leans on something: one that is tilted by more lies on another of its faces."""
 
-
 DIAGONAL = np.sqrt(0.5)
 """Vertical component of an axis that is as steep as it is level."""
 

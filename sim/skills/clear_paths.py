@@ -23,7 +23,7 @@ def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> N
     foresight = cell.foresight(held=held, width=None if held else cell.width)
     met = foresight.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
     if met:
-        raise BlockedError(f"the way is blocked by {' and '.join(sorted(met))}", met)
+        raise BlockedError.on_the_way(met)
 
 
 def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float) -> np.ndarray:

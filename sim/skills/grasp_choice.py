@@ -11,7 +11,7 @@ import numpy as np
 
 from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import ToolPose, wrap
-from sim.perception.sensors import ObjectPose, Posture
+from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import (
     FINGER_CLEARANCE_M,
@@ -87,7 +87,7 @@ def choose_grasp(
     if first is not None:
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")
     if blockers:
-        raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+        raise BlockedError.beside_fingers(blockers)
     if next(ranked(cell, obj, frame), None) is None:
         raise SimulationError(f"{obj} has no two faces on which the fingers could close as it stands or lies")
     raise SimulationError(f"{obj} is out of reach")
@@ -133,7 +133,7 @@ def choose_placement(
                 unreachable = error
                 break
     if blockers:
-        raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+        raise BlockedError.beside_fingers(blockers)
     raise unreachable
 
 
@@ -210,7 +210,7 @@ def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
     """Return what grasps have in common that put an object down alike: all but the opening, and a round one's turn."""
     rotation, position = grasp.rotation, grasp.position
     if shape.is_round:
-        line = rotation[:, 1] if abs(rotation[2, 1]) < np.sqrt(0.5) else rotation[:, 2]
+        line = rotation[:, 1] if abs(rotation[2, 1]) < DIAGONAL else rotation[:, 2]
         turn = about_z(-float(np.arctan2(line[1], line[0])))
         rotation, position = turn @ rotation, turn @ position
     return (np.round([*rotation.ravel(), *position], 6) + 0.0).tobytes()

@@ -12,7 +12,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.motion.kinematics import TILTED_MARGIN_RAD
 from sim.motion.trajectory import ToolPose
 from sim.perception.grounding import half_height
-from sim.perception.sensors import ObjectPose, Posture
+from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path
 from sim.skills.skill import SkillError
@@ -140,7 +140,7 @@ def free_pose(
             return before, pose
         blockers |= met
     if blockers:
-        raise BlockedError(f"no room for the fingers: they would touch {' and '.join(sorted(blockers))}", blockers)
+        raise BlockedError.beside_fingers(blockers)
     raise unreachable
 
 
@@ -177,7 +177,7 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
     touches = itertools.chain.from_iterable(foresight.touches(q, clearance=FINGER_CLEARANCE_M) for q in steps)
     met = {other for one, other in touches if obj not in (one, other)}
     if met:
-        raise BlockedError(f"the way is blocked by {' and '.join(sorted(met))}", met)
+        raise BlockedError.on_the_way(met)
 
 
 def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[str]:
@@ -211,7 +211,7 @@ def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
     shape, pose, tool = cell.scene.shapes[obj], cell.observe(obj), cell.arm.tool(cell.angles)
     frame = about_z(pose.yaw) if leaning else frame_of(shape, pose, pose.yaw)
     closing, approach = tool.rotation[:, 1], tool.rotation[:, 2]
-    frame = shape.heading_to(frame, closing if abs(closing @ frame[:, 2]) < np.sqrt(0.5) else approach)
+    frame = shape.heading_to(frame, closing if abs(closing @ frame[:, 2]) < DIAGONAL else approach)
     rotation = frame.T @ tool.rotation
     position = frame.T @ (tool.position - pose.position)
 

@@ -50,7 +50,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         cell.follow(references, within=BLEND_M)
         return
     if blockers:
-        raise BlockedError(f"the way is blocked by {' and '.join(sorted(blockers))}", blockers)
+        raise BlockedError.on_the_way(blockers)
     cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)  # tells where it does not reach
     raise SimulationError("the joints would have to turn round")
 

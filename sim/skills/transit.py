@@ -65,7 +65,7 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
     body = int(model.geom_bodyid[geom[0]])
     if distance >= 0 and below[2] - distance > floor + ROOF_HEIGHT_M and not model.body_weldid[body]:
         name = str(model.body(body).name)
-        raise BlockedError(f"the way is blocked by {name}", {name})
+        raise BlockedError.on_the_way({name})
 
 
 def _tilted_grasp(cell: Workcell, location: str) -> tuple[ToolPose, ToolPose] | None:
