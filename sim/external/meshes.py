@@ -60,6 +60,13 @@ class MeshParts:
         """What the parts have of their surfaces on the outside of the whole."""
         return PointCloud.of(self.parts)
 
+    @functools.cached_property
+    def turned_back(self) -> MeshParts:
+        """It after a quarter turn about -z."""
+        turn = trimesh.transformations.rotation_matrix(-np.pi / 2, [0, 0, 1])
+        drawn, *parts = (mesh.copy().apply_transform(turn) for mesh in (self.drawn, *self.parts))
+        return MeshParts(drawn, tuple(parts), self.warning)
+
 
 def mesh_of(obj: Object, folder: Path) -> MeshParts:
     """Return the mesh of an object whose file is beside the scenario, in a folder.

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import trimesh
 
 POINT_DISTANCE_M = 0.002
 """Usual distance between neighbouring points of a surface."""
-
-QUARTER_TURN_BACK = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""The rotation by a quarter turn about -z."""
 
 INSIDE_M = 0.0003
 """A point so far inside another part is not on the surface of the whole."""
@@ -49,13 +45,6 @@ class PointCloud:
             normals.append(part.face_normals[faces[~inside]])
         centre = np.average([part.center_mass for part in parts], axis=0, weights=[part.volume for part in parts])
         return PointCloud(np.concatenate(points), np.concatenate(normals), centre)
-
-    @cached_property
-    def turned_back(self) -> PointCloud:
-        """It after a quarter turn about -z."""
-        return PointCloud(
-            self.points @ QUARTER_TURN_BACK.T, self.normals @ QUARTER_TURN_BACK.T, QUARTER_TURN_BACK @ self.centre
-        )
 
     def off_centre(self, point: np.ndarray) -> float:
         """Return the distance of a (3,) point from the centre of mass, m."""

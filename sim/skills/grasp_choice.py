@@ -89,7 +89,7 @@ def choose_grasp(
     if blockers:
         raise BlockedError.beside_fingers(blockers)
     if next(ranked(cell, obj, frame), None) is None:
-        raise SimulationError(f"{obj} has no two faces on which the fingers could close as it stands or lies")
+        raise SimulationError(f"{obj} stands or lies so that the hand cannot come to where it could hold it")
     raise SimulationError(f"{obj} is out of reach")
 
 

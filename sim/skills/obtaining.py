@@ -36,5 +36,5 @@ def _why_lost(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
     if fixtures:
         return f"leaves no room for the fingers beside {' and '.join(sorted(fixtures))}"
     if not options:
-        return "lies so that no line on which the fingers could close is level"
+        return "lies so that the hand cannot come to where it could hold it"
     return "is out of reach"

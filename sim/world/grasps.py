@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sim.geometry.point_cloud import PointCloud
+from sim.geometry.seats import Seat
 from sim.motion.trajectory import ToolPose
 from sim.robots.gripper import Gripper, SuctionGripper
 from sim.world.shapes import MAX_LIFT_M, PAD_CLEARANCE_M, ObjectShape, held_widths, opening
@@ -136,17 +137,28 @@ def _in_the_way(points: np.ndarray, grasp: GraspPose, gripper: Gripper) -> np.nd
 
 
 def _suctions(shape: ObjectShape, gripper: SuctionGripper) -> tuple[GraspPose, ...]:
-    """Return the grasps by a suction cup on each flat face that it fits on, the top one first."""
+    """Return the grasps by a suction cup on each seat of a mesh, or flat face of another shape, the top one first."""
+    found = []
+    for seat in sorted(shape.seats, key=lambda seat: round(-seat.normal[2], 2)) or _faces(shape, gripper):
+        # Two headings of the hand, as square to the object as they can be.
+        for axis in np.eye(3)[np.argsort(np.abs(seat.normal), kind="stable")[:2]]:
+            line = axis - (axis @ seat.normal) * seat.normal
+            line /= np.linalg.norm(line)
+            rotation = np.column_stack([np.cross(line, -seat.normal), line, -seat.normal])
+            position = seat.position - gripper.press_m * seat.normal
+            found.append(GraspPose(position, rotation, 0.0, gripper.opening_m / 2))
+    return tuple(found)
+
+
+def _faces(shape: ObjectShape, gripper: SuctionGripper) -> list[Seat]:
+    """Return the middles of the flat faces that a suction cup fits on, the top one first."""
     found = []
     for normal in (*np.eye(3)[::-1], *-np.eye(3)[::-1]):
         beside = [axis for axis in np.eye(3) if not axis @ normal]
         fits = all(shape.support(axis) >= gripper.finger_half_width_m for axis in beside)
         if fits and (normal[2] or not shape.is_round):
-            for line in beside:
-                rotation = np.column_stack([np.cross(line, -normal), line, -normal])
-                position = (shape.support(normal) - gripper.press_m) * normal
-                found.append(GraspPose(position, rotation, 0.0, gripper.opening_m / 2))
-    return tuple(found)
+            found.append(Seat(shape.support(normal) * normal, normal))
+    return found
 
 
 def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.ndarray, float]]:

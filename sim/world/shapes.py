@@ -6,7 +6,7 @@ import functools
 import itertools
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,10 @@ from scipy.spatial.transform import Rotation
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
-from sim.external.meshes import mesh_of
+from sim.external.meshes import MeshParts, mesh_of
 from sim.geometry.antipodes import Antipodes, antipodes
 from sim.geometry.point_cloud import PointCloud
+from sim.geometry.seats import Seat, seats
 from sim.robots.gripper import Gripper, SuctionGripper
 
 SIZES = {
@@ -83,6 +84,7 @@ class ObjectShape:
         mass: kg.
         surface: of a mesh; None for other shapes.
         pairs: opposite patches of that surface, which pads can press.
+        seats: flat places of a mesh, which a suction cup can press; none for fingers.
     """
 
     kind: str
@@ -92,6 +94,7 @@ class ObjectShape:
     mass: float
     surface: PointCloud | None = None
     pairs: tuple[Antipodes, ...] = ()
+    seats: tuple[Seat, ...] = ()
 
     @property
     def height(self) -> float:
@@ -243,22 +246,41 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
     low, high = held_widths(gripper)
     along, across = (y, x) if low <= y <= high else (x, y)
     closing = tuple(width for width in (along, across) if low <= width <= high)
-    if mesh is None or isinstance(gripper, SuctionGripper):
-        surface, pairs = None, tuple[Antipodes, ...]()
-        _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
-    else:
-        _check_lengths(obj, where, gripper, {"high": height, "long": max(x, y)})
-        surface = mesh.surface if along == x else mesh.surface.turned_back
-        pairs = antipodes(surface, low, high)
-        if not any(pair.line[2] == 0 for pair in pairs):
-            raise SimulationError(
-                f"{where}.file: no two upright faces of it that the hand could press lie {low:g} to {high:g} m apart"
-            )
-        closing = (max(pair.width for pair in pairs),)
     symmetry = {"cylinder": 0.0, "mesh": 2 * math.pi}.get(obj.kind, math.pi / 2 if along == across else math.pi)
     mass = obj.mass or float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
     half = np.array([along, across, height]) / 2
-    return ObjectShape(obj.kind, half, closing, symmetry, mass, surface, pairs)
+    shape = ObjectShape(obj.kind, half, closing, symmetry, mass)
+    if mesh is None:
+        _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
+        return shape
+    _check_lengths(obj, where, gripper, {"high": height, "long": max(x, y)})
+    return _held_mesh(shape, mesh if along == x else mesh.turned_back, gripper, f"{where}.file")
+
+
+def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str) -> ObjectShape:
+    """Return the shape of a mesh with where a gripper can press it.
+
+    Raises:
+        SimulationError: it can nowhere.
+    """
+    if isinstance(gripper, SuctionGripper):
+        found = seats(
+            mesh.parts,
+            half_width=gripper.finger_half_width_m,
+            hand_half_width=gripper.palm_half_width_m,
+            hand_height=gripper.palm_height_m,
+        )
+        if not found:
+            width = 2 * gripper.finger_half_width_m
+            raise SimulationError(f"{where}: it is nowhere flat over {width:g} x {width:g} m, as the suction cup needs")
+        return replace(shape, surface=mesh.surface, seats=found)
+    low, high = held_widths(gripper)
+    pairs = antipodes(mesh.surface, low, high)
+    if not any(pair.line[2] == 0 for pair in pairs):
+        raise SimulationError(
+            f"{where}: no two upright faces of it that the hand could press lie {low:g} to {high:g} m apart"
+        )
+    return replace(shape, surface=mesh.surface, pairs=pairs, widths=(max(pair.width for pair in pairs),))
 
 
 def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[str, float]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from sim.external.meshes import mesh_of
 from sim.geometry.antipodes import LINES, antipodes
 from sim.geometry.mjcf import solid_geoms
 from sim.robots.panda import PANDA
+from sim.robots.panda_suction import PANDA_SUCTION
 from sim.world.grasps import grasps
 from sim.world.scene import build_scene
 
@@ -127,6 +129,28 @@ def test_a_mesh_is_taken_where_opposite_faces_are_near_enough_and_the_fingers_fi
         assert not any(map(in_bracket, ends))
     log = log_of_run(scenario, seed=3)
     assert log.about.claims.completed and certify(log).refuted == ()
+
+
+def test_a_suction_cup_takes_a_mesh_where_it_is_flat_and_the_hand_fits(tmp_path: Path) -> None:
+    bracket().export(tmp_path / "bracket.stl")
+    scenario = scenario_with(tmp_path, 'file = "bracket.stl"')
+    model, cup = model_of(scenario), PANDA_SUCTION.gripper
+    shape = build_scene(model, robot="panda_suction", meshes=False).shapes["cup"]
+    faces = {tuple(np.round(seat.normal) + 0.0) for seat in shape.seats}
+    assert faces >= {(0, 0, 1), (0, 0, -1), (-1, 0, 0), (0, -1, 0)}
+    for grasp in grasps(shape, cup):
+        lip = 0.99 * cup.finger_half_width_m * np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])
+        hand = cup.palm_half_width_m * np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])
+        below, above, palm = (
+            grasp.position + np.column_stack([flat, np.full(len(flat), depth - cup.press_m)]) @ grasp.rotation.T
+            for flat, depth in ((lip, 5e-4), (lip, -5e-4), (hand, -cup.palm_height_m))
+        )
+        assert all(map(in_bracket, below)) and not any(map(in_bracket, [*above, *palm]))
+    log = log_of_run(replace(scenario, model=replace(model, robot="panda_suction")), seed=3)
+    assert log.about.claims.completed and certify(log).refuted == ()
+    TUBE.export(tmp_path / "bracket.stl")
+    with pytest.raises(SimulationError, match=r"cup.file: it is nowhere flat over 0.028 x 0.028 m"):
+        build_scene(model, robot="panda_suction", meshes=False)
 
 
 def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:

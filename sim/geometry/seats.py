@@ -1,0 +1,108 @@
+"""Seats of a suction cup: flat places on a surface that its lip can be pressed on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import trimesh
+from scipy.ndimage import maximum_filter, minimum_filter
+
+GRID_M = 0.002
+"""Distance between the lines along which the surface is looked at."""
+
+FLAT_M = 0.0005
+"""Greatest difference of heights under the lip: its rubber gives way by more."""
+
+NO_HEIGHT_M = -1.0
+"""Stands for the height where there is no surface."""
+
+SAME_FACE = np.cos(np.radians(3))
+"""Least cosine of the angle between the normals of triangles that belong to one face."""
+
+APART_M, MAX_SEATS = 0.012, 8
+"""Least distance between the seats of a face, and greatest number of them; those nearest to the middle count."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seat:
+    """A flat place on a surface.
+
+    Attributes:
+        position: (3,) of its middle, m.
+        normal: (3,) out of the solid.
+    """
+
+    position: np.ndarray
+    normal: np.ndarray
+
+
+@lru_cache(maxsize=32)  # a scene is built again for each check of a log
+def seats(
+    parts: tuple[trimesh.Trimesh, ...], *, half_width: float, hand_half_width: float, hand_height: float
+) -> tuple[Seat, ...]:
+    """Return where a cup fits on what convex parts make up together, those of a face that are near its middle first.
+
+    Args:
+        parts: Convex meshes, m.
+        half_width: Of the square that must be flat, m.
+        hand_half_width: Of the hand behind the cup, m, as it stands square to the cup.
+        hand_height: Over the lip, m: nothing of the parts may be higher there.
+    """
+    found = []
+    centre = np.average([part.center_mass for part in parts], axis=0, weights=[part.volume for part in parts])
+    for normal in _normals(parts, (2 * half_width) ** 2):
+        across = np.linalg.svd(normal[None])[2][1:]
+        flat = np.concatenate([part.vertices for part in parts]) @ across.T
+        axes = [np.arange(low, high + GRID_M, GRID_M) for low, high in zip(flat.min(0), flat.max(0), strict=True)]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        heights = np.max([_heights(part, grid @ across, normal) for part in parts], axis=0)
+        lip, hand = (2 * int(np.ceil(half / GRID_M)) + 1 for half in (half_width, hand_half_width))
+        outside = {"mode": "constant", "cval": NO_HEIGHT_M}
+        level = maximum_filter(heights, lip, **outside) - minimum_filter(heights, lip, **outside) < FLAT_M
+        free = maximum_filter(heights, hand, **outside) < heights + hand_height
+        fits = level & free & (heights > NO_HEIGHT_M)
+        places = grid[fits] @ across + heights[fits, None] * normal
+        found += [Seat(place, normal) for place in _spread(places, centre)]
+    return tuple(found)
+
+
+def _normals(parts: Sequence[trimesh.Trimesh], area: float) -> list[np.ndarray]:
+    """Return the (3,) normals of faces of at least an area, m², the largest first."""
+    normals, areas = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("face_normals", "area_faces")
+    )
+    left, found = np.ones(len(normals), dtype=bool), []
+    for i in np.argsort(-areas, kind="stable"):
+        if left[i]:
+            face = left & (normals @ normals[i] > SAME_FACE)
+            left &= ~face
+            if areas[face].sum() >= area:
+                found.append((areas[face].sum(), normals[i]))
+    return [normal for _, normal in sorted(found, key=lambda pair: -pair[0])]
+
+
+def _heights(part: trimesh.Trimesh, points: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return how far along a (3,) normal a convex part reaches on the lines through (..., 3) points, m.
+
+    A line is inside while it is inside every face's half-space. What never is has `NO_HEIGHT_M`.
+    """
+    slopes = part.face_normals @ normal
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gaps = np.einsum("ij,ij->i", part.face_normals, part.triangles_center) - points @ part.face_normals.T
+        bounds = gaps / slopes
+    top = np.where(slopes > 1e-9, bounds, np.inf).min(axis=-1)
+    bottom = np.where(slopes < -1e-9, bounds, -np.inf).max(axis=-1)
+    beside = (gaps[..., np.abs(slopes) <= 1e-9] < 0).any(axis=-1)
+    return np.where((bottom <= top) & ~beside, top, NO_HEIGHT_M)
+
+
+def _spread(places: np.ndarray, centre: np.ndarray) -> list[np.ndarray]:
+    """Return some of (N, 3) places, m: those nearest to a point that are far enough from each other."""
+    kept: list[np.ndarray] = []
+    for i in np.argsort(np.linalg.norm(places - centre, axis=1), kind="stable"):
+        if len(kept) < MAX_SEATS and all(np.linalg.norm(places[i] - one) > APART_M for one in kept):
+            kept.append(places[i])
+    return kept
