@@ -21,9 +21,9 @@ MAX_SIMPLIFICATION_CHECKS = 3000
 SEARCHES = 3
 """Usual number of searches of which the shortest path is taken, if the first one finds any."""
 
-EDGE_STEP_M = 0.02
-"""Distance of two checks on an edge, by what the joints could move the robot at most. It is coarse: the motion that is
-made of the path is checked once more, densely."""
+EDGE_STEPS_M = (0.02, 0.01, 0.005)
+"""Distances of two checks on an edge, by what the joints could move the robot at most. The usual one is coarse: the
+motion that is made of the path is checked once more, densely, and if that fails, the next one serves."""
 
 JOINT_MARGIN_RAD = 0.02
 """Distance that planned paths keep from the ends of the joints, rad or m."""
@@ -50,13 +50,16 @@ class MotionPlanner:
         # Each search sets the seed, and OMPL complains of it.
         util.setLogLevel(util.LOG_NONE)
 
-    def plan(self, start: np.ndarray, goal: np.ndarray, touches: Touches) -> np.ndarray:
+    def plan(
+        self, start: np.ndarray, goal: np.ndarray, touches: Touches, *, step: float = EDGE_STEPS_M[0]
+    ) -> np.ndarray:
         """Return a path, (K, n) configurations from start to goal, straight between one and the next.
 
         Args:
             start: (n,) rad or m.
             goal: (n,) rad or m.
             touches: what the robot touches somewhere.
+            step: distance of two checks on an edge, m; see `EDGE_STEPS_M`.
 
         Raises:
             BlockedError: there is a collision at the start or the goal, or no path was found.
@@ -66,12 +69,12 @@ class MotionPlanner:
                 raise BlockedError(f"the arm would touch {' and '.join(sorted(met))} where {where}", set(met))
         found: list[np.ndarray] = []
         for number in range(self._searches):
-            search = _Search(self._low, self._high, self._levers, touches)
+            search = _Search(self._low, self._high, self._levers, touches, step)
             path = search.path(start, goal, seed=SEARCHES * self._seed + number)
             if path is not None:
                 found.append(path)
             elif not found:
-                straight = np.linspace(start, goal, 2 + int(self._length(np.array([start, goal])) / EDGE_STEP_M))
+                straight = np.linspace(start, goal, 2 + int(self._length(np.array([start, goal])) / step))
                 between = {name for q in straight for name in touches(q)} or search.met
                 words = f"no way past {' and '.join(sorted(between))} was found in {MAX_CHECKS} samples"
                 raise BlockedError(words, between)
@@ -88,7 +91,7 @@ class _Search:
         met: names of the bodies that were in the way.
     """
 
-    def __init__(self, low: np.ndarray, high: np.ndarray, levers: np.ndarray, touches: Touches) -> None:
+    def __init__(self, low: np.ndarray, high: np.ndarray, levers: np.ndarray, touches: Touches, step: float) -> None:
         self._levers, self._touches, self._n = levers, touches, len(levers)
         self._checks, self.met = 0, set[str]()
         self._space = base.RealVectorStateSpace(self._n)
@@ -97,7 +100,7 @@ class _Search:
             bounds.setLow(joint, float(low[joint] * levers[joint]))
             bounds.setHigh(joint, float(high[joint] * levers[joint]))
         self._space.setBounds(bounds)
-        self._space.setLongestValidSegmentFraction(EDGE_STEP_M / self._space.getMaximumExtent())
+        self._space.setLongestValidSegmentFraction(step / self._space.getMaximumExtent())
         self._info = base.SpaceInformation(self._space)
         self._info.setStateValidityChecker(self._is_free)
         self._info.setup()

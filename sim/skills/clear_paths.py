@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim.errors import BlockedError
+from sim.motion.planning import EDGE_STEPS_M
 from sim.simulation.workcell import Workcell
 
 
@@ -26,10 +27,16 @@ def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> N
         raise BlockedError.on_the_way(met)
 
 
-def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float) -> np.ndarray:
+def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
     """Return a path, (K, n) rad, from where the arm is, or comes to rest, to a goal.
 
     What is near at the start may be as near on the way, but not touched unless it is from the start.
+
+    Args:
+        cell: the running simulation.
+        goal: (n,) joint angles, rad.
+        clearance: bodies nearer than this count as in collision, m.
+        step: distance of two checks, m; see `EDGE_STEPS_M`.
 
     Raises:
         BlockedError: none was found.
@@ -49,4 +56,4 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float) -> np.nd
             known[question] = {other for _, other in found}
         return known[question]
 
-    return cell.planner.plan(cell.reference, goal, met)
+    return cell.planner.plan(cell.reference, goal, met, step=step)

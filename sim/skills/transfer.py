@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from sim.errors import BlockedError, SimulationError
+from sim.motion.planning import EDGE_STEPS_M
 from sim.motion.timing import along, begun_late
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
@@ -67,16 +68,22 @@ def _movements(
             )
         except SimulationError:
             continue
-    for goal, pose in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
-        try:
-            if onward is not None:
-                check_approach(cell, goal, pose, onward)  # before a path is planned in vain
-            path = planned_path(cell, goal, clearance=PLANNING_CLEARANCE_M)
-        except BlockedError as error:
-            blockers.update(error.by)
-        except SimulationError:
-            continue
-        else:
-            for overlap in OVERLAPS:
-                references = along(cell.scene.robot, path, overlap=overlap)
-                yield begun_late(cell.scene.robot, references, cell.reference, cell.ending)
+    ends: Iterable[tuple[np.ndarray, ToolPose]]
+    ends = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)
+    for step in EDGE_STEPS_M:
+        reached = []
+        for goal, pose in ends:
+            try:
+                if onward is not None:
+                    check_approach(cell, goal, pose, onward)  # before a path is planned in vain
+                path = planned_path(cell, goal, clearance=PLANNING_CLEARANCE_M, step=step)
+            except BlockedError as error:
+                blockers.update(error.by)
+            except SimulationError:
+                continue
+            else:
+                reached.append((goal, pose))
+                for overlap in OVERLAPS:
+                    references = along(cell.scene.robot, path, overlap=overlap)
+                    yield begun_late(cell.scene.robot, references, cell.reference, cell.ending)
+        ends = reached

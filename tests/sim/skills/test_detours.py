@@ -10,10 +10,12 @@ from walls import Box, with_boxes
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError
 from sim.motion.kinematics import Arm
+from sim.motion.planning import EDGE_STEPS_M
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
+from sim.skills import transfer
 from sim.skills.catalogue import perform
-from sim.skills.clear_paths import planned_path
+from sim.skills.clear_paths import check_path, planned_path
 from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -42,6 +44,28 @@ def test_the_seed_decides_the_way_round(table: Scene) -> None:
     cells = [Workcell(scene, initial_state(scene), seed=seed) for seed in (2, 2, 3)]
     first, again, other = (planned_path(cell, goal, clearance=0.006) for cell in cells)
     assert np.array_equal(first, again) and not np.array_equal(first[1], other[1])
+
+
+def test_a_path_whose_motion_collides_is_planned_again_with_denser_checks(
+    table: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps: list[float] = []
+
+    def plan(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float) -> np.ndarray:
+        steps.append(step)
+        return planned_path(cell, goal, clearance=clearance, step=step)
+
+    def check(cell: Workcell, references: np.ndarray, *, clearance: float) -> None:
+        if EDGE_STEPS_M[1] not in steps:
+            raise BlockedError.on_the_way({"wall"})
+        check_path(cell, references, clearance=clearance)
+
+    monkeypatch.setattr(transfer, "planned_path", plan)
+    monkeypatch.setattr(transfer, "check_path", check)
+    cell = Workcell(scene := with_boxes(table, WALL), initial_state(scene))
+    perform(cell, "transit a")
+    assert_clean(cell)
+    assert steps == sorted(steps, reverse=True) and steps[-1] == EDGE_STEPS_M[1]
 
 
 def test_a_place_that_is_boxed_in_names_the_box(table: Scene) -> None:
