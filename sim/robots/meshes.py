@@ -9,6 +9,7 @@ from pathlib import Path
 
 import trimesh
 
+from prefplan.limits import check_limits
 from sim.geometry.solids import smoothed
 
 FINISHES = {
@@ -75,6 +76,7 @@ def surfaces(folder: Path) -> tuple[Surface, ...]:
 
 
 def _surfaces(path: Path) -> list[Surface]:
+    check_limits()
     mesh = trimesh.load_mesh(path)
     parts = mesh.split(only_watertight=False)
     parts = sorted((part for part in parts if part.area > MIN_AREA_M2), key=lambda part: -part.area)

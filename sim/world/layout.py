@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from prefplan.errors import choices
+from prefplan.limits import check_limits
 from prefplan.models.manipulation.model import Location, ManipulationModel
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
@@ -58,6 +59,7 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     stations: dict[str, Station] = {}
     tried: set[str] = set()
     for place in grounded:
+        check_limits()
         with collecting(faults):
             stations[place.name] = _station(place, _yaws(place, grounded, robot)[0], robot.gripper, sizes[place.name])
     # Again for what is blocked by others whose line was changed after its own was chosen.

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from prefplan.limits import check_limits
 from sim.geometry.rectangle import Rectangle
 
 TABLE_TOP = "tabletop"
@@ -90,6 +91,7 @@ def _wood(across: int, along: int) -> np.ndarray:
     plank = round(PLANK_M * PIXELS_PER_M)
     tone = np.zeros((height, width), dtype=np.float32)
     for top in range(0, height, plank):
+        check_limits()
         rows = min(plank, height - top)
         warp = _noise(rng, (4, 6), (width, rows))
         rings = np.sin(2 * np.pi * (np.linspace(0, 3.0, rows)[:, None] + 1.6 * warp + rng.uniform(0, 1)))

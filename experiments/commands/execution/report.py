@@ -49,7 +49,8 @@ def report(options: argparse.Namespace) -> int:
     with loading():
         from experiments.report.page import write_page
 
-    with limits_of(options):
+    limits = limits_of(options)
+    with limits:
         scenario = scenarios.find(options.scenario)
     if isinstance(scenario.model, ManipulationModel):
         # Other models need no MuJoCo, which takes a second to load or is not installed.
@@ -64,7 +65,7 @@ def report(options: argparse.Namespace) -> int:
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:
         bars("planning", 0, 0, "")
-        with limits_of(options):
+        with limits:
             front = Planner(scenario.problem()).front(max_cost=options.max_cost, keep_on_interrupt=True)
         bars("planning", 1, 1, "")
         indices = range(len(front)) if options.plans is None else options.plans

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from experiments.cli.start import loading
 from prefplan.front import UnfinishedError
-from prefplan.limits import Limits
+from prefplan.limits import LimitError, Limits, check_limits
 from prefplan.models.manipulation.action import at
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import Barred, TransitionSystem
@@ -68,7 +68,11 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
         from sim.world.scene import build_scene
 
     try:
-        scene = build_scene(scenario.model, robot=robot)
+        with limits:
+            check_limits()
+            scene = build_scene(scenario.model, robot=robot)
+    except LimitError:
+        return SceneCheck(complete=False)
     except SimulationError as error:
         return SceneCheck(tuple(f"model.{fault}" for fault in error.faults))
     warnings = tuple(f"model.{warning}" for warning in scene.warnings)

@@ -25,11 +25,23 @@ SAME_EDGES = "files of several costs must list the same edges in the same order"
 """What messages say where one file lacks an edge of another."""
 
 
+CLOCK_PERIOD = 10_000
+"""Nodes and edges between two looks at the clock; they take up to 0.1 s."""
+
+
 class Sink:
     """What takes the nodes and edges of a file; it raises ModelError, and the reader adds the line.
 
-    What a kind of sink does not need it leaves as here: not taken.
+    What a kind of sink does not need it leaves as here: not taken, but counted.
     """
+
+    _counted = 0
+
+    def count(self) -> None:
+        """Count a node or an edge; now and then, look whether a limit is reached."""
+        self._counted += 1
+        if self._counted % CLOCK_PERIOD == 0:
+            check_limits()
 
     def wants(self, attribute: str) -> bool:
         """Return whether an attribute has to be passed on."""
@@ -37,19 +49,17 @@ class Sink:
 
     def node(self, name: str, attributes: Mapping[str, Any]) -> None:
         """Take a node."""
+        self.count()
 
     def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
         """Take an edge."""
+        self.count()
 
     def mirror(self) -> None:
         """Take every edge so far in the other direction too."""
 
     def has_degrees(self, per_unit: float) -> None:
         """Take that coordinates are longitudes and latitudes, a unit being so many degrees."""
-
-
-CLOCK_PERIOD = 10_000
-"""Edges between two looks at the clock; they take up to 0.1 s."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +113,7 @@ class NetworkBuilder(Sink):
 
     def node(self, name: str, attributes: Mapping[str, Any]) -> None:
         """Take a node with its `labels`, `x` and `y`, if it has them."""
+        self.count()
         i = self._index.setdefault(name, len(self._index))
         if i in self._declared:
             raise ModelError(f"node {name!r} occurs twice")
@@ -115,8 +126,7 @@ class NetworkBuilder(Sink):
 
     def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
         """Take an edge with its costs and `action`; without one, the action is called as the target."""
-        if len(self._sources) % CLOCK_PERIOD == 0:
-            check_limits()
+        self.count()
         index = self._index
         self._sources.append(index.setdefault(source, len(index)))
         self._targets.append(index.setdefault(target, len(index)))
@@ -206,8 +216,7 @@ class CostReader(Sink):
 
     def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
         """Take the cost of the next edge."""
-        if len(self.costs) % CLOCK_PERIOD == 0:
-            check_limits()
+        self.count()
         ends = next(self._ends, None)
         if ends != (source, target):
             there = "ends" if ends is None else f"has the edge from {ends[0]!r} to {ends[1]!r}"

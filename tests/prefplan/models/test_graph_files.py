@@ -17,6 +17,8 @@ from judge.random_problems import random_problem
 
 from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pareto_front
 from prefplan.exact_costs import exact, exact_floats, in_common_unit, round_costs
+from prefplan.limits import LimitError, Limits
+from prefplan.models.graph_files import network
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.scenario.decode import from_dict
 
@@ -41,6 +43,26 @@ def without_parallel_edges(model: dict[str, Any]) -> dict[str, Any]:
     """Return a model with the first edge between each two states: others may be left out of what is read."""
     first = {(edge["from"], edge["to"]): edge for edge in reversed(model["transitions"])}
     return {**model, "transitions": list(first.values())[::-1]}
+
+
+@pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
+def test_limits_hold_while_nodes_and_edges_are_read(
+    tmp_path: Path, write: Callable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(network, "CLOCK_PERIOD", 3)
+    model = random_problem(0).scenario()["model"]
+    written = write(model, tmp_path)
+    with Limits(seconds=0), pytest.raises(LimitError):
+        GraphFileModel(tmp_path, **{"start": 1, **written}).network  # noqa: B018
+
+
+def test_limits_hold_while_the_nodes_before_the_edges_are_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(network, "CLOCK_PERIOD", 3)
+    (tmp_path / "town.json").write_text('{"edges": [], "nodes": [{"id": 1}, {"id": 2}, {"id": 3}, {"id": }]}')
+    with Limits(seconds=0), pytest.raises(LimitError):
+        GraphFileModel(tmp_path, "town.json", start=1).network  # noqa: B018
 
 
 @pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
