@@ -1,9 +1,10 @@
 """The exact Pareto front of a small problem by exhaustive search, with no pruning that needs a contract.
 
-A label is (product state, cost so far, costs of the satisfied tasks, violation costs). Only these go:
+A label is (product state, every cost so far, what they were when each task was satisfied, violation costs). Only these
+go:
 
 - exact duplicates, and labels equal to another in all but higher violation costs (mu never falls in a violation cost);
-- labels whose mu is already that of a plan found at no higher cost: neither falls along a trajectory;
+- labels of which no objective is better than a plan's: none falls along a trajectory;
 - labels that cannot reach the end of any plan within the cost bound, by exact distances in the product.
 
 So the answer is exact for every mu that never falls along a trajectory, up to the bound.
@@ -13,10 +14,11 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations, count, product
-from typing import NamedTuple
+from operator import add, le
+from typing import Any, NamedTuple
 
 from judge.preferences import Mu, Number, Values
 from judge.problems import GraphProblem, JudgedTask
@@ -165,6 +167,14 @@ class _Step(NamedTuple):
     depth: int
 
 
+class Goal(NamedTuple):
+    """The end of a plan: what it is worth, its last step, and what was skipped."""
+
+    worth: Values
+    last: _Step
+    skips: tuple[Skip, ...]
+
+
 class TooManyError(Exception):
     """There are more labels than a judge will look at."""
 
@@ -185,73 +195,92 @@ def exact_plans(
         TooManyError: there would be more.
     """
     value = mu or problem.mu()
-    space = explored(problem)
-    ticket = count()
-    heap: list[tuple[Number, int, Node, tuple[Number | None, ...], Values, _Step, tuple[Skip, ...]]] = []
-    seen: dict[tuple[Node, tuple[Number | None, ...], Number], list[Values]] = {}
+
+    def worth(spent: Values, ends: Sequence[Values], paid: Values) -> Values:
+        return spent[0], value(tuple(end[0] for end in ends), paid)
+
+    goals = undominated(explored(problem), worth, limits=(max_cost,), max_labels=max_labels)
+    return [_witness(problem, goal) for goal in goals]
+
+
+def undominated(
+    space: Product,
+    worth: Callable[[Values, Sequence[Values], Values], Values],
+    *,
+    limits: Values,
+    prices: Callable[[Node, Move], Values] = lambda node, move: (move.cost,),
+    max_labels: float = math.inf,
+) -> list[Goal]:
+    """Return one plan for each non-dominated worth, by rising sum of costs.
+
+    Args:
+        space: the product, with the distances in the first cost.
+        worth: of what was spent of every cost, the same when each task was satisfied (or now), and violation costs; no
+            entry falls along a trajectory, nor in a violation cost.
+        limits: greatest costs, inclusive.
+        prices: every cost of a move.
+        max_labels: labels to make at the most.
+
+    Raises:
+        TooManyError: there would be more.
+    """
+    ticket, tasks = count(), len(space.problem.tasks)
+    heap: list[tuple[Number, int, Node, Values, tuple[Values | None, ...], Values, _Step, tuple[Skip, ...]]] = []
+    seen: dict[tuple[Node, tuple[Values | None, ...], Values], list[Values]] = {}
 
     def push(
-        g: Number,
-        frozen: tuple[Number | None, ...],
-        paid: Values,
-        step: _Step,
-        node: Node,
-        skips: tuple[Skip, ...],
+        spent: Values, frozen: tuple[Values | None, ...], paid: Values, step: _Step, node: Node, skips: Any
     ) -> None:
-        if node not in space.distance or g + space.distance[node] > max_cost:
+        if node not in space.distance or spent[0] + space.distance[node] > limits[0] or not no_worse(spent, limits):
             return
-        costs = tuple(g if c is None and q == DONE else c for c, q in zip(frozen, node[1], strict=True))
-        spent = list(paid)
+        ends = tuple(spent if end is None and q == DONE else end for end, q in zip(frozen, node[1], strict=True))
+        owed = list(paid)
         for task, _, price in step.uses:
-            spent[task] += price
-        rivals = seen.setdefault((node, costs, g), [])
-        if any(all(x <= y for x, y in zip(rival, spent, strict=True)) for rival in rivals):
+            owed[task] += price
+        rivals = seen.setdefault((node, ends, spent), [])
+        if any(no_worse(rival, owed) for rival in rivals):
             return
-        rivals.append(tuple(spent))
+        rivals.append(tuple(owed))
         if len(seen) > max_labels:
             raise TooManyError
-        heapq.heappush(heap, (g, next(ticket), node, costs, tuple(spent), step, skips))
+        heapq.heappush(heap, (sum(spent), next(ticket), node, spent, ends, tuple(owed), step, skips))
 
-    untouched: tuple[Number | None, ...] = (None,) * len(problem.tasks)
     for skips, move in space.starts:
-        prices = {skip.task: skip.cost for skip in skips}
-        paid = tuple(prices.get(k, 0) for k in range(len(problem.tasks)))
-        push(0, untouched, paid, _Step(None, "", move.uses, 0), move.node, skips)
-    front: list[Witness] = []
+        skipped = {skip.task: skip.cost for skip in skips}
+        paid = tuple(skipped.get(k, 0) for k in range(tasks))
+        push((0,) * len(limits), (None,) * tasks, paid, _Step(None, "", move.uses, 0), move.node, skips)
+    front: list[Goal] = []
     while heap:
-        g, _, node, frozen, paid, step, skips = heapq.heappop(heap)
-        worth = value(tuple(g if c is None else c for c in frozen), paid)
-        if front and worth >= front[-1].preference:
+        _, _, node, spent, frozen, paid, step, skips = heapq.heappop(heap)
+        now = worth(spent, [spent if end is None else end for end in frozen], paid)
+        if any(no_worse(goal.worth, now) for goal in reversed(front)):
             continue
         if space.finished(node):
-            if front and front[-1].cost == g:
-                front.pop()
-            front.append(_witness(problem, g, worth, step, skips))
+            front = [goal for goal in front if not no_worse(now, goal.worth)] + [Goal(now, step, skips)]
             continue
         for move in space.moves[node]:
-            push(
-                g + move.cost,
-                frozen,
-                paid,
-                _Step(step, move.action, move.uses, step.depth + 1),
-                move.node,
-                skips,
-            )
+            after = tuple(map(add, spent, prices(node, move)))
+            push(after, frozen, paid, _Step(step, move.action, move.uses, step.depth + 1), move.node, skips)
     return front
 
 
-def _witness(problem: GraphProblem, cost: Number, worth: Number, last: _Step, skips: tuple[Skip, ...]) -> Witness:
+def no_worse(one: Sequence[Number], other: Sequence[Number]) -> bool:
+    """Return whether no entry exceeds that of another vector."""
+    return all(map(le, one, other))
+
+
+def _witness(problem: GraphProblem, goal: Goal) -> Witness:
     steps = []
-    step: _Step | None = last
+    step: _Step | None = goal.last
     while step is not None:
         steps.append(step)
         step = step.parent
     steps.reverse()
     names = problem.names
     relaxations: list[dict[str, object]] = [
-        {"task": names[skip.task], "step": 0, "skip": True, "cost": skip.cost} for skip in skips
+        {"task": names[skip.task], "step": 0, "skip": True, "cost": skip.cost} for skip in goal.skips
     ]
     for entry in steps:
         for task, assume, price in entry.uses:
             relaxations.append({"task": names[task], "step": entry.depth, "assume": assume, "cost": price})
-    return Witness(cost, worth, tuple(entry.action for entry in steps[1:]), tuple(relaxations))
+    return Witness(*goal.worth, tuple(entry.action for entry in steps[1:]), tuple(relaxations))

@@ -1,21 +1,14 @@
-"""Several costs and several preferences: problems drawn at random, and their fronts by exhaustive search.
-
-A label is (product state, what was spent of every cost, what had been spent when each task was satisfied, violation
-costs). As in `judge.enumerate` only duplicates go, labels that differ in higher violation costs alone, those that
-exceed a bound, and those of which every objective is already no better than a plan's: none falls along a trajectory.
-"""
+"""Several costs and several preferences: problems drawn at random, and their fronts by exhaustive search."""
 
 from __future__ import annotations
 
-import heapq
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import count
 from typing import Any, NamedTuple
 
-from judge.enumerate import DONE, Product, TooManyError, cheapest_cost
+from judge.enumerate import Move, Node, Product, cheapest_cost, undominated
 from judge.preferences import Number, Values, random_preference, reference
 from judge.problems import GraphProblem
 from judge.random_problems import random_errands, random_problem
@@ -141,43 +134,17 @@ def several_front(
     Raises:
         TooManyError: there would be more.
     """
-    space = Product(problem.graph)
-    limits = [bounds[name] for name in problem.names[: len(problem.costs)]]
-    functions, tasks = problem._functions, range(len(problem.graph.tasks))
-    ticket, heap, seen, front = count(), [], {}, []
+    functions = problem._functions
 
-    def push(spent: Values, frozen: tuple[Any, ...], paid: Values, move: Any) -> None:
-        node = move.node
-        if node not in space.distance or any(cost > limit for cost, limit in zip(spent, limits, strict=True)):
-            return
-        frozen = tuple(spent if frozen[k] is None and node[1][k] == DONE else frozen[k] for k in tasks)
-        owed = list(paid)
-        for task, _, price in move.uses:
-            owed[task] += price
-        rivals = seen.setdefault((node, spent, frozen), [])
-        if any(all(x <= y for x, y in zip(rival, owed, strict=True)) for rival in rivals):
-            return
-        rivals.append(tuple(owed))
-        if len(seen) > max_labels:
-            raise TooManyError
-        heapq.heappush(heap, (sum(spent), next(ticket), node, spent, frozen, tuple(owed)))
+    def worth(spent: Values, ends: Sequence[Values], paid: Values) -> Values:
+        return (*spent, *(mu(tuple(end[of] for end in ends), paid) for mu, of in functions))
 
-    for skips, move in space.starts:
-        prices = {skip.task: skip.cost for skip in skips}
-        push((0,) * len(limits), (None,) * len(tasks), tuple(prices.get(k, 0) for k in tasks), move)
-    while heap:
-        _, _, node, spent, frozen, paid = heapq.heappop(heap)
-        ends = [spent if end is None else end for end in frozen]
-        worth = (*spent, *(mu(tuple(end[of] for end in ends), paid) for mu, of in functions))
-        if any(all(a <= b for a, b in zip(point, worth, strict=True)) for point in front):
-            continue
-        if space.finished(node):
-            front = [point for point in front if not all(a <= b for a, b in zip(worth, point, strict=True))] + [worth]
-            continue
-        for move in space.moves[node]:
-            more = (costs[node[0], move.action] for costs in problem.costs)
-            push(tuple(a + b for a, b in zip(spent, more, strict=True)), frozen, paid, move)
-    return sorted(front)
+    def prices(node: Node, move: Move) -> Values:
+        return tuple(costs[node[0], move.action] for costs in problem.costs)
+
+    limits = tuple(bounds[name] for name in problem.names[: len(problem.costs)])
+    goals = undominated(Product(problem.graph), worth, limits=limits, prices=prices, max_labels=max_labels)
+    return sorted(goal.worth for goal in goals)
 
 
 def replayed(problem: SeveralProblem, actions: Sequence[str], relaxations: Sequence[Mapping[str, Any]]) -> Values:
