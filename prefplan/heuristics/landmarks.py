@@ -55,6 +55,13 @@ class Landmarks(NamedTuple):
     order: np.ndarray
 
 
+class Degrees(NamedTuple):
+    """Of a spanning tree: of: (M + 1,) those of the landmarks, and last the start's. nearest: (M,) int64, scratch."""
+
+    of: np.ndarray
+    nearest: np.ndarray
+
+
 def no_landmarks() -> Landmarks:
     """Return no sets: the bound 0."""
     grid, none = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -155,19 +162,24 @@ def _without(leads: np.ndarray, ends: np.ndarray, avoided: np.ndarray) -> np.nda
 def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, Any]:
     """Return (M,) multipliers of landmarks, and that of the node of the start, that make the start's bound large."""
     count = plain.price.shape[0]
+    ahead, here = plain.ahead[node : node + 1].copy(), np.zeros(1, dtype=np.int64)
+    priced = Landmarks(plain.remaining, plain.between.copy(), ahead, plain.price.copy(), here, plain.least, plain.order)
     price, best_price = np.zeros(count + 1, dtype=np.int64), np.zeros(count + 1, dtype=np.int64)
     exact, best = np.zeros(count + 1), -1.0
-    degree, before = np.zeros(count + 1), np.zeros(count + 1)
-    nearest = np.zeros(count, dtype=np.int64)
+    degrees, before = Degrees(np.zeros(count + 1), np.zeros(count, dtype=np.int64)), np.zeros(count + 1)
     length = FIRST_STEP
     for _ in range(ROUNDS):
         for m in range(count + 1):
             price[m] = round(exact[m])
-        bound = float(_tree(plain, price, node, bits, nearest, degree))
+        priced.price[:], here[0] = price[:count], price[count]
+        ahead[0] = plain.ahead[node] + price[:count] + price[count]
+        for m in range(count):
+            priced.between[m] = plain.between[m] + price[m] + price[:count]
+        bound = float(_tree_bound(priced, 0, bits, degrees))
         if bound > best:
             best = bound
             best_price[:] = price
-        slack = degree - 2.0
+        slack = degrees.of - 2.0
         norm = 0.0
         for m in range(count + 1):
             if m < count and not bits >> m & 1:
@@ -183,44 +195,6 @@ def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, 
     return best_price[:count], best_price[count]
 
 
-@kernel
-def _tree(
-    plain: Landmarks, price: np.ndarray, node: Integer, bits: Integer, nearest: np.ndarray, degree: np.ndarray
-) -> Integer:
-    """Return the bound by a minimum spanning tree with multipliers, and write degrees in it, the start's last.
-
-    The end of the path counts as joined to the start, so that on a path all degrees are 2.
-    """
-    count = plain.price.shape[0]
-    degree[:] = 0.0
-    total, cheapest, last = -price[count], np.int64(FAR), 0
-    for m in range(count):
-        if bits >> m & 1:
-            plain.least[m] = plain.ahead[node, m] + price[count] + price[m]
-            nearest[m] = count
-            total -= 2 * price[m]
-            if price[m] < cheapest:
-                cheapest, last = price[m], m
-    left = bits
-    while left:
-        best, cost = -1, np.int64(2 * FAR)
-        for m in range(count):
-            if left >> m & 1 and plain.least[m] < cost:
-                best, cost = m, plain.least[m]
-        left ^= 1 << best
-        total += cost
-        degree[best] += 1.0
-        degree[nearest[best]] += 1.0
-        for m in range(count):
-            if left >> m & 1:
-                onward = plain.between[best, m] + price[best] + price[m]
-                if onward < plain.least[m]:
-                    plain.least[m], nearest[m] = onward, best
-    degree[last] += 1.0
-    degree[count] += 1.0
-    return np.int64(total + cheapest)
-
-
 @bare_kernel
 def landmark_bound(marks: Landmarks, node: Integer, automata: np.ndarray) -> Integer:
     """Return a lower bound of the cost-to-go of a product state; `INFINITE` if not all landmarks can be visited."""
@@ -231,30 +205,54 @@ def landmark_bound(marks: Landmarks, node: Integer, automata: np.ndarray) -> Int
         bits |= marks.remaining[i, automata[i]]
     if bits == 0:
         return np.int64(0)
-    count, best, m = 0, 0, 0
+    bound = _tree_bound(marks, node, bits, None)
+    if bound >= FAR // 2:
+        return np.int64(INFINITE)
+    return np.int64(max(0, (bound + SCALE - 1) // SCALE))
+
+
+@bare_kernel
+def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, degrees: Degrees | None) -> Integer:
+    """Return the bound by a minimum spanning tree over a node and some landmarks, scaled (Prim's algorithm).
+
+    The degrees are written if wanted; the end of the path counts as joined to the node, so that on a path all are 2.
+    """
+    start = marks.price.shape[0]
+    count, best, last, m = 0, 0, 0, 0
     total, cheapest = -marks.node_price[node], np.int64(FAR)
     while bits:
         if bits & 1:
             marks.order[count], marks.least[count] = m, marks.ahead[node, m]
+            if degrees is not None:
+                degrees.nearest[count] = start
             if marks.least[count] < marks.least[best]:
                 best = count
             total -= 2 * marks.price[m]
-            cheapest = min(cheapest, marks.price[m])
+            if marks.price[m] < cheapest:
+                cheapest, last = marks.price[m], m
             count += 1
         bits >>= 1
         m += 1
-    # Prim's algorithm; those not yet in the tree are kept together.
+    if degrees is not None:
+        degrees.of[:] = 0.0
+        degrees.of[last] += 1.0
+        degrees.of[start] += 1.0
+    # Landmarks that are not yet in the tree are kept together.
     while count:
         total += marks.least[best]
         added = marks.order[best]
         count -= 1
+        if degrees is not None:
+            degrees.of[added] += 1.0
+            degrees.of[degrees.nearest[best]] += 1.0
+            degrees.nearest[best] = degrees.nearest[count]
         marks.order[best], marks.least[best] = marks.order[count], marks.least[count]
         best = 0
         for k in range(count):
-            marks.least[k] = min(marks.least[k], marks.between[added, marks.order[k]])
+            onward = marks.between[added, marks.order[k]]
+            if degrees is not None and onward < marks.least[k]:
+                degrees.nearest[k] = added
+            marks.least[k] = min(marks.least[k], onward)
             if marks.least[k] < marks.least[best]:
                 best = k
-    bound = total + cheapest
-    if bound >= FAR // 2:
-        return np.int64(INFINITE)
-    return np.int64(max(0, (bound + SCALE - 1) // SCALE))
+    return total + cheapest
