@@ -16,15 +16,13 @@ import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
-from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.successors import INFINITE, ProductView, Successors, decode, successors
+from prefplan.product.successors import INFINITE, ProductView, decode
 from prefplan.search.labels import (
     CODE,
     COUNT,
     ENTERED,
     EXHAUSTED,
-    EXPANDED,
     FOUND,
     GOAL,
     GROWTH_BOUND,
@@ -41,11 +39,11 @@ from prefplan.search.labels import (
     PRUNED,
     SATISFIED,
     TOO_LARGE,
-    Growth,
-    Queue,
-    States,
+    Memory,
     enter_state,
+    expand,
     mu_after,
+    next_successor,
     pop,
     push,
 )
@@ -84,77 +82,49 @@ DOMINATED = INFINITE
 
 
 @bare_kernel
-def run(
-    view: ProductView,
-    growth: Growth,
-    bounds: Bounds,
-    states: States,
-    labels: Labels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
-    cost_only: bool,
-    tolerance: Tolerance,
-    pops: Integer,
-) -> Integer:
+def run(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance, pops: Integer) -> Integer:
     """Expand labels until a goal is found, memory is short or enough were expanded; return which.
 
     Args:
-        view: the product.
-        growth: how mu grows.
-        bounds: heuristics.
-        states: product states met.
+        memory: of the search. Its limits: mu must stay below the first, and cost must not exceed the second.
         labels: paths.
-        queue: the open list.
-        counters: see `labels`.
-        limits: (2,) int64, mu must stay below the first, and cost must not exceed the second.
-        buffer: successors, and scratch.
         cost_only: whether labels are compared by cost alone (A*).
         tolerance: what may be left out.
         pops: labels to take from the open list.
     """
+    counters = memory.counters
     while True:
-        end = _enter_all(view, growth, bounds, states, labels, queue, counters, limits, buffer, cost_only, tolerance)
-        if end != ENTERED:
-            return end
+        while counters[NEXT] < counters[COUNT]:
+            end = _enter(memory, labels, cost_only, tolerance)
+            if end != ENTERED:
+                return end
+            counters[NEXT] += 1
         if counters[OPEN] == 0:
             return EXHAUSTED
         if pops == 0:
             return PAUSED
         pops -= 1
-        label = _take(view, bounds, states, labels, queue, counters, limits, buffer, tolerance)
+        label = _take(memory, labels, tolerance)
         if label == NONE:
             continue
-        known = states.known[labels.row[label]]
-        if known[SATISFIED] < 0:
-            limits[0], counters[FOUND] = labels.mu[label], label
+        if memory.states.known[labels.row[label], SATISFIED] < 0:
+            memory.limits[0], counters[FOUND] = labels.mu[label], label
             return GOAL
-        counters[EXPANDED] += 1
-        counters[PARENT], counters[NEXT] = label, 0
-        counters[COUNT] = successors(view, known[CODE], buffer)
+        expand(memory, label, labels.row[label])
 
 
 @bare_kernel
-def _take(
-    view: ProductView,
-    bounds: Bounds,
-    states: States,
-    labels: Labels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
-    tolerance: Tolerance,
-) -> Integer:
+def _take(memory: Memory, labels: Labels, tolerance: Tolerance) -> Integer:
     """Take a label from the open list and return it; NONE if it need not be expanded, or is put back by its bound."""
-    label = pop(queue, counters)
-    cost, mu, known = labels.cost[label], labels.mu[label], states.known[labels.row[label]]
+    view, bounds, limits, buffer = memory.product, memory.bounds, memory.limits, memory.buffer
+    label = pop(memory)
+    lowest = memory.counters[LOWEST]
+    cost, mu, known = labels.cost[label], labels.mu[label], memory.states.known[labels.row[label]]
     if mu == DOMINATED or mu + known[GROWTH_BOUND] >= limits[0]:
         return NONE
     if known[LOOKED] <= bounds.patterns.base.shape[0]:
         node = decode(view, known[CODE], buffer.choice)
-        raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, counters[LOWEST] - cost)
+        raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, lowest - cost)
     rest = known[COST_BOUND]
     if bounds.lagrangian.weights.shape[0]:
         node = decode(view, known[CODE], buffer.choice)
@@ -163,58 +133,24 @@ def _take(
     if _is_covered(tolerance, cost + rest, mu + known[GROWTH_BOUND]):
         return NONE
     estimate = cost + _inflated(view, tolerance, rest)
-    if estimate <= counters[LOWEST]:
+    if estimate <= lowest:
         return label
     if rest < INFINITE and cost + rest <= limits[1]:
-        push(queue, counters, label, estimate)
+        push(memory, label, estimate)
     return NONE
 
 
 @bare_kernel
-def _enter_all(
-    view: ProductView,
-    growth: Growth,
-    bounds: Bounds,
-    states: States,
-    labels: Labels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
-    cost_only: bool,
-    tolerance: Tolerance,
-) -> Integer:
-    """Make labels of the successors that are left, and return ENTERED, or why one cannot be made."""
-    while counters[NEXT] < counters[COUNT]:
-        end = _enter(view, growth, bounds, states, labels, queue, counters, limits, buffer, cost_only, tolerance)
-        if end != ENTERED:
-            return end
-        counters[NEXT] += 1
-    return ENTERED
-
-
-@bare_kernel
-def _enter(
-    view: ProductView,
-    growth: Growth,
-    bounds: Bounds,
-    states: States,
-    labels: Labels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
-    cost_only: bool,
-    tolerance: Tolerance,
-) -> Integer:
+def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance) -> Integer:
     """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
+    view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
+    counters, buffer = memory.counters, memory.buffer
     parent = counters[PARENT]
     cost = mu = satisfied = likely = np.int64(0)
     if parent != NONE:
         cost, mu = labels.cost[parent], labels.mu[parent]
         satisfied, likely = states.known[labels.row[parent], SATISFIED], states.known[labels.row[parent], LIKELY]
-    # Of equal labels the last made is expanded first: entering the model's first action last prefers it.
-    k = counters[COUNT] - 1 - counters[NEXT]
+    k = next_successor(counters)
     after = cost + buffer.cost[k]
     before, spent = cost >> view.shift, after >> view.shift
     if after > limits[1]:
@@ -226,7 +162,7 @@ def _enter(
     if mu >= limits[0]:
         return ENTERED
     slack, most, next_lookup = limits[0] - mu, min(limits[1] - after, INFINITE - 1), counters[LOWEST] - after
-    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], likely, slack, most, next_lookup)
+    row = enter_state(memory, buffer.code[k], likely, slack, most, next_lookup)
     if row == NONE:
         return MORE_ROWS
     if row == PRUNED or states.known[row, GROWTH_BOUND] >= slack or states.known[row, COST_BOUND] > most:
@@ -242,7 +178,7 @@ def _enter(
     label = counters[LABELS]
     if label == labels.row.shape[0]:
         return MORE_LABELS
-    push(queue, counters, label, estimate)
+    push(memory, label, estimate)
     labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
     labels.sibling[label], known[HEAD] = _undominated(labels, known[HEAD], after, mu), label
     counters[LABELS] += 1

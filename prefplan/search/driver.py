@@ -43,6 +43,7 @@ from prefplan.search.labels import (
     ROWS,
     TOO_LARGE,
     Growth,
+    Memory,
     Queue,
     States,
     rehash,
@@ -107,6 +108,13 @@ class Search(ABC):
         self.growth = self._growth()
         self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
         self.reset()
+
+    @property
+    def memory(self) -> Memory:
+        """What the kernel works on."""
+        p = self.prepared
+        fixed = p.view, self.growth, p.bounds
+        return Memory(*fixed, self.states, self.queue, self.counters, self.limits, self.buffer)
 
     def _up_to(self, cost: float) -> int:
         """Return the largest label cost that is worth at most some units."""
@@ -338,27 +346,12 @@ class BiObjectiveSearch(Search):
         return boa_star.Labels(*(np.empty(count, kind) for kind in kinds))
 
     def _run(self, pops: int) -> int:
-        p = self.prepared
-        if self._cost_only and self.counters[EXPANDED] > p.deepening_expansions:
-            p.deepen()
+        if self._cost_only and self.counters[EXPANDED] > self.prepared.deepening_expansions:
+            self.prepared.deepen()
             self.reset()
         if not self._cost_only and self.counters[EXPANDED] >= self._next_table:
             self._tabulate_ahead()
-        end = boa_star.run(
-            p.view,
-            self.growth,
-            p.bounds,
-            self.states,
-            self.labels,
-            self.queue,
-            self.counters,
-            self.limits,
-            self.buffer,
-            self._cost_only,
-            self._left_out,
-            pops,
-        )
-        return int(end)
+        return int(boa_star.run(self.memory, self.labels, self._cost_only, self._left_out, pops))
 
     def _tabulate_ahead(self) -> None:
         """Have bounds tabulated for what is left of the front, as far as it is known where that leads."""

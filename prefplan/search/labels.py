@@ -15,7 +15,7 @@ from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.moves import unpack
-from prefplan.product.successors import ProductView, Successors, decode, masks
+from prefplan.product.successors import ProductView, Successors, decode, masks, successors
 
 NONE, PRUNED = -1, -2
 """In place of a row or a label."""
@@ -80,6 +80,30 @@ class Queue(NamedTuple):
     items: np.ndarray
 
 
+class Memory(NamedTuple):
+    """What the kernels of all searches work on.
+
+    Attributes:
+        product: what is searched.
+        growth: how mu grows.
+        bounds: heuristics.
+        states: product states met.
+        queue: the open list.
+        counters: see above.
+        limits: int64, of labels; each search has its own.
+        buffer: successors, and scratch.
+    """
+
+    product: ProductView
+    growth: Growth
+    bounds: Bounds
+    states: States
+    queue: Queue
+    counters: np.ndarray
+    limits: np.ndarray
+    buffer: Successors
+
+
 @bare_kernel
 def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer) -> Integer:
     """Return what a step adds to rates and tardiness, from one cost to another, with these tasks satisfied before."""
@@ -107,11 +131,7 @@ def mu_after(
 
 @bare_kernel
 def enter_state(
-    view: ProductView,
-    bounds: Bounds,
-    states: States,
-    counters: np.ndarray,
-    buffer: Successors,
+    memory: Memory,
     code: Integer,
     likely: Integer,
     growth_limit: Integer,
@@ -121,11 +141,7 @@ def enter_state(
     """Return the row of a product state, a new one where it was not met before.
 
     Args:
-        view: the product.
-        bounds: heuristics.
-        states: product states met.
-        counters: of the search.
-        buffer: scratch.
+        memory: of the search.
         code: the product state.
         likely: number of the table to look up first.
         growth_limit: mu must grow by less than this.
@@ -135,6 +151,7 @@ def enter_state(
     Returns:
         the row, NONE if there is none left, or PRUNED if the state is new and exceeds a limit.
     """
+    view, bounds, states, buffer = memory.product, memory.bounds, memory.states, memory.buffer
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
     row = np.int64(states.slots[slot])
@@ -151,7 +168,7 @@ def enter_state(
     growing = preference_bound(bounds.blocks, bounds.projections, digits, node, buffer.choice, satisfied)
     if growing >= growth_limit:
         return PRUNED
-    row = counters[ROWS]
+    row = memory.counters[ROWS]
     if row == states.known.shape[0]:
         return NONE
     known = states.known[row]
@@ -163,7 +180,7 @@ def enter_state(
     most = min(cost_limit, lookup_limit)
     if raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, most) > cost_limit:
         return PRUNED
-    counters[ROWS] += 1
+    memory.counters[ROWS] += 1
     states.slots[slot] = row
     return row
 
@@ -186,14 +203,34 @@ def rehash(states: States, rows: Integer) -> None:
 
 
 @bare_kernel
-def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> None:
-    """Insert a label."""
+def next_successor(counters: np.ndarray) -> Integer:
+    """Return the place of the successor to be entered.
+
+    Of equal labels the last made is expanded first: entering the model's first action last prefers it.
+    """
+    return counters[COUNT] - 1 - counters[NEXT]
+
+
+@bare_kernel
+def expand(memory: Memory, label: Integer, row: Integer) -> None:
+    """Have the successors of a label of some product state entered next."""
+    counters = memory.counters
+    counters[EXPANDED] += 1
+    counters[PARENT], counters[NEXT] = label, 0
+    counters[COUNT] = successors(memory.product, memory.states.known[row, CODE], memory.buffer)
+
+
+@bare_kernel
+def push(memory: Memory, label: Integer, estimate: Integer) -> None:
+    """Insert a label into the open list."""
+    queue, counters = memory.queue, memory.counters
     counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
 
 
 @bare_kernel
-def pop(queue: Queue, counters: np.ndarray) -> Integer:
+def pop(memory: Memory) -> Integer:
     """Remove a label of the smallest estimate, write that to the counters, and return the label."""
+    queue, counters = memory.queue, memory.counters
     counters[LOWEST] = queue.keys[0]
     label = queue.items[0]
     counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])

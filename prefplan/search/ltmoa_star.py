@@ -21,17 +21,14 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.objective_bounds import ObjectiveBounds, write_bounds
-from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.successors import INFINITE, UNBOUNDED, ProductView, Successors, decode, successors
+from prefplan.product.successors import INFINITE, UNBOUNDED, ProductView, Successors, decode
 from prefplan.search.labels import (
-    CODE,
     COLUMNS,
     COUNT,
     COUNTERS,
     ENTERED,
     EXHAUSTED,
-    EXPANDED,
     FALLS,
     FOUND,
     GOAL,
@@ -48,9 +45,11 @@ from prefplan.search.labels import (
     ROWS,
     SATISFIED,
     TOO_LARGE,
-    Queue,
+    Memory,
     States,
     enter_state,
+    expand,
+    next_successor,
 )
 
 GOALS, VECTORS = COUNTERS, COUNTERS + 1
@@ -131,33 +130,26 @@ class Vector(NamedTuple):
 
 @bare_kernel
 def run(
-    view: ProductView,
+    memory: Memory,
     entries: Entries,
-    no_bounds: Bounds,
     bounds: ObjectiveBounds,
-    states: States,
     paths: Paths,
     vectors: Vectors,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
     scratch: Vector,
     pops: Integer,
 ) -> Integer:
     """Expand labels until a goal is found, memory is short or enough were expanded; return which.
 
     Arguments are as for `boa_star.run`, but for:
-        view: where its edges have numbers, these stand for their costs.
-        entries: what labels hold. no_bounds: no tables, for `enter_state`. bounds: heuristics.
-        paths: labels. vectors: truncated vectors. queue: by the bound of the first entry.
-        limits: (K,) int64, entries that no bound may exceed. scratch: for one label.
+        memory: where edges of its product have numbers, these stand for their costs. Its bounds are empty, its queue is
+            by the bound of the first entry, and its limits are (K,) those that no bound of an entry may exceed.
+        entries: what labels hold. bounds: heuristics.
+        paths: labels. vectors: truncated vectors. scratch: for one label.
     """
+    counters, queue, states = memory.counters, memory.queue, memory.states
     while True:
         while counters[NEXT] < counters[COUNT]:
-            end = _enter(
-                view, entries, no_bounds, bounds, states, paths, vectors, queue, counters, limits, buffer, scratch
-            )
+            end = _enter(memory, entries, bounds, paths, vectors, scratch)
             if end != ENTERED:
                 return end
             counters[NEXT] += 1
@@ -172,48 +164,34 @@ def run(
         pops -= 1
         counters[LOWEST] = queue.keys[0]
         label = queue.items[0]
-        _pop(queue, counters, entries, states, paths)
+        _pop(memory, entries, paths)
         known = states.known[paths.row[label]]
         for e in range(scratch.key.shape[0]):
             scratch.key[e] = paths.key[label, e]
-        _write_bound(view, entries, known, scratch)
-        if _is_beaten(entries, states, vectors, counters, limits, known, scratch):
+        _write_bound(memory.product, entries, known, scratch)
+        if _is_beaten(memory, entries, vectors, known, scratch):
             continue
         _close(entries, vectors, counters, known, scratch)
         if known[SATISFIED] < 0:
             counters[GOALS] = _insert(entries, vectors.of_goals, 0, counters[GOALS], scratch.bound)
             counters[FOUND] = label
             return GOAL
-        counters[EXPANDED] += 1
-        counters[PARENT], counters[NEXT] = label, 0
-        counters[COUNT] = successors(view, known[CODE], buffer)
+        expand(memory, label, paths.row[label])
 
 
 @bare_kernel
 def _enter(
-    view: ProductView,
-    entries: Entries,
-    no_bounds: Bounds,
-    bounds: ObjectiveBounds,
-    states: States,
-    paths: Paths,
-    vectors: Vectors,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
-    scratch: Vector,
+    memory: Memory, entries: Entries, bounds: ObjectiveBounds, paths: Paths, vectors: Vectors, scratch: Vector
 ) -> Integer:
     """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
-    parent = counters[PARENT]
-    # Of equal labels the last made is expanded first: entering the model's first action last prefers it.
-    k = counters[COUNT] - 1 - counters[NEXT]
+    view, states, counters, buffer = memory.product, memory.states, memory.counters, memory.buffer
+    parent, k = counters[PARENT], next_successor(counters)
     satisfied = np.int64(0) if parent == NONE else states.known[paths.row[parent], SATISFIED]
     if not _write_key(view, entries, paths, parent, satisfied, buffer, k, scratch.key):
         return TOO_LARGE
     rows = counters[ROWS]
     code = buffer.code[k]
-    row = enter_state(view, no_bounds, states, counters, buffer, code, 0, UNBOUNDED, UNBOUNDED, UNBOUNDED)
+    row = enter_state(memory, code, 0, UNBOUNDED, UNBOUNDED, UNBOUNDED)
     if row == NONE:
         return MORE_ROWS
     known = states.known[row]
@@ -227,7 +205,7 @@ def _enter(
         return ENTERED
     _freeze(view, entries, satisfied, known[SATISFIED], scratch.key)
     _write_bound(view, entries, known, scratch)
-    if _is_beaten(entries, states, vectors, counters, limits, known, scratch):
+    if _is_beaten(memory, entries, vectors, known, scratch):
         return ENTERED
     for e in range(scratch.bound.shape[0]):
         if scratch.bound[e] >= INFINITE:
@@ -239,7 +217,7 @@ def _enter(
     paths.step[label] = k if parent == NONE else (buffer.cost[k] if entries.edge_costs.shape[1] else NONE)
     for e in range(scratch.key.shape[0]):
         paths.key[label, e] = scratch.key[e]
-    _push(queue, counters, entries, states, paths, scratch.bound[entries.order[0]], label)
+    _push(memory, entries, paths, scratch.bound[entries.order[0]], label)
     counters[LABELS] += 1
     return ENTERED
 
@@ -332,22 +310,14 @@ def _write_bound(view: ProductView, entries: Entries, known: np.ndarray, scratch
 
 
 @bare_kernel
-def _is_beaten(
-    entries: Entries,
-    states: States,
-    vectors: Vectors,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    known: np.ndarray,
-    scratch: Vector,
-) -> bool:
+def _is_beaten(memory: Memory, entries: Entries, vectors: Vectors, known: np.ndarray, scratch: Vector) -> bool:
     """Return whether a label exceeds a limit, or is no better than one expanded at its state, or than a goal."""
-    for e in range(limits.shape[0]):
-        if scratch.bound[e] > limits[e]:
+    for e in range(memory.limits.shape[0]):
+        if scratch.bound[e] > memory.limits[e]:
             return True
     if _is_dominated(entries, vectors.of_states, known[FIRST], known[SIZE], scratch.key):
         return True
-    return _is_dominated(entries, vectors.of_goals, 0, counters[GOALS], scratch.bound)
+    return _is_dominated(entries, vectors.of_goals, 0, memory.counters[GOALS], scratch.bound)
 
 
 @bare_kernel
@@ -427,16 +397,9 @@ def _precedes(entries: Entries, states: States, paths: Paths, label: Integer, ot
 
 
 @bare_kernel
-def _push(
-    queue: Queue,
-    counters: np.ndarray,
-    entries: Entries,
-    states: States,
-    paths: Paths,
-    bound: Integer,
-    label: Integer,
-) -> None:
+def _push(memory: Memory, entries: Entries, paths: Paths, bound: Integer, label: Integer) -> None:
     """Insert a label into the open list."""
+    queue, counters, states = memory.queue, memory.counters, memory.states
     at = counters[OPEN]
     while at > 0:
         up = (at - 1) // 2
@@ -451,8 +414,9 @@ def _push(
 
 
 @bare_kernel
-def _pop(queue: Queue, counters: np.ndarray, entries: Entries, states: States, paths: Paths) -> None:
+def _pop(memory: Memory, entries: Entries, paths: Paths) -> None:
     """Remove the first label from the open list."""
+    queue, counters, states = memory.queue, memory.counters, memory.states
     counters[OPEN] -= 1
     count = counters[OPEN]
     bound, label = queue.keys[count], queue.items[count]

@@ -12,16 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prefplan.heuristics.pattern_database import COST_BOUND
-from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.successors import INFINITE, UNBOUNDED, ProductView, Successors, successors
+from prefplan.product.successors import INFINITE, UNBOUNDED
 from prefplan.search.labels import (
-    CODE,
     COUNT,
     ENTERED,
     EXHAUSTED,
-    EXPANDED,
     FALLS,
     FOUND,
     GOAL,
@@ -38,10 +35,11 @@ from prefplan.search.labels import (
     SATISFIED,
     TOO_LARGE,
     Growth,
-    Queue,
-    States,
+    Memory,
     added_mu,
     enter_state,
+    expand,
+    next_successor,
     pop,
     push,
 )
@@ -106,18 +104,11 @@ class Formulas(NamedTuple):
 
 @bare_kernel
 def run_vector(
-    view: ProductView,
-    growth: Growth,
+    memory: Memory,
     key: Key,
     formulas: Formulas,
-    bounds: Bounds,
-    states: States,
     labels: VectorLabels,
-    queue: Queue,
-    counters: np.ndarray,
     best: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
     scratch: Scratch,
     pops: Integer,
 ) -> Integer:
@@ -129,11 +120,10 @@ def run_vector(
             number that it stands for.
         scratch: for one label.
     """
+    counters = memory.counters
     while True:
         while counters[NEXT] < counters[COUNT]:
-            end = _enter(
-                view, growth, key, formulas, bounds, states, labels, queue, counters, best, limits, buffer, scratch
-            )
+            end = _enter(memory, key, formulas, labels, best, scratch)
             if end != ENTERED:
                 return end
             counters[NEXT] += 1
@@ -142,41 +132,28 @@ def run_vector(
         if pops == 0:
             return PAUSED
         pops -= 1
-        label = pop(queue, counters)
-        row = labels.row[label]
-        if labels.mu[label] >= best[0] or _superseded(labels, key, states.known[row, HEAD], label):
+        label = pop(memory)
+        known = memory.states.known[labels.row[label]]
+        if labels.mu[label] >= best[0] or _superseded(labels, key, known[HEAD], label):
             continue
-        if states.known[row, SATISFIED] < 0:
+        if known[SATISFIED] < 0:
             counters[FOUND] = label
             return GOAL
-        counters[EXPANDED] += 1
-        counters[PARENT], counters[NEXT] = label, 0
-        counters[COUNT] = successors(view, states.known[row, CODE], buffer)
+        expand(memory, label, labels.row[label])
 
 
 @bare_kernel
 def _enter(
-    view: ProductView,
-    growth: Growth,
-    key: Key,
-    formulas: Formulas,
-    bounds: Bounds,
-    states: States,
-    labels: VectorLabels,
-    queue: Queue,
-    counters: np.ndarray,
-    best: np.ndarray,
-    limits: np.ndarray,
-    buffer: Successors,
-    scratch: Scratch,
+    memory: Memory, key: Key, formulas: Formulas, labels: VectorLabels, best: np.ndarray, scratch: Scratch
 ) -> Integer:
     """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
+    view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
+    counters, buffer = memory.counters, memory.buffer
     parent = counters[PARENT]
     cost = satisfied = np.int64(0)
     if parent != NONE:
         cost, satisfied = labels.cost[parent], states.known[labels.row[parent], SATISFIED]
-    # Of equal labels the last made is expanded first: entering the model's first action last prefers it.
-    k = counters[COUNT] - 1 - counters[NEXT]
+    k = next_successor(counters)
     after = cost + buffer.cost[k]
     before, spent = cost >> view.shift, after >> view.shift
     if after > limits[1]:
@@ -184,7 +161,7 @@ def _enter(
     if spent >= growth.cost_limit:
         return TOO_LARGE
     most = min(limits[1] - after, INFINITE - 1)
-    row = enter_state(view, bounds, states, counters, buffer, buffer.code[k], 0, UNBOUNDED, most, most)
+    row = enter_state(memory, buffer.code[k], 0, UNBOUNDED, most, most)
     if row == NONE:
         return MORE_ROWS
     if row == PRUNED or states.known[row, COST_BOUND] > most:
@@ -209,7 +186,7 @@ def _enter(
     label = counters[LABELS]
     if label == labels.row.shape[0]:
         return MORE_LABELS
-    push(queue, counters, label, estimate)
+    push(memory, label, estimate)
     _store(labels, label, parent, row, after, mu, scratch.key)
     labels.sibling[label], known[HEAD] = known[HEAD], label
     counters[LABELS] += 1

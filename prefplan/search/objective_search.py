@@ -12,13 +12,8 @@ from typing import Any
 import numpy as np
 
 from prefplan.front import Plan, Stats
-from prefplan.heuristics.lagrangian import no_lagrangian
-from prefplan.heuristics.landmarks import no_landmarks
 from prefplan.heuristics.objective_bounds import objective_bounds
-from prefplan.heuristics.pattern_database import no_patterns
-from prefplan.heuristics.preference_bound import no_blocks
-from prefplan.heuristics.preprocessing import Bounds, Options, Prepared, bytes_to_prepare
-from prefplan.heuristics.projections import no_projections
+from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.limits import Limits
 from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct, unit_costs
@@ -76,9 +71,8 @@ class ObjectiveSearch(Search):
         """
         self.problem, self.entry_map = product.problem, EntryMap.of(product.problem)
         several = self.entry_map.costs > 1
-        plain = Options(
-            heuristic=0, preference_bound=False, contraction=options.contraction and not several, compiled=True
-        )
+        contraction = options.contraction and not several
+        plain = Options(heuristic=0, landmarks=False, preference_bound=False, contraction=contraction)
         self.prepared = Prepared(product, plain, single=first is not None, max_bytes=max_bytes)
         self.product = product
         self.growth = self._growth()
@@ -87,10 +81,6 @@ class ObjectiveSearch(Search):
         views = [view, *(_with_costs(view, column)._replace(shift=0) for column in columns[1:])]
         self.bounds = objective_bounds(
             product, views, self.entry_map.additive, options, single=first is not None, max_bytes=max_bytes
-        )
-        nothing = no_patterns()
-        self._no_bounds = Bounds(
-            nothing, no_landmarks(), nothing, no_blocks(len(product.sizes)), no_lagrangian(), no_projections()
         )
         self._bounds = bounds
         self._first = first if first is None or self._objective_entries()[first] is not None else None
@@ -221,22 +211,8 @@ class ObjectiveSearch(Search):
         return Paths(rows, parents, steps, np.empty((count, self.entry_map.count), np.int64))
 
     def _run(self, pops: int) -> int:
-        end = ltmoa_star.run(
-            self.prepared.view,
-            self.entries,
-            self._no_bounds,
-            self.bounds,
-            self.states,
-            self.labels,
-            self.vectors,
-            self.queue,
-            self.counters,
-            self.limits,
-            self.buffer,
-            self.scratch,
-            pops,
-        )
-        return int(end)
+        memory, own = self.memory, (self.entries, self.bounds, self.labels, self.vectors, self.scratch)
+        return int(ltmoa_star.run(memory, *own, pops))
 
     @property
     def work(self) -> Stats:

@@ -87,20 +87,7 @@ class VectorSearch(Search):
 
     def _run(self, pops: int) -> int:
         end = multi_objective.run_vector(
-            self.prepared.view,
-            self.growth,
-            self._key,
-            self._formulas,
-            self.prepared.bounds,
-            self.states,
-            self.labels,
-            self.queue,
-            self.counters,
-            self._best,
-            self.limits,
-            self.buffer,
-            self._scratch,
-            pops,
+            self.memory, self._key, self._formulas, self.labels, self._best, self._scratch, pops
         )
         if end == FALLS:
             at = text_of_costs(self._vector(), self.product.problem.priced)
