@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import cloudpickle
 import pytest
 from command_line import Run, assert_is_error
 from scenario_texts import PLACES_NEARBY, cup_scenario
@@ -146,7 +147,10 @@ def job(cup: Path) -> Sweep:
 def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
     job: Sweep, cup: Path, jobs: int, numbers: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Rollout 3 kills its process each time, rollout 6 the first time only."""
+    """Rollout 3 kills its process each time, rollout 6 the first time only.
+
+    The processes get nothing for which they would load the simulation, which takes each of them two seconds.
+    """
     once = cup / "killed_once"
 
     def deadly(sweep: Sweep, number: int) -> dict[str, Any]:
@@ -157,7 +161,12 @@ def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
         return {"rollout": number, "completed": True}
 
     monkeypatch.setattr(workers, "roll_out", deadly)
-    records = list(on_this_machine(job, numbers, jobs=jobs))
+    monkeypatch.setattr(Sweep, "__reduce__", lambda self: (str, ()), raising=False)
+    cloudpickle.register_pickle_by_value(workers)
+    try:
+        records = list(on_this_machine(job, numbers, jobs=jobs))
+    finally:
+        cloudpickle.unregister_pickle_by_value(workers)
     assert sorted(record["rollout"] for record in records) == numbers
     assert once.exists() == (6 in numbers)
     (crashed,) = (record for record in records if not record["completed"])
