@@ -46,7 +46,7 @@ def main() -> None:
     PICTURES.mkdir(exist_ok=True)
     for name in scenarios.names():
         scenario = scenarios.find(name)
-        front = pareto_front(scenario.problem())
+        front = front_of(scenario)
         if kind_of(scenario.model) == "manipulation":
             scene = scene_of(scenario)
             picture = taken(scenario, scene, carry_out(scenario, scene, front[-1]))
@@ -55,6 +55,11 @@ def main() -> None:
         else:
             picture = _maps(scenario, front)
         save(picture, PICTURES / f"{name}.webp")
+
+
+def front_of(scenario: Scenario) -> Front:
+    """Return the front that a section shows."""
+    return pareto_front(scenario.problem())
 
 
 def save(picture: Image.Image, file: Path) -> None:
@@ -78,7 +83,7 @@ def section(scenario: Scenario) -> str:
     problem = scenario.problem()
     objectives = ["cost", "penalty"] if problem.is_bi_objective else list(problem.objective_names)
     rows = [["plan", *objectives, *tasks], ["---:"] * (1 + len(objectives) + len(tasks))]
-    for i, plan in enumerate(pareto_front(problem)):
+    for i, plan in enumerate(front_of(scenario)):
         rows.append([str(i), *map(number, (*plan.objectives.values(), *plan.task_costs.values()))])
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     commands = COMMANDS[kind_of(scenario.model)].format(name)

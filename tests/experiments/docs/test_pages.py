@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -68,6 +68,9 @@ PORT = "8786"
 
 EXTRAS = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
 """What may be installed with prefplan."""
+
+IN_THIS_PROCESS: dict[str, Callable[[list[str]], int]] = {"prefplan": main, "python -m pytest": pytest.main}
+"""Programs that are functions, too."""
 
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
@@ -182,18 +185,19 @@ def line_printed_by(line: str) -> str:
     line = re.sub(r"^(?:MUJOCO_GL=\w+ )?prefplan run ", "prefplan run --no-video ", line)
     line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
     command = line.removesuffix(MISTAKE)
-    if command.startswith("prefplan ") and not FOR_A_SHELL.search(command):
-        return in_this_process(command, wrong=line.endswith(MISTAKE))
+    program = next((name for name in IN_THIS_PROCESS if command.startswith(f"{name} ")), None)
+    if program and not FOR_A_SHELL.search(command):
+        return in_this_process(program, command.removeprefix(program), wrong=line.endswith(MISTAKE))
     return in_shell(line)
 
 
-def in_this_process(command: str, *, wrong: bool) -> str:
-    """Call the program without a process of its own, which takes a second or two to load everything."""
+def in_this_process(program: str, words: str, *, wrong: bool) -> str:
+    """Call a program without a process of its own, which takes a second or two to load everything."""
     out = io.StringIO()
     err = out if wrong else io.StringIO()  # a mistake is shown, and what is said of it
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = main(shlex.split(command)[1:])
-    assert bool(status) == wrong, f"{command}\n{out.getvalue()}{err.getvalue()}"
+        status = IN_THIS_PROCESS[program](shlex.split(words))
+    assert bool(status) == wrong, f"{program} {words}\n{out.getvalue()}{err.getvalue()}"
     return out.getvalue() + (f"exit status {status}\n" if wrong else "")
 
 
