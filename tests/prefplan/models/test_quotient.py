@@ -7,7 +7,7 @@ import random
 from dataclasses import replace
 
 import pytest
-from random_manipulation import random_model, random_problem, random_several
+from random_manipulation import random_problem, random_several
 from small_models import COSTS, spot
 
 from prefplan import (
@@ -26,6 +26,7 @@ from prefplan import (
 )
 from prefplan.models.manipulation import system as system_module
 from prefplan.models.manipulation.quotient import most_states
+from prefplan.models.manipulation.system import ManipulationSystem
 
 
 @pytest.fixture
@@ -33,25 +34,32 @@ def quotients_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system_module, "LISTED_STATES", 0)
 
 
-@pytest.mark.parametrize("generated", [True, False])
+@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("seed", range(40))
-def test_random_fronts_are_those_of_the_whole_model(
-    seed: int, generated: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_random_fronts_are_those_of_the_whole_model(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = random_problem(random.Random(seed))
     whole = pareto_front(problem)
+    assert_bounded(problem.system)  # type: ignore[arg-type]
     monkeypatch.setattr(system_module, "LISTED_STATES", 0)
     again = random_problem(random.Random(seed))
-    front = pareto_front(again, options=Options(generated=generated))
-    assert [(p.cost, p.preference) for p in front] == [(p.cost, p.preference) for p in whole]
-    assert front.reason == whole.reason
-    # Plans are checked action by action in the whole model when they are lifted to it.
-    assert [len(plan.states) - 1 for plan in front] == [len(plan.actions) for plan in front]
-    if whole:
-        cheapest = cheapest_plan(again, options=Options(generated=generated))
-        assert (cheapest.cost, cheapest.preference) == (whole[0].cost, whole[0].preference)
+    for options in (Options(generated=True), Options(generated=False)):
+        front = pareto_front(again, options=options)
+        assert [(p.cost, p.preference) for p in front] == [(p.cost, p.preference) for p in whole]
+        assert front.reason == whole.reason
+        # Plans are checked action by action in the whole model when they are lifted to it.
+        assert [len(plan.states) - 1 for plan in front] == [len(plan.actions) for plan in front]
+        if whole:
+            cheapest = cheapest_plan(again, options=options)
+            assert (cheapest.cost, cheapest.preference) == (whole[0].cost, whole[0].preference)
 
 
+def assert_bounded(system: ManipulationSystem) -> None:
+    """Fail if a model has more states than the bound of their number."""
+    marks = {state.marks for state in system.listed.states}
+    assert system.size <= most_states(system.generator.space) * len(marks)
+
+
+@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("seed", range(40))
 def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(
     seed: int, monkeypatch: pytest.MonkeyPatch
@@ -99,14 +107,6 @@ def test_an_object_in_the_way_is_moved(quotients_only: None) -> None:
     (plan,) = pareto_front(Problem(model.transition_system(), [Task("t", "F cup_b")], Order()))
     assert plan.actions[:4] == ("transit b", "grasp jug", "transport jug d", "release jug d")
     assert plan.actions[4:] == ("transit a", "grasp cup", "transport cup b", "release cup b")
-
-
-def test_the_bound_of_the_number_of_states_holds() -> None:
-    for seed in range(40):
-        model = random_model(random.Random(seed))
-        system = model.transition_system()
-        bare = {state.marks: None for state in system.listed.states}  # type: ignore[attr-defined]
-        assert system.size <= most_states(system.generator.space) * len(bare)
 
 
 def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
