@@ -23,7 +23,7 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 from experiments.commands.command_line import main
 from experiments.sweep import workers
 from experiments.sweep.job import Sweep, pack, roll_out
-from experiments.sweep.workers import on_this_machine
+from experiments.sweep.workers import on_cluster, on_this_machine
 from prefplan import load, pareto_front
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.execution.faults import SPELLINGS, read_fault
@@ -96,10 +96,10 @@ def timeless(record: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in written.items() if key not in ("cpu_seconds", "wall_seconds")}
 
 
-def begin(*more: str) -> subprocess.Popen[str]:
+def begin() -> subprocess.Popen[str]:
     """Start a sweep into the folder `out`, in a session of its own."""
     pipe = subprocess.PIPE
-    command = [*PROGRAM, *SWEEP, "--out", "out", "--json", *more]
+    command = [*PROGRAM, *SWEEP, "--out", "out", "--json"]
     return subprocess.Popen(command, env=environment(), stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
@@ -142,15 +142,22 @@ def job(cup: Path) -> Sweep:
     return sweep_of(cup / "cup.toml")
 
 
+@pytest.fixture
+def light(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Send other processes nothing for which they would load the simulation, which takes each of them two seconds."""
+    monkeypatch.setattr(Sweep, "__reduce__", lambda self: (str, ()), raising=False)
+    cloudpickle.register_pickle_by_value(workers)
+    yield
+    cloudpickle.unregister_pickle_by_value(workers)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("light")
 @pytest.mark.parametrize(("jobs", "numbers"), [(1, [3]), (2, [3, 5, 6])])
 def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
     job: Sweep, cup: Path, jobs: int, numbers: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Rollout 3 kills its process each time, rollout 6 the first time only.
-
-    The processes get nothing for which they would load the simulation, which takes each of them two seconds.
-    """
+    """Rollout 3 kills its process each time, rollout 6 the first time only."""
     once = cup / "killed_once"
 
     def deadly(sweep: Sweep, number: int) -> dict[str, Any]:
@@ -161,12 +168,7 @@ def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
         return {"rollout": number, "completed": True}
 
     monkeypatch.setattr(workers, "roll_out", deadly)
-    monkeypatch.setattr(Sweep, "__reduce__", lambda self: (str, ()), raising=False)
-    cloudpickle.register_pickle_by_value(workers)
-    try:
-        records = list(on_this_machine(job, numbers, jobs=jobs))
-    finally:
-        cloudpickle.unregister_pickle_by_value(workers)
+    records = list(on_this_machine(job, numbers, jobs=jobs))
     assert sorted(record["rollout"] for record in records) == numbers
     assert once.exists() == (6 in numbers)
     (crashed,) = (record for record in records if not record["completed"])
@@ -330,20 +332,32 @@ class Cluster:
 
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    pytest.importorskip("distributed")
+    distributed = pytest.importorskip("distributed")
     cluster = Cluster(tmp_path)
+    with distributed.Client(cluster.address) as client:
+        client.wait_for_workers(len(cluster.workers))
     yield cluster
     cluster.stop()
 
 
 @pytest.mark.slow
-def test_a_cluster_that_loses_a_worker_finds_the_same(cup: Path, cluster: Cluster, undisturbed: Records) -> None:
-    sweep = begin("--cluster", cluster.address)
-    await_records(1, sweep)
+@pytest.mark.usefixtures("light")
+def test_a_cluster_that_loses_a_worker_loses_no_rollout(
+    job: Sweep, cup: Path, cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That a cluster finds what this machine does is shown by the tutorial."""
+    lost = cup / "lost"
+
+    def slow(sweep: Sweep, number: int) -> dict[str, Any]:
+        while number and not lost.exists():
+            time.sleep(0.01)
+        return {"rollout": number}
+
+    monkeypatch.setattr(workers, "roll_out", slow)
+    records = on_cluster(job, range(ROLLOUTS), address=cluster.address)
+    numbers = [next(records)["rollout"]]
     cluster.workers[0].send_signal(signal.SIGKILL)
-    assert (cup / "out" / "rollouts.jsonl").read_bytes().count(b"\n") - 1 < ROLLOUTS, "the loss was in the middle"
-    printed, errors = sweep.communicate()
-    assert sweep.returncode == 0, errors
-    assert cluster.workers[0].wait() == -signal.SIGKILL and cluster.workers[1].poll() is None
-    assert json.loads(printed)["done"] == ROLLOUTS
-    assert results(cup / "out") == undisturbed
+    assert cluster.workers[0].wait() == -signal.SIGKILL
+    lost.touch()
+    numbers += [record["rollout"] for record in records]
+    assert sorted(numbers) == list(range(ROLLOUTS)) and cluster.workers[1].poll() is None
