@@ -3,14 +3,20 @@
 const audit = (() => {
   const SLACK = 2.5; // px; boxes of letters are larger than what is drawn
 
+  let sight = new Map(); // by element, whether it is seen
+
   function seen(element) {
-    for (let at = element; at; at = at.parentElement) {
-      const style = getComputedStyle(at);
-      if (style.display === "none" || style.visibility === "hidden" || style.opacity === "0") return false;
-      if (at.classList.contains("hidden") || at.classList.contains("skip") || at.getAttribute("opacity") === "0") return false;
-      if (at.tagName === "DETAILS" && !at.open && !element.closest("summary")) return false;
-    }
-    return !["SCRIPT", "STYLE", "TITLE", "TEMPLATE", "NOSCRIPT", "OPTION"].includes(element.tagName.toUpperCase());
+    if (!element) return true;
+    if (!sight.has(element)) sight.set(element, shows(element) && seen(element.parentElement));
+    return sight.get(element);
+  }
+
+  function shows(element) {
+    if (["SCRIPT", "STYLE", "TITLE", "TEMPLATE", "NOSCRIPT", "OPTION"].includes(element.tagName.toUpperCase())) return false;
+    if (element.classList.contains("hidden") || element.classList.contains("skip") || element.getAttribute("opacity") === "0") return false;
+    if (element.tagName !== "SUMMARY" && element.parentElement?.matches("details:not([open])")) return false;
+    const style = getComputedStyle(element);
+    return style.display !== "none" && style.visibility !== "hidden" && style.opacity !== "0";
   }
 
   // The text on the page: every line with its rectangle, cut to what the boxes around it show.
@@ -172,16 +178,20 @@ const audit = (() => {
     scrollTo(0, 0);
   }
 
+  function afresh(audit) {
+    [sight, framed] = [new Map(), new Map()];
+    return audit();
+  }
+
   function layout() {
-    framed = new Map();
     const all = lines();
     return [...cutOff(all), ...covered(all)];
   }
 
   return {
-    layout,
-    contrast: () => [...faint(lines())],
-    access: () => [...unnamed(), ...unreachable()],
+    layout: () => afresh(layout),
+    contrast: () => afresh(() => [...faint(lines())]),
+    access: () => afresh(() => [...unnamed(), ...unreachable()]),
     playback: () => [...outOfReach()],
     settled: (done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 60))),
   };
