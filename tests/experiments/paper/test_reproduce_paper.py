@@ -66,6 +66,7 @@ def test_what_differs_and_what_cannot_be_done_is_shown_and_ends_with_status_1(
 
     monkeypatch.setattr(reproduce_paper, "FIGURE_3", ((68, 29), (70, 27), (72, 24), (74, 23), (84, 11), (98, 0)))
     monkeypatch.setattr(reproduce_paper, "case_study_2", refuse)
+    monkeypatch.setattr(reproduce_paper, "draw_plans", lambda *arguments: None)
     monkeypatch.setattr(reproduce_paper, "case_study_3", lambda report, out, *, simulate: None)  # not judged here
     assert reproduce_paper.main(["--quick", "--out", str(tmp_path)]) == 1
     said = capsys.readouterr()

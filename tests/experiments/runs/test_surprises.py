@@ -43,13 +43,17 @@ def stocked(arch: Scenario) -> Scene:
 
 @pytest.fixture
 def pursue(arch: Scenario, arch_front: Front, stocked: Scene) -> Callable[..., Outcome]:
-    """Return a function that carries out a plan of the arch while things go wrong."""
+    """Return a function that carries out a plan of the arch while things go wrong, maybe until it is replaced."""
 
-    def run(*faults: str, choice: str | int = "cost", seed: int = 1, noise: float = 0.0) -> Outcome:
+    def run(*faults: str, choice: str | int = "cost", seed: int = 1, noise: float = 0.0, whole: bool = True) -> Outcome:
+        def tell(stage: str, done: int, total: int, what: str) -> None:
+            if not whole and total != len(plan.actions):
+                raise KeyboardInterrupt
+
         plan = arch_front[-1 if choice == "preference" else 0 if choice == "cost" else int(choice)]
         read = [read_fault(text, stocked.model) for text in faults]
         sensor = NoisySensor(noise, seed=seed) if noise else None
-        return carry_out(arch, stocked, plan, seed=seed, faults=read, choice=choice, sensor=sensor)
+        return carry_out(arch, stocked, plan, seed=seed, faults=read, choice=choice, sensor=sensor, tell=tell)
 
     return run
 
@@ -99,7 +103,9 @@ def test_with_noise_of_a_millimetre_blocks_are_still_placed_well(pursue: Callabl
 
 def test_the_choice_of_the_user_is_kept(pursue: Callable[..., Outcome]) -> None:
     """An unknown block on the sanitizer, and another at its place: clearing it costs, but the order can be kept."""
-    worth = {choice: pursue("foreign:san@2", choice=choice).plan for choice in ("cost", "preference", 1)}
+    outcomes = {choice: pursue("foreign:san@2", choice=choice, whole=False) for choice in ("cost", "preference", 1)}
+    assert all(outcome.interrupted and outcome.pursuit.replans == 1 for outcome in outcomes.values())
+    worth = {choice: outcome.plan for choice, outcome in outcomes.items()}
     assert worth["cost"].cost < worth["preference"].cost
     assert worth["preference"].preference == worth[1].preference == 0 < worth["cost"].preference
     assert worth[1].cost == worth["preference"].cost
