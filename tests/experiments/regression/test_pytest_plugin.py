@@ -27,7 +27,9 @@ def reader(pytester: pytest.Pytester) -> pytest.Pytester:
     """Somebody's folder, in which pytest is started with the plugin and nothing else of this project."""
     pytester.makefile(".toml", cup=CUP)
     # By module, whether or not the package is installed so that its entry point is known.
-    pytester.makeini("[pytest]\naddopts = -p no:prefplan -p prefplan.pytest_plugin -p no:cacheprovider")
+    # Without what collects garbage for seconds.
+    spared = "-p no:cacheprovider -p no:unraisableexception"
+    pytester.makeini(f"[pytest]\naddopts = -p no:prefplan -p prefplan.pytest_plugin {spared}")
     return pytester
 
 
