@@ -215,10 +215,10 @@ def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
     rotation = frame.T @ tool.rotation
     position = frame.T @ (tool.position - pose.position)
 
-    def likeness(grasp: GraspPose) -> tuple[float, float]:
-        return round(abs(grasp.rotation[:, 1] @ rotation[:, 1]), 2), -float(np.linalg.norm(grasp.position - position))
-
-    similar = max(grasps(shape, cell.scene.robot.gripper), key=likeness)
+    options = grasps(shape, cell.scene.robot.gripper)
+    alike = np.abs(np.vecdot([grasp.rotation[:, 1] for grasp in options], rotation[:, 1])).round(2)
+    shifts = np.array([grasp.position for grasp in options]) - position
+    similar = options[int(np.where(alike == alike.max(), np.sqrt(np.vecdot(shifts, shifts)), np.inf).argmin())]
     return GraspPose(position, rotation, similar.width)
 
 
