@@ -94,7 +94,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
     """
     model, data, recorder = world.mujoco, mujoco.MjData(world.mujoco), Recorder(world.scene)
     interventions = {int(row[0]): row[1:] for row in log.interventions}
-    controls, unknown = log.controls / COMMANDS_PER_UNIT, np.zeros(len(world.robot.joints))
+    controls = log.controls / COMMANDS_PER_UNIT
     recorder.record(data, glow=-1)
     intruder, frames = None, 1
     for step in range(len(controls)):
@@ -105,7 +105,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
                 intruder = intruder or _intruder(log, world, data, before)
         data.ctrl[:] = controls[step]
         mujoco.mj_step(model, data)
-        if recorder.feel(data, unknown):
+        if recorder.feel(data):
             recorder.record(data, glow=-1)
             if frame_by_frame and frames < len(log.times):
                 data.qpos[:], data.qvel[:] = log.qpos[frames], log.qvel[frames]

@@ -48,20 +48,21 @@ class Recorder:
         self._frames: list[dict[str, Any]] = []
         self._felt: list[int] = []
         # What was felt at every step; more rows than steps, doubled when they are full.
-        self._references = np.empty((FIRST_ROWS, len(self._dofs)))
         self._speeds, self._torques = np.empty((2, FIRST_ROWS, model.nv))
         self._samples = 0
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
+        self._references = [np.zeros((0, len(self._dofs)))]
         self._interventions: list[np.ndarray] = []
         self._left, self._found = np.full((2, mujoco.mj_stateSize(model, STATE)), np.nan)
         self._due, self._effort, self._summed = 0.0, Effort(), 0
 
-    def begin_period(self, data: mujoco.MjData, controls: np.ndarray) -> np.ndarray:
+    def begin_period(self, data: mujoco.MjData, controls: np.ndarray, references: np.ndarray) -> np.ndarray:
         """Record the commands of a control period, and the state if the last one did not end in it.
 
         Args:
             data: the state in which the period begins.
             controls: (steps, nu) commands of the actuators.
+            references: (steps, n) positions at which the arm's joints are to be after each step, rad.
 
         Returns:
             (steps, nu) the commands rounded to their resolution, to be sent.
@@ -71,6 +72,7 @@ class Recorder:
             self._interventions.append(np.array([self._steps, *self._found]))
         rounded = np.rint(controls * COMMANDS_PER_UNIT)
         self._controls.append(rounded)
+        self._references.append(references)
         self._steps += len(rounded)
         return rounded / COMMANDS_PER_UNIT
 
@@ -78,19 +80,13 @@ class Recorder:
         """Note the state in which a control period ends."""
         mujoco.mj_getState(self._model, data, self._left, STATE)
 
-    def feel(self, data: mujoco.MjData, reference: np.ndarray) -> bool:
-        """Add a state just simulated; return whether the time has come for another frame.
-
-        Args:
-            data: the state.
-            reference: (n,) positions at which the arm's joints were to be in it, rad.
-        """
+    def feel(self, data: mujoco.MjData) -> bool:
+        """Add a state just simulated; return whether the time has come for another frame."""
         row = self._samples
         if row == len(self._speeds):
-            self._references, self._speeds, self._torques = (
-                np.concatenate([rows, np.empty_like(rows)]) for rows in (self._references, self._speeds, self._torques)
+            self._speeds, self._torques = (
+                np.concatenate([rows, np.empty_like(rows)]) for rows in (self._speeds, self._torques)
             )
-        self._references[row] = reference
         # Copying all joints takes a quarter of the time that picking out the arm's does.
         self._speeds[row] = data.qvel
         self._torques[row] = data.qfrc_actuator
@@ -137,7 +133,7 @@ class Recorder:
         samples = {
             "speeds": (speeds, 0),
             "accelerations": (speeds, 1),
-            "jerks": (self._references[: self._samples], 3),
+            "jerks": (np.vstack(self._references), 3),
             "torques": (torques, 0),
             "torque_rates": (self._filtered(torques), 1),
         }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -289,24 +288,25 @@ class Workcell:
 
     def _tick(self) -> None:
         """Simulate one control period, in which the arm and the fingers go on with their movements."""
-        data, ending, commands = self.data, self._ending, self._commands
+        data, ending, commands, steps = self.data, self._ending, self._commands, self._substeps
         self.disturb()
         width = self.gripper(self._widths.pop(0) if self._widths else self.width)
         commands[:] = commands[-1]
         commands[:, self._fingers] = self.scene.robot.gripper.command(width)
-        references: Iterable[np.ndarray] = itertools.repeat(self.reference, self._substeps)
         if len(ending):
-            references = ending.positions[: self._substeps]
-            commands[:, self._motors] = references + self._lag * ending.velocities[: self._substeps]
-            self._ending = ending.after(self._substeps)
+            references = ending.positions[:steps]
+            commands[:, self._motors] = references + self._lag * ending.velocities[:steps]
+            self._ending = ending.after(steps)
+        else:
+            references = self.reference[None].repeat(steps, axis=0)
         if len(self._delayed):
             waiting = np.vstack([self._delayed, commands])
-            commands, self._delayed = waiting[: self._substeps], waiting[self._substeps :]
+            commands, self._delayed = waiting[:steps], waiting[steps:]
         model, recorder, control = self.scene.mujoco, self.recorder, data.ctrl
-        for command, reference in zip(recorder.begin_period(data, commands), references, strict=True):
+        for command in recorder.begin_period(data, commands, references):
             control[:] = command
             mujoco.mj_step(model, data)
-            if recorder.feel(data, reference):
+            if recorder.feel(data):
                 recorder.record(data, glow=self.glowing)
         recorder.end_period(data)
         if data.time >= self._dark:

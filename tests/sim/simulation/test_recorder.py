@@ -22,15 +22,17 @@ def test_the_greatest_load_between_two_frames_and_after_the_last_is_kept(scene: 
     data, recorder = initial_state(scene), Recorder(scene)
     recorder.record(data, glow=-1)
     period = scene.mujoco.opt.timestep
-    for step, speed in enumerate((0.5, -2.0, 1.0, 1.0)):
+    references = 5.0 * (np.arange(5) * period)[:, None] ** 3 * np.ones(7)
+    recorder.begin_period(data, np.zeros((5, scene.mujoco.nu)), references)
+    for speed in (0.5, -2.0, 1.0, 1.0):
         data.joint("joint2").qvel[0] = speed
         mujoco.mj_forward(scene.mujoco, data)
-        recorder.feel(data, np.full(7, 5.0 * (step * period) ** 3))
+        recorder.feel(data)
     recorder.record(data, glow=-1)
     data.joint("joint2").qvel[0] = 0.25
     data.ctrl[:] = 0
     mujoco.mj_forward(scene.mujoco, data)
-    recorder.feel(data, np.full(7, 5.0 * (4 * period) ** 3))
+    recorder.feel(data)
     loads = recorder.arrays
     assert loads["speeds"][:, 1].tolist() == [0, 2.0]
     assert loads["accelerations"][:, 1] == pytest.approx([0, 3.0 / period])
