@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field, replace
 
 import mujoco
@@ -10,6 +10,9 @@ import numpy as np
 
 from sim.errors import RobotError
 from sim.robots.gripper import Gripper
+
+LINK_BITS = [1 << bit for bit in range(2, 31)]
+"""Bits of contypes that no geom of a scene has."""
 
 
 def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
@@ -153,12 +156,26 @@ class Robot:
         """Return (nbody,) bool: which bodies of a scene are the robot's."""
         return np.asarray(model.body_rootid == model.body(self.base).id)
 
-    def let_links_collide(self, model: mujoco.MjModel) -> None:
-        """Let MuJoCo find contacts between the robot's own links in a scene, except between a link and the next."""
+    def let_links_collide(self, model: mujoco.MjModel, *, apart_from: Collection[tuple[int, int]] = ()) -> None:
+        """Let MuJoCo find contacts between the robot's own links in a scene, except between a link and the next.
+
+        Args:
+            model: of the scene.
+            apart_from: pairs of bodies between which none need be found, for speed.
+        """
         moved = self.bodies(model)
         links = moved[model.geom_bodyid] & (model.geom_contype != 0)
         model.geom_conaffinity[links] |= model.geom_contype[links]
         model.body_conaffinity[moved] |= model.body_contype[moved]
+        pairs = {frozenset(pair) for pair in apart_from if moved[list(pair)].all()}
+        # Such links get a bit each, as long as there are any, by which they know one another.
+        bits = dict(zip(sorted(frozenset().union(*pairs)), LINK_BITS, strict=False))
+        for body, bit in bits.items():
+            known = sum(bits[other] for other in bits if other != body and {body, other} not in pairs)
+            geoms = links & (model.geom_bodyid == body)
+            model.geom_contype[geoms] = model.body_contype[body] = bit
+            model.geom_conaffinity[geoms] |= known
+            model.body_conaffinity[body] |= known
 
     def fingers(self, model: mujoco.MjModel) -> np.ndarray:
         """Return (ngeom,) bool: which geoms of a scene are the fingers', pads included."""

@@ -48,6 +48,7 @@ class CollisionChecker:
         self._place(robot.home)
         mujoco.mj_collision(model, self._data)
         self._adjacent = self._pairs()
+        robot.let_links_collide(model, apart_from=self._adjacent)
 
     @property
     def levers(self) -> np.ndarray:

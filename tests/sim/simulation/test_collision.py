@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import mujoco
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import true_poses
 from sim.simulation.collision import MAX_STEP_M, CollisionChecker
+from sim.world.contacts import set_margins
 from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -62,6 +65,25 @@ def test_steps_are_as_short_as_said(bare: Scene, monkeypatch: pytest.MonkeyPatch
     on_path = np.array(seen[1:])  # the first is the end of the path
     moved = np.linalg.norm(np.diff(on_path, axis=0), axis=2).max(axis=1)
     assert 0.3 * MAX_STEP_M < np.median(moved) and moved.max() <= MAX_STEP_M
+
+
+def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
+    check, data, robot = checker(blocks), initial_state(blocks), blocks.robot
+    model = copy.copy(blocks.mujoco)
+    robot.let_links_collide(model)
+    set_margins(model, np.where(robot.bodies(model)[model.geom_bodyid], 0.006, 0.0))
+    links = [model.body(int(body)).name for body in np.flatnonzero(robot.bodies(model))]
+    adjacent, seen = {tuple(model.body(body).name for body in pair) for pair in check._adjacent}, set()
+    for q in np.random.default_rng(1).uniform(*robot.ranges(model).T, (100, 7)):
+        data.qpos[robot.qpos(model)] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        pairs = np.sort(model.geom_bodyid[data.contact.geom], axis=1).tolist()
+        met = {tuple(model.body(body).name for body in pair) for pair in pairs}
+        met = {pair for pair in met if set(pair) <= set(links)}
+        assert {pair for pair in check.touches(q, clearance=0.006) if pair[1] in links} == met - adjacent
+        seen |= met
+    assert seen & adjacent and len(seen - adjacent) > 5
 
 
 def test_a_load_that_hangs_lower_than_the_fingers_is_in_the_way() -> None:
