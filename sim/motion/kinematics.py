@@ -144,9 +144,11 @@ class Arm:
         turned = [(self._seed(goal), goal) for goal in goals]
         middle = self.model.jnt_range[-1].mean()
         turned.sort(key=lambda entry: float(abs(entry[0][-1] - middle)))
-        spread = (0 if down else seeds, len(self.robot.home))
-        draws = np.random.default_rng(0).normal(scale=SEED_SPREAD_RAD, size=spread)
-        for offset, (seed, goal) in itertools.product([np.zeros(spread[1]), *draws], turned):
+        offsets = np.zeros((1, len(self.robot.home)))
+        if seeds and not down:
+            draws = np.random.default_rng(0).normal(scale=SEED_SPREAD_RAD, size=(seeds, offsets.shape[1]))
+            offsets = np.vstack([offsets, draws])
+        for offset, (seed, goal) in itertools.product(offsets, turned):
             q = self._solved(goal, np.clip(seed + offset, *self.model.jnt_range.T), margin)
             if q is not None:
                 yield q, goal
@@ -290,11 +292,12 @@ class Arm:
         every = round(PATH_PERIOD_S / CONTROL_PERIOD_S)
         chosen = np.arange(len(path.positions))[::-1][::every][::-1]
         knots = np.array([0.0, *(chosen + 1) * CONTROL_PERIOD_S])
+        periods = np.diff(knots)
+        rests = q + path.progress[chosen, None] * (goal - q)
         points = np.empty((len(knots), len(q)))
         points[0] = q
-        for k, i in enumerate(chosen, 1):
-            self._aim(path.positions[i], path.rotations[i], q + path.progress[i] * (goal - q))
-            period = knots[k] - knots[k - 1]
+        for k, (i, period, rest) in enumerate(zip(chosen, periods, rests, strict=True), 1):
+            self._aim(path.positions[i], path.rotations[i], rest)
             self._configuration.integrate_inplace(self._solve(period), period)
             points[k] = self._configuration.data.qpos
             if (np.abs(points[k] - points[k - 1]) / period >= fastest).any():

@@ -138,10 +138,11 @@ class CollisionChecker:
         near = {name for _, name in self._named() - carriers}
         least = self._nearest(near) - MAX_NEARING_M
         done, stride, last, before = 0.0, 1.0, len(path) - 1, self._pose()
+        lines = np.diff(path, axis=0)
         while done < last:
             ahead = min(done + stride, last)
             row = min(int(ahead), last - 1)
-            self._place(path[row] + (ahead - row) * (path[row + 1] - path[row]))
+            self._place(path[row] + (ahead - row) * lines[row])
             pose = self._pose()
             moved = self._distance(before, pose)
             longest = STEP_TARGET * stride * step / max(moved, 1e-9)

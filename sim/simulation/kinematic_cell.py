@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 
 from sim.motion.kinematics import Arm
-from sim.motion.planning import MotionPlanner
 from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.collision import CollisionChecker
@@ -29,11 +28,8 @@ class KinematicCell(Workcell):
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData, *, arm: Arm | None = None) -> None:
-        """See `Workcell`; `arm` is that of another cell with the same robot, which remembers what it was asked."""
-        super().__init__(scene, data)
-        self.arm = arm or self.arm
-        # Any path will do: the same searches as in a run, but only the first of them.
-        self.planner = MotionPlanner(scene.robot.ranges(scene.mujoco), self._checker.levers, searches=1)
+        """See `Workcell`. Any path will do: the same searches as in a run, but only the first of them."""
+        super().__init__(scene, data, arm=arm, searches=1)
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
         self._foreseen: tuple[bool, str | None, bool] | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from sim.errors import SimulationError
 from sim.motion.joint_trajectory import JointTrajectory, through
 from sim.motion.kinematics import Arm
-from sim.motion.planning import MotionPlanner
+from sim.motion.planning import SEARCHES, MotionPlanner
 from sim.motion.timing import braking_time, summed
 from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import (
@@ -68,7 +68,16 @@ class Workcell:
         destination: location at which the object that is taken next is to be put down; None if that is not known.
     """
 
-    def __init__(self, scene: Scene, data: mujoco.MjData, *, sensor: Sensor | None = None, seed: int = 0) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        data: mujoco.MjData,
+        *,
+        sensor: Sensor | None = None,
+        seed: int = 0,
+        arm: Arm | None = None,
+        searches: int = SEARCHES,
+    ) -> None:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given.
 
         Args:
@@ -76,6 +85,8 @@ class Workcell:
             data: its state.
             sensor: observes the objects.
             seed: of the search for paths.
+            arm: kinematics of the same robot, which remember what they were asked; None for new ones.
+            searches: number of searches for a path.
         """
         model = scene.mujoco
         self._motors = np.array([model.actuator(name).id for name in scene.robot.joints])
@@ -89,9 +100,9 @@ class Workcell:
         self._commands = np.repeat(data.ctrl[None], self._substeps, axis=0)
         self._delayed = np.repeat(data.ctrl[None], round(scene.latency / model.opt.timestep), axis=0)
         self._touched: dict[tuple[str, str], float] = {}
-        self.scene, self.data, self.arm, self.contacts = scene, data, Arm(scene.robot), ContactMonitor(scene)
+        self.scene, self.data, self.arm, self.contacts = scene, data, arm or Arm(scene.robot), ContactMonitor(scene)
         self._checker = CollisionChecker(scene)
-        self.planner = MotionPlanner(scene.robot.ranges(model), self._checker.levers, seed=seed)
+        self.planner = MotionPlanner(scene.robot.ranges(model), self._checker.levers, seed=seed, searches=searches)
         self._qpos = scene.robot.qpos(model)
         self.reference = data.qpos[self._qpos].copy()
         self._ending = JointTrajectory(*np.zeros((2, 0, len(self.reference))))
