@@ -23,7 +23,7 @@ demo: $(READY)
 
 # Each worker takes neighbouring tests, so that few of the fixtures of a file are made twice.
 test: $(READY)
-	@echo "Running every test: 8 to 13 minutes on 2 cores"
+	@echo "Running every test: 8 to 12 minutes on 2 cores"
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: $(READY)
