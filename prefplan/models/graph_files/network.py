@@ -38,10 +38,10 @@ class Sink:
     _counted = 0
 
     def count(self) -> None:
-        """Count a node or an edge; now and then, look whether a limit is reached."""
-        self._counted += 1
+        """Count a node or an edge; at the first, and now and then, look whether a limit is reached."""
         if self._counted % CLOCK_PERIOD == 0:
             check_limits()
+        self._counted += 1
 
     def wants(self, attribute: str) -> bool:
         """Return whether an attribute has to be passed on."""
