@@ -21,10 +21,11 @@ $(READY): pyproject.toml .ci/setup
 demo: $(READY)
 	$(BIN)/python experiments/case_study_3.py
 
-# Each worker takes neighbouring tests, so that few of the fixtures of a file are made twice.
+# Each worker takes neighbouring tests, so that few of the fixtures of a file are made twice. There is one more than
+# cores: tests that drive a browser or other processes wait for them.
 test: $(READY)
 	@echo "Running every test: 8 to 12 minutes on 2 cores"
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(BIN)/python -m pytest -n $$(expr $$(nproc) + 1) --dist worksteal
 
 lint: $(READY)
 	$(BIN)/ruff check .
