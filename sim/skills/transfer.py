@@ -38,7 +38,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         SimulationError: the goal is out of reach.
     """
     blockers: set[str] = set()
-    for references in _movements(cell, goals, height, onward, blockers):
+    for references in itertools.chain(_arches(cell, goals, height), _planned(cell, goals, onward, blockers)):
         try:
             if onward is not None:
                 check_approach(cell, references[-1], cell.arm.tool(references[-1]), onward)
@@ -56,10 +56,8 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
     raise SimulationError("the joints would have to turn round")
 
 
-def _movements(
-    cell: Workcell, goals: Sequence[ToolPose], height: float, onward: ToolPose | None, blockers: set[str]
-) -> Iterator[np.ndarray]:
-    """Yield the (N, joints) references of movements to try, rad; add to the blockers what keeps others from being."""
+def _arches(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[np.ndarray]:
+    """Yield the (N, joints) references, rad, of arching movements to try, whether or not they collide."""
     near = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD, seeds=0)
     for (goal, pose), (raised, drawn_in) in itertools.product(itertools.islice(near, 1), DETOURS):
         try:
@@ -68,6 +66,15 @@ def _movements(
             )
         except SimulationError:
             continue
+
+
+def _planned(
+    cell: Workcell, goals: Sequence[ToolPose], onward: ToolPose | None, blockers: set[str]
+) -> Iterator[np.ndarray]:
+    """Yield the (N, joints) references, rad, of movements along planned paths; add what is in the way to the blockers.
+
+    Where all movements along a path collide, whose edges are checked more coarsely, one is planned with finer checks.
+    """
     ends: Iterable[tuple[np.ndarray, ToolPose]]
     ends = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)
     for step in EDGE_STEPS_M:
