@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial import KDTree
 
-from sim.geometry.point_cloud import PointCloud
+from sim.geometry.point_cloud import PointCloud, spread
 
 LINES = np.array(
     [*([np.cos(turn), np.sin(turn), 0.0] for turn in np.radians(np.arange(0, 180, 22.5))), [0.0, 0.0, 1.0]]
@@ -28,9 +28,6 @@ PATCH_DEPTH_M = 0.003
 
 GRID_M = 0.006
 """Distance between the lines on which patches are looked for."""
-
-APART_M, MAX_PAIRS = 0.012, 8
-"""Least distance between pairs on parallel lines, and greatest number of them; those nearest to the middle count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +50,8 @@ def antipodes(surface: PointCloud, low: float, high: float) -> tuple[Antipodes, 
     """Return pairs of patches that are between two widths, m, apart; on parallel lines those nearest to the middle."""
     found = []
     for line in LINES:
-        pairs = sorted(_along(surface, line, low, high), key=lambda pair: surface.off_centre(pair.position))
-        kept: list[Antipodes] = []
-        for pair in pairs:
-            if len(kept) < MAX_PAIRS and all(np.linalg.norm(pair.position - one.position) > APART_M for one in kept):
-                kept.append(pair)
-        found += kept
+        if pairs := list(_along(surface, line, low, high)):
+            found += [pairs[i] for i in spread(np.array([pair.position for pair in pairs]), surface.centre)]
     return tuple(found)
 
 

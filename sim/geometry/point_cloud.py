@@ -15,6 +15,24 @@ INSIDE_M = 0.0003
 """A point so far inside another part is not on the surface of the whole."""
 
 
+APART_M, MOST_PLACES = 0.012, 8
+"""Least distance between the places of one face that a gripper may press, and greatest number of them."""
+
+
+def spread(places: np.ndarray, centre: np.ndarray) -> list[int]:
+    """Return the numbers of some of (N, 3) places, m, `APART_M` apart: those nearest to a (3,) centre come first."""
+    kept: list[int] = []
+    for i in np.argsort(np.linalg.norm(places - centre, axis=-1), kind="stable").tolist():
+        if len(kept) < MOST_PLACES and all(np.linalg.norm(places[i] - places[k]) > APART_M for k in kept):
+            kept.append(i)
+    return kept
+
+
+def centre_of_mass(parts: Sequence[trimesh.Trimesh]) -> np.ndarray:
+    """Return the (3,) centre of mass of convex parts, m."""
+    return np.asarray(np.average([part.center_mass for part in parts], axis=0, weights=[part.volume for part in parts]))
+
+
 @dataclass(frozen=True, eq=False)
 class PointCloud:
     """Points on a surface, about `POINT_DISTANCE_M` apart.
@@ -43,8 +61,7 @@ class PointCloud:
                     inside |= offsets.sum(axis=2).max(axis=1) < -INSIDE_M
             points.append(drawn[~inside])
             normals.append(part.face_normals[faces[~inside]])
-        centre = np.average([part.center_mass for part in parts], axis=0, weights=[part.volume for part in parts])
-        return PointCloud(np.concatenate(points), np.concatenate(normals), centre)
+        return PointCloud(np.concatenate(points), np.concatenate(normals), centre_of_mass(parts))
 
     def off_centre(self, point: np.ndarray) -> float:
         """Return the distance of a (3,) point from the centre of mass, m."""

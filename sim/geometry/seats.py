@@ -10,6 +10,8 @@ import numpy as np
 import trimesh
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from sim.geometry.point_cloud import centre_of_mass, spread
+
 GRID_M = 0.002
 """Distance between the lines along which the surface is looked at."""
 
@@ -21,9 +23,6 @@ NO_HEIGHT_M = -1.0
 
 SAME_FACE = np.cos(np.radians(3))
 """Least cosine of the angle between the normals of triangles that belong to one face."""
-
-APART_M, MAX_SEATS = 0.012, 8
-"""Least distance between the seats of a face, and greatest number of them; those nearest to the middle count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +51,7 @@ def seats(
         hand_height: Over the lip, m: nothing of the parts may be higher there.
     """
     found = []
-    centre = np.average([part.center_mass for part in parts], axis=0, weights=[part.volume for part in parts])
+    centre = centre_of_mass(parts)
     for normal in _normals(parts, (2 * half_width) ** 2):
         across = np.linalg.svd(normal[None])[2][1:]
         flat = np.concatenate([part.vertices for part in parts]) @ across.T
@@ -65,7 +64,7 @@ def seats(
         free = maximum_filter(heights, hand, **outside) < heights + hand_height
         fits = level & free & (heights > NO_HEIGHT_M)
         places = grid[fits] @ across + heights[fits, None] * normal
-        found += [Seat(place, normal) for place in _spread(places, centre)]
+        found += [Seat(places[i], normal) for i in spread(places, centre)]
     return tuple(found)
 
 
@@ -97,12 +96,3 @@ def _heights(part: trimesh.Trimesh, points: np.ndarray, normal: np.ndarray) -> n
     bottom = np.where(slopes < -1e-9, bounds, -np.inf).max(axis=-1)
     beside = (gaps[..., np.abs(slopes) <= 1e-9] < 0).any(axis=-1)
     return np.where((bottom <= top) & ~beside, top, NO_HEIGHT_M)
-
-
-def _spread(places: np.ndarray, centre: np.ndarray) -> list[np.ndarray]:
-    """Return some of (N, 3) places, m: those nearest to a point that are far enough from each other."""
-    kept: list[np.ndarray] = []
-    for i in np.argsort(np.linalg.norm(places - centre, axis=1), kind="stable"):
-        if len(kept) < MAX_SEATS and all(np.linalg.norm(places[i] - one) > APART_M for one in kept):
-            kept.append(places[i])
-    return kept

@@ -74,7 +74,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
     if cell.sensor.samples > 1:
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
-    if held.posture == Posture.UPRIGHT and shape.surface is None:
+    if held.posture == Posture.UPRIGHT and not (shape.pairs or shape.seats):
         frame = frame_of(shape, held, slot.yaw)
         turn, width = shape.standing_near(frame, slot.yaw) @ frame.T, held_grasp(cell, obj).opening
     else:

@@ -108,8 +108,12 @@ def _hand(closing: np.ndarray, tilt: float) -> tuple[np.ndarray, int]:
     """Return the (3, 3) axes of the hand that closes along a line, turned about it, rad; and its tilt, degrees."""
     start = np.array([-1.0, 0.0, 0.0] if closing[2] else [0.0, 0.0, -1.0])
     approach = np.cos(tilt) * start + np.sin(tilt) * np.cross(closing, start)
-    rotation = np.column_stack([np.cross(closing, approach), closing, approach])
-    return rotation, round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
+    return _axes(closing, approach), round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
+
+
+def _axes(closing: np.ndarray, approach: np.ndarray) -> np.ndarray:
+    """Return the (3, 3) axes of the hand that closes along a (3,) line and points along another one."""
+    return np.column_stack([np.cross(closing, approach), closing, approach])
 
 
 def _on_surface(shape: ObjectShape, surface: PointCloud, gripper: Gripper) -> tuple[GraspPose, ...]:
@@ -144,9 +148,8 @@ def _suctions(shape: ObjectShape, gripper: SuctionGripper) -> tuple[GraspPose, .
         for axis in np.eye(3)[np.argsort(np.abs(seat.normal), kind="stable")[:2]]:
             line = axis - (axis @ seat.normal) * seat.normal
             line /= np.linalg.norm(line)
-            rotation = np.column_stack([np.cross(line, -seat.normal), line, -seat.normal])
             position = seat.position - gripper.press_m * seat.normal
-            found.append(GraspPose(position, rotation, 0.0, gripper.opening_m / 2))
+            found.append(GraspPose(position, _axes(line, -seat.normal), 0.0, gripper.opening_m / 2))
     return tuple(found)
 
 

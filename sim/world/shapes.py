@@ -82,7 +82,7 @@ class ObjectShape:
         widths: of it along the lines on which the hand closes from above, the better one first, m.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
-        surface: of a mesh; None for other shapes.
+        surface: of a mesh that fingers take; None for other shapes.
         pairs: opposite patches of that surface, which pads can press.
         seats: flat places of a mesh, which a suction cup can press; none for fingers.
     """
@@ -273,7 +273,7 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
         if not found:
             width = 2 * gripper.finger_half_width_m
             raise SimulationError(f"{where}: it is nowhere flat over {width:g} x {width:g} m, as the suction cup needs")
-        return replace(shape, surface=mesh.surface, seats=found)
+        return replace(shape, seats=found)
     low, high = held_widths(gripper)
     pairs = antipodes(mesh.surface, low, high)
     if not any(pair.line[2] == 0 for pair in pairs):
