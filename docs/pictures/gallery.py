@@ -18,6 +18,7 @@ from experiments.cli.overview import introduction, kind_of
 from experiments.figures import maps, plans
 from experiments.runs.carry_out import carry_out, scene_of
 from prefplan import Front, Scenario, pareto_front
+from prefplan.front import PAIR
 
 PICTURES = Path(__file__).parents[1] / "gallery"
 
@@ -80,10 +81,10 @@ def setup(app: Sphinx) -> dict[str, bool]:
 def section(scenario: Scenario) -> str:
     """Return what the page says of a scenario."""
     name, tasks = scenario.name, [task.name for task in scenario.tasks]
-    problem = scenario.problem()
-    objectives = ["cost", "penalty"] if problem.is_bi_objective else list(problem.objective_names)
+    front = front_of(scenario)
+    objectives = ["cost", "penalty"] if front.objectives == PAIR else front.objectives
     rows = [["plan", *objectives, *tasks], ["---:"] * (1 + len(objectives) + len(tasks))]
-    for i, plan in enumerate(front_of(scenario)):
+    for i, plan in enumerate(front):
         rows.append([str(i), *map(number, (*plan.objectives.values(), *plan.task_costs.values()))])
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     commands = COMMANDS[kind_of(scenario.model)].format(name)

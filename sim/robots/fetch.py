@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import mujoco
@@ -83,6 +84,12 @@ def fetch_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     folder, stl = asset_folder("fetch"), asset_folder("stls/fetch")
     if folder is None or stl is None:
         raise RobotError(f"the robot `fetch` cannot be had here: {hindrance()}; the robot `panda` can")
+    return _spec(folder, stl).copy()
+
+
+@cache
+def _spec(folder: Path, stl: Path) -> mujoco.MjSpec:
+    """Return the robot by the folders of its MJCF and of its links' meshes."""
     files = {name: (folder / name).read_bytes() for name in ("shared.xml", "robot.xml")}
     spec = mujoco.MjSpec.from_string(WORLD.format(meshes=stl), include=files)
     _strip(spec)
