@@ -20,9 +20,9 @@ from prefplan.heuristics.projections import Projected, Projections, projected
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.successors import INFINITE
 
-ENTRIES, STAGED_ENTRIES = 6_000_000, 30_000_000
-"""Entries of all tables together that building may cost, unless one task at a time needs more; those filled stage by
-stage cost a tenth each."""
+ENTRIES, STAGED_ENTRIES = 1_000_000, 30_000_000
+"""Entries of all tables together that building may cost, unless one task at a time needs more: half a second. Those
+filled stage by stage cost a tenth each."""
 
 UNREACHABLE = 2**31 - 1
 """Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer."""
