@@ -25,8 +25,8 @@ from prefplan.product.successors import INFINITE
 BLOCK_SIZE = 3
 """Tasks in a block; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""
 
-BLOCK_ENTRIES = 500_000
-"""Entries of one block's table for one number of tasks satisfied outside."""
+BLOCK_ENTRIES, ALONE_ENTRIES = 200_000, 4_000_000
+"""Entries of the table of a block for one number of tasks satisfied outside, and of that of a group by itself."""
 
 
 class Blocks(NamedTuple):
@@ -118,7 +118,7 @@ def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) 
         entries = backward.entries_of(joined)
         if found and len(joined) <= BLOCK_SIZE and entries <= BLOCK_ENTRIES:
             found[-1] = joined
-        elif backward.entries_of(group) <= BLOCK_ENTRIES * 8:
+        elif backward.entries_of(group) <= ALONE_ENTRIES:
             found.append(group)
     return found
 
