@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
-from sim.motion.timing import begun_late, timed
+from sim.motion.timing import Limits, begun_late, timed
 from sim.motion.trajectory import (
     ACCELERATION_M_S2,
     CONTROL_PERIOD_S,
@@ -102,6 +102,15 @@ class Arm:
         data.qpos[:] = q
         mujoco.mj_kinematics(self.model, data)
         return ToolPose(self._tool.xpos.copy(), self._tool.xmat.reshape(3, 3).copy())
+
+    def limits(self, *ends: np.ndarray) -> Limits:
+        """Return what a movement between (n,) configurations has to keep to."""
+        data, inertias = self._configuration.data, np.empty((len(ends), self.model.nv, self.model.nv))
+        for q, inertia in zip(ends, inertias, strict=True):
+            self._configuration.update(q)
+            mujoco.mj_crb(self.model, data)
+            mujoco.mj_fullM(self.model, data, inertia)
+        return Limits(self.robot, inertias)
 
     def reach(
         self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD
@@ -221,10 +230,10 @@ class Arm:
         Raises:
             SimulationError: the tool would not arrive within `POSITION_TOLERANCE_M` and `ANGLE_TOLERANCE_RAD`.
         """
-        start = self.tool(q)
+        start, limits = self.tool(q), self.limits(q, goal)
         if start.rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
-            references = timed(self.robot, *self._straight(q, goal, height), seconds=seconds)
-            return references if ending is None else begun_late(self.robot, references, q, ending)
+            references = timed(limits, *self._straight(q, goal, height), seconds=seconds)
+            return references if ending is None else begun_late(limits, references, q, ending)
         turn = self._turn(q, goal)
         turn += wrap(pose.yaw - start.yaw - turn)
         pace = 1.0
@@ -249,8 +258,8 @@ class Arm:
         if not self._arrived():
             to = _spelled(pose.position)
             raise SimulationError(f"the arm cannot keep to its path to {to} within the limits of its joints")
-        references = timed(self.robot, knots, points, seconds=seconds)
-        return references if ending is None else begun_late(self.robot, references, q, ending)
+        references = timed(limits, knots, points, seconds=seconds)
+        return references if ending is None else begun_late(limits, references, q, ending)
 
     def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
         """Return (K,) times, s, and (K, n) configurations, rad, from one to another at the tool's usual speed.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -13,6 +15,10 @@ HEADROOM = 0.8
 
 JERK_HEADROOM = 0.1
 """Share of the joints' jerk limits a reference may use: with more the torques would change too fast."""
+
+TORQUE_RATE_HEADROOM = 0.42
+"""Share of the limits of torque rates that a reference may use by the arm's inertia alone, its jerks averaged over a
+control period; those of the simulated torques are 1.5 to 2.2 times as large."""
 
 PLANNED_JERK_HEADROOM = 0.02
 """The same for planned paths, on which joints that carry the stretched arm move together: 0.1 led to 173 % of the limit
@@ -30,15 +36,28 @@ MIN_BRAKING_TIME_S = 0.1
 GREATEST_JERK = 60.0
 """Peak jerk of a smooth step, in lengths per duration cubed."""
 
-DELAYS_TRIED = 4
-"""Number of moments, from the present to the end of the movement before, at which a movement is tried to begin."""
+DELAYS_TRIED, PAUSE = 4, 3
+"""Number of moments, from the present to the end of the movement before, at which a movement is tried to begin, and how
+many control periods after that end it begins at the latest: to stop and to begin at once may be too much."""
 
 
-def timed(robot: Robot, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
+class Limits(NamedTuple):
+    """What a movement has to keep to.
+
+    Attributes:
+        robot: whose n joints move.
+        inertias: (K, n, n) kg m^2, the arm's at the ends of the movement, where jerks are greatest.
+    """
+
+    robot: Robot
+    inertias: np.ndarray
+
+
+def timed(limits: Limits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
     """Return the references of a movement from rest to rest, slowed until it keeps to the limits.
 
     Args:
-        robot: whose n joints move.
+        limits: what it has to keep to.
         knots: (K,) times, from 0 to a multiple of `CONTROL_PERIOD_S`, s.
         points: (K, n) where the joints are then, rad.
         seconds: least duration, s.
@@ -49,17 +68,17 @@ def timed(robot: Robot, knots: np.ndarray, points: np.ndarray, *, seconds: float
     curve, duration = CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
     slower = max(1.0, seconds / duration)
     references = _sampled(curve, duration, slower)
-    excess = _excess(robot, references - points[0])
+    excess = _excess(limits, _from_rest(references - points[0]))
     return references if excess <= 1 else _sampled(curve, duration, slower * (SLOWING_MARGIN * excess))
 
 
-def along(robot: Robot, path: np.ndarray, *, overlap: float) -> np.ndarray:
+def along(limits: Limits, path: np.ndarray, *, overlap: float) -> np.ndarray:
     """Return the references of a movement from rest to rest along straight lines in joint space.
 
     Each line is a movement of least jerk, which begins while the one before is ending. Their sum rounds the corners.
 
     Args:
-        robot: whose n joints move.
+        limits: what it has to keep to.
         path: (K, n) configurations, rad.
         overlap: share of a movement left when the next begins, 0 .. 1; 0 to come to rest at every configuration.
 
@@ -67,7 +86,7 @@ def along(robot: Robot, path: np.ndarray, *, overlap: float) -> np.ndarray:
         (N, n) rad, every `CONTROL_PERIOD_S`; the last is the last of the path.
     """
     lines = np.diff(path, axis=0)
-    spans = np.array([_straight_duration(robot, line) for line in lines])
+    spans = np.array([_straight_duration(limits.robot, line) for line in lines])
     begins = np.concatenate([[0.0], np.cumsum(spans[:-1] - overlap * np.minimum(spans[:-1], spans[1:]))])
 
     def sampled(slower: float) -> np.ndarray:
@@ -75,14 +94,16 @@ def along(robot: Robot, path: np.ndarray, *, overlap: float) -> np.ndarray:
         t = np.arange(1, int(np.ceil(total / CONTROL_PERIOD_S)) + 1)[:, None] * CONTROL_PERIOD_S / slower
         return path[0] + smooth_step((t - begins) / spans) @ lines
 
-    return sampled(SLOWING_MARGIN * max(1.0, _excess(robot, sampled(1.0) - path[0], jerk=PLANNED_JERK_HEADROOM)))
+    return sampled(
+        SLOWING_MARGIN * max(1.0, _excess(limits, _from_rest(sampled(1.0) - path[0]), jerk=PLANNED_JERK_HEADROOM))
+    )
 
 
-def begun_late(robot: Robot, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
+def begun_late(limits: Limits, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
     """Return references that begin so late that with the ending of the movement before they keep to the limits.
 
     Args:
-        robot: whose n joints move.
+        limits: what it has to keep to.
         references: (N, n) of a movement from rest, rad.
         rest: (n,) where it begins, rad.
         ending: (M, n) what is left of the movement before, relative to that, rad.
@@ -90,9 +111,9 @@ def begun_late(robot: Robot, references: np.ndarray, rest: np.ndarray, ending: n
     if not len(ending):
         return references
     late = references
-    for delay in np.linspace(0, len(ending), DELAYS_TRIED, dtype=int):
+    for delay in (*np.linspace(0, len(ending), DELAYS_TRIED, dtype=int), len(ending) + PAUSE):
         late = np.vstack([np.repeat(rest[None], delay, axis=0), references])
-        if _excess(robot, summed(late, ending) - rest) <= 1:
+        if _excess(limits, summed(late, ending) - rest) <= 1:
             break
     return late
 
@@ -127,7 +148,12 @@ def _sampled(curve: CubicSpline, duration: float, slower: float) -> np.ndarray:
     return np.asarray(curve(np.arange(1, count + 1) * duration / count))
 
 
-def _excess(robot: Robot, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
+def _from_rest(offsets: np.ndarray) -> np.ndarray:
+    """Return (3 + N, n) offsets from where joints rest before they move, rad."""
+    return np.vstack([np.zeros((3, offsets.shape[1])), offsets])
+
+
+def _excess(limits: Limits, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
     """Return how many times too fast joints are that pass (N, n) offsets to rest, rad; up to 1 they are not."""
     offsets = np.vstack([offsets, np.repeat(offsets[-1:], 3, axis=0)])
     greatest = []
@@ -135,10 +161,13 @@ def _excess(robot: Robot, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -
         offsets = np.diff(offsets, axis=0)
         greatest.append(np.abs(offsets).max(axis=0) / CONTROL_PERIOD_S**order)
     speeds, accelerations, jerks = greatest
+    robot = limits.robot
+    torque_rates = np.abs(offsets @ limits.inertias).max(axis=(0, 1)) / CONTROL_PERIOD_S**3
     return float(
         max(
             (speeds / robot.velocity_limits).max() / HEADROOM,
             ((accelerations / robot.acceleration_limits).max() / HEADROOM) ** (1 / 2),
             ((jerks / robot.jerk_limits).max() / jerk) ** (1 / 3),
+            ((torque_rates / robot.torque_rate_limits).max() / TORQUE_RATE_HEADROOM) ** (1 / 3),
         )
     )

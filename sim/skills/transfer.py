@@ -90,7 +90,8 @@ def _planned(
                 continue
             else:
                 reached.append((goal, pose))
+                limits = cell.arm.limits(path[0], path[-1])
                 for overlap in OVERLAPS:
-                    references = along(cell.scene.robot, path, overlap=overlap)
-                    yield begun_late(cell.scene.robot, references, cell.reference, cell.ending)
+                    references = along(limits, path, overlap=overlap)
+                    yield begun_late(limits, references, cell.reference, cell.ending)
         ends = reached

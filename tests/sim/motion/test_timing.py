@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sim.motion.joint_trajectory import JointTrajectory, through
+from sim.motion.kinematics import Arm
 from sim.motion.timing import begun_late, braking_time, summed, timed
 from sim.motion.trajectory import CONTROL_PERIOD_S, smooth_step
 from sim.robots.panda import PANDA
@@ -12,6 +13,11 @@ STEPS = 5
 """Steps of a simulation in a control period."""
 
 STEP_S = CONTROL_PERIOD_S / STEPS
+
+LIMITS = Arm(PANDA).limits(PANDA.home)
+
+STRETCHED = np.array([0.0, 1.2, 0.0, -0.5, 0.0, 1.7, 0.8])
+"""The arm reaches far, rad."""
 
 
 def turn(angle: float, seconds: float, joint: int = 1) -> np.ndarray:
@@ -30,7 +36,7 @@ def shares(positions: np.ndarray, period: float) -> list[float]:
 @pytest.mark.parametrize("seconds", [0.3, 0.6, 2.0])
 def test_a_movement_is_slowed_until_it_keeps_to_the_limits_and_no_further(seconds: float) -> None:
     points = np.vstack([PANDA.home, turn(0.8, seconds)])
-    references = timed(PANDA, np.arange(len(points)) * CONTROL_PERIOD_S, points)
+    references = timed(LIMITS, np.arange(len(points)) * CONTROL_PERIOD_S, points)
     assert max(shares(through(np.vstack([PANDA.home, references]), STEPS).positions, STEP_S)) < 0.9
     assert references[-1] == pytest.approx(points[-1])
     if seconds == 2.0:
@@ -41,8 +47,28 @@ def test_a_movement_is_slowed_until_it_keeps_to_the_limits_and_no_further(second
 
 def test_a_movement_takes_the_least_duration() -> None:
     points = np.vstack([PANDA.home, turn(0.3, 1.0)])
-    references = timed(PANDA, np.arange(len(points)) * CONTROL_PERIOD_S, points, seconds=1.5)
+    references = timed(LIMITS, np.arange(len(points)) * CONTROL_PERIOD_S, points, seconds=1.5)
     assert len(references) == 150
+
+
+def test_a_movement_that_begins_abruptly_is_slowed_as_one_that_ends_so() -> None:
+    points = turn(0.5, 1.0)[45:]
+    knots = np.arange(len(points)) * CONTROL_PERIOD_S
+    begun, ended = (len(timed(LIMITS, knots, path)) for path in (points, points[::-1]))
+    assert begun == ended > 1.2 * len(points)
+
+
+def test_a_stretched_arm_is_turned_more_gently() -> None:
+    """Torques change by the arm's inertia times the jerk; about the first joint it is then the largest."""
+    limits = Arm(PANDA).limits(STRETCHED)
+    points = np.vstack([PANDA.home, turn(0.3, 0.4, joint=0)])
+    knots = np.arange(len(points)) * CONTROL_PERIOD_S
+    folded, stretched = (timed(one, knots, points) for one in (LIMITS, limits))
+    assert len(stretched) > len(folded)
+    for one, references in ((LIMITS, folded), (limits, stretched)):
+        rows = through(np.vstack([PANDA.home, references]), STEPS).positions
+        jerks = np.diff(np.vstack([np.repeat(rows[:1], 3, axis=0), rows]), 3, axis=0) / STEP_S**3
+        assert np.abs(jerks @ one.inertias[0]).max() < PANDA.torque_rate_limits[0]
 
 
 def movements() -> tuple[JointTrajectory, JointTrajectory]:
@@ -76,11 +102,11 @@ def test_an_ending_longer_than_the_movement_is_followed_to_its_end() -> None:
 
 def test_a_movement_against_the_ending_begins_later() -> None:
     """The joint brakes at its limit of acceleration, and turning back would add to that."""
-    references = timed(PANDA, np.arange(61) * CONTROL_PERIOD_S, np.vstack([PANDA.home, turn(0.8, 0.6)]))
+    references = timed(LIMITS, np.arange(61) * CONTROL_PERIOD_S, np.vstack([PANDA.home, turn(0.8, 0.6)]))
     ending = references[len(references) // 2 :] - references[-1]
     back = 2 * references[-1] - references
     assert max(shares(np.vstack([references[: len(references) // 2], summed(back, ending)]), CONTROL_PERIOD_S)) > 0.81
-    late = begun_late(PANDA, references[-1] + (PANDA.home - references), references[-1], ending)
+    late = begun_late(LIMITS, references[-1] + (PANDA.home - references), references[-1], ending)
     assert len(late) > len(references)
     together = np.vstack([references[: len(references) // 2], summed(late, ending)])
     assert max(shares(together, CONTROL_PERIOD_S)) <= 0.81
@@ -90,7 +116,7 @@ def test_a_movement_against_the_ending_begins_later() -> None:
 @pytest.mark.parametrize("done", [30, 250, 400])
 def test_braking_stops_on_the_path_within_the_limits(done: int) -> None:
     points = np.vstack([PANDA.home, turn(0.8, 0.6)])
-    first = through(np.vstack([PANDA.home, timed(PANDA, np.arange(61) * CONTROL_PERIOD_S, points)]), STEPS)
+    first = through(np.vstack([PANDA.home, timed(LIMITS, np.arange(61) * CONTROL_PERIOD_S, points)]), STEPS)
     rest = first.after(min(done, len(first) - 20))
     samples = round(braking_time(PANDA, rest.velocities[0]) / STEP_S)
     braked = rest.braked(samples)
