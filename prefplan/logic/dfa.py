@@ -20,8 +20,9 @@ from dataclasses import dataclass
 from functools import cache
 
 from prefplan.errors import FormulaError
+from prefplan.limits import check_limits
 from prefplan.logic.formula import And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until, later, propositions_of
-from prefplan.logic.mtbdd import Diagram, Diagrams, leaf, leaves, paths
+from prefplan.logic.mtbdd import CHECKED_EVERY, Diagram, Diagrams, leaf, leaves, paths
 from prefplan.logic.normal_form import parse
 
 STATE_LIMIT = 20_000
@@ -98,7 +99,9 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
 
 def _irredundant(clauses: set[frozenset[int]]) -> Antichain:
     kept: list[frozenset[int]] = []
-    for clause in sorted(clauses, key=len):
+    for number, clause in enumerate(sorted(clauses, key=len), 1):
+        if number % CHECKED_EVERY == 0:
+            check_limits()
         if not any(other <= clause for other in kept):
             kept.append(clause)
     return frozenset(kept)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 
 from prefplan.logic.dfa import Automaton
-from prefplan.logic.mtbdd import Branch, Diagram, Diagrams
+from prefplan.logic.mtbdd import Branch, Diagram, Diagrams, upwards
 
 _ACCEPTING, _DEAD = "accepting", "dead"
 
@@ -66,7 +66,9 @@ def told_apart(label: frozenset[str], apart: Iterable[str]) -> frozenset[str]:
 
 
 def _renamed(diagram: Diagram, apart: frozenset[str], diagrams: Diagrams) -> Diagram:
-    if not isinstance(diagram, Branch):
-        return diagram
-    high, low = (_renamed(below, apart, diagrams) for below in (diagram.high, diagram.low))
-    return diagrams.branch(diagram.name + APART * (diagram.name in apart), high, low)
+    found: dict[Diagram, Diagram] = {}
+    for d in upwards(diagram):
+        found[d] = d
+        if isinstance(d, Branch):
+            found[d] = diagrams.branch(d.name + APART * (d.name in apart), found[d.high], found[d.low])
+    return found[diagram]

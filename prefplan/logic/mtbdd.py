@@ -1,14 +1,20 @@
 """Multi-terminal decision diagrams: functions from labels to anything, reduced and shared.
 
 R. E. Bryant, "Graph-Based Algorithms for Boolean Function Manipulation", 1986, with arbitrary leaves.
+
+A diagram is as deep as it has propositions. Nothing here recurses, so that there may be thousands.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
+
+from prefplan.limits import check_limits
+
+CHECKED_EVERY = 512
+"""Limits are checked once in so many steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +38,13 @@ class Diagrams:
     def __init__(self) -> None:
         """Start an empty family."""
         self._unique: dict[tuple[str, Diagram, Diagram], Branch] = {}
+        self._made = 0
 
     def branch(self, name: str, high: Diagram, low: Diagram) -> Diagram:
         """Return the diagram that decides on a proposition smaller than all those below."""
+        self._made += 1
+        if not self._made % CHECKED_EVERY:
+            check_limits()
         if high is low or high == low:
             return high
         key = (name, high, low)
@@ -43,31 +53,35 @@ class Diagrams:
         return self._unique[key]
 
     def map(self, diagram: Diagram, function: Callable[[Any], Hashable]) -> Diagram:
-        """Return a diagram with a function applied to its leaves."""
-        memo: dict[Diagram, Diagram] = {}
-
-        def walk(d: Diagram) -> Diagram:
-            if d not in memo:
-                memo[d] = self.branch(d.name, walk(d.high), walk(d.low)) if isinstance(d, Branch) else function(d)
-            return memo[d]
-
-        return walk(diagram)
+        """Return a diagram with a function applied to its leaves, in the order of `leaves`."""
+        mapped: dict[Diagram, Diagram] = {}
+        for d in upwards(diagram):
+            mapped[d] = self.branch(d.name, mapped[d.high], mapped[d.low]) if isinstance(d, Branch) else function(d)
+        return mapped[diagram]
 
     def lift(self, function: Callable[[Any, Any], Hashable]) -> Callable[[Diagram, Diagram], Diagram]:
         """Return a function of two leaves as one of two diagrams."""
         memo: dict[tuple[Diagram, Diagram], Diagram] = {}
 
         def apply(left: Diagram, right: Diagram) -> Diagram:
-            key = (left, right)
-            if key not in memo:
-                names = [d.name for d in key if isinstance(d, Branch)]
-                if names:
-                    name = min(names)
-                    (a, b), (c, d) = _cofactors(left, name), _cofactors(right, name)
-                    memo[key] = self.branch(name, apply(a, c), apply(b, d))
+            pending = [(left, right)]
+            while pending:
+                pair = pending[-1]
+                names = [d.name for d in pair if isinstance(d, Branch)]
+                if pair in memo:
+                    pending.pop()
+                elif not names:
+                    memo[pair] = function(*pair)
                 else:
-                    memo[key] = function(left, right)
-            return memo[key]
+                    name = min(names)
+                    (a, b), (c, d) = _cofactors(pair[0], name), _cofactors(pair[1], name)
+                    if (a, c) not in memo:
+                        pending.append((a, c))
+                    elif (b, d) not in memo:
+                        pending.append((b, d))
+                    else:
+                        memo[pair] = self.branch(name, memo[a, c], memo[b, d])
+            return memo[left, right]
 
         return apply
 
@@ -85,23 +99,39 @@ def leaf(diagram: Diagram, label: frozenset[str]) -> Any:
     return diagram
 
 
+def both(branch: Branch) -> tuple[Diagram, Diagram]:
+    """Return what is below a branch, true before false."""
+    return branch.high, branch.low
+
+
+def upwards(diagram: Diagram, below: Callable[[Branch], tuple[Diagram, Diagram]] = both) -> Iterator[Diagram]:
+    """Yield every part of a diagram once, after all that is below it.
+
+    Args:
+        diagram: the diagram.
+        below: which diagrams below a branch are entered, in which order; one of them may be given twice.
+    """
+    done: set[Diagram] = set()
+    pending = [diagram]
+    while pending:
+        d = pending[-1]
+        if isinstance(d, Branch):
+            first, second = below(d)
+            if first not in done:
+                pending.append(first)
+                continue
+            if second not in done:
+                pending.append(second)
+                continue
+        if d not in done:
+            done.add(d)
+            yield d
+        pending.pop()
+
+
 def leaves(diagram: Diagram) -> list[Any]:
     """Return the distinct leaves, in order of first appearance with true before false."""
-    found: dict[Any, None] = {}
-    seen: set[Diagram] = set()
-
-    def walk(d: Diagram) -> None:
-        if d in seen:
-            return
-        seen.add(d)
-        if isinstance(d, Branch):
-            walk(d.high)
-            walk(d.low)
-        else:
-            found[d] = None
-
-    walk(diagram)
-    return list(found)
+    return [d for d in upwards(diagram) if not isinstance(d, Branch)]
 
 
 Price = tuple[int, int, tuple[int, ...]]
@@ -120,31 +150,34 @@ def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str
         offers: propositions that may be added, each with its price and the number of the offer.
     """
 
-    @cache
-    def walk(d: Diagram) -> dict[Any, Price]:
-        if not isinstance(d, Branch):
-            return {d: (0, 0, ())}
-        if d.name in label:
-            return walk(d.high)
-        found = dict(walk(d.low))
-        if d.name in offers:
-            price, offer = offers[d.name]
-            for end, (paid, count, taken) in walk(d.high).items():
-                dearer = (paid + price, count + 1, tuple(sorted((*taken, offer))))
-                found[end] = min(found.get(end, dearer), dearer)
-        return found
+    def read(branch: Branch) -> tuple[Diagram, Diagram]:
+        free = branch.high if branch.name in label else branch.low
+        return (branch.high if branch.name in offers else free), free
 
-    return walk(diagram)
+    found: dict[Diagram, dict[Any, Price]] = {}
+    for d in upwards(diagram, read):
+        if not isinstance(d, Branch):
+            found[d] = {d: (0, 0, ())}
+            continue
+        found[d] = found[read(d)[1]]
+        if d.name in offers and d.name not in label:
+            price, offer = offers[d.name]
+            found[d] = dict(found[d])
+            for end, (paid, count, taken) in found[d.high].items():
+                dearer = (paid + price, count + 1, tuple(sorted((*taken, offer))))
+                found[d][end] = min(found[d].get(end, dearer), dearer)
+    return found[diagram]
 
 
 def paths(diagram: Diagram) -> Iterator[tuple[dict[str, bool], Any]]:
     """Yield every path from the root as (the propositions it decides, its leaf)."""
-    if isinstance(diagram, Branch):
-        for value, below in ((True, diagram.high), (False, diagram.low)):
-            for guard, end in paths(below):
-                yield {diagram.name: value} | guard, end
-    else:
-        yield {}, diagram
+    pending: list[tuple[dict[str, bool], Diagram]] = [({}, diagram)]
+    while pending:
+        guard, d = pending.pop()
+        if isinstance(d, Branch):
+            pending += [(guard | {d.name: False}, d.low), (guard | {d.name: True}, d.high)]
+        else:
+            yield guard, d
 
 
 def same(one: Diagram, other: Diagram) -> bool:

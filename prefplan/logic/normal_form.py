@@ -14,6 +14,9 @@ _BEFORE, _TEMPORAL, _STRONG = ("!", "X", "F", "G"), ("X", "F", "U", "M"), {"W": 
 MOST_PARTS = 20_000
 """Greatest size of a normal form: each `<->` and `^` doubles its operands."""
 
+MOST_HEIGHT = 350
+"""Greatest height of a normal form, in which `a & b & c` is `(a & b) & c`, for the interpreter's stack."""
+
 
 def parse(text: str, *, propositions: Iterable[str] | None = None, temporal: bool = True) -> Formula:
     """Read a co-safe formula (Definition 2), as other tools write it; see `prefplan.logic.syntax`.
@@ -75,6 +78,7 @@ class _NormalForm:
     def __init__(self, text: str) -> None:
         self._text = text
         self._sizes: dict[tuple[int, bool], int] = {}
+        self._heights: dict[tuple[int, bool], int] = {}
         self._found: dict[tuple[int, bool], Formula] = {}
 
     def __call__(self, part: Part, positive: bool) -> Formula:
@@ -86,10 +90,14 @@ class _NormalForm:
         key = id(part), positive
         if key not in self._found:
             found = self._formula(part, positive)
-            below = (self._sizes.get((id(one), sign), 0) for one in part.parts for sign in (True, False))
-            self._sizes[key] = size = 1 + sum(below)
+            below = [(id(one), sign) for one in part.parts for sign in (True, False)]
+            self._sizes[key] = size = 1 + sum(self._sizes.get(one, 0) for one in below)
             if size > MOST_PARTS:
                 raise error_at(self._text, f"more than {MOST_PARTS} parts without `<->` and `^`", part.start)
+            own = len(part.parts) if len(part.parts) <= NESTING else MOST_PARTS.bit_length()
+            self._heights[key] = height = own + max((self._heights.get(one, 0) for one in below), default=0)
+            if height > MOST_HEIGHT:
+                raise error_at(self._text, f"nested more than {MOST_HEIGHT} deep", part.start)
             self._found[key] = found
         return self._found[key]
 
@@ -185,13 +193,15 @@ def _task_instead(text: str, whole: Part, others: list[Part], error: _UnsafeErro
         return f"({own})" if weak and part.parts and part.sign not in _BEFORE else own
 
     part, operand = error.part, error.part.parts[-1]
-    if part is whole and part.sign == "G" and others:
-        reached = others[0].parts[0] if len(others) == 1 and others[0].sign == "F" else None
-        return f"{words(operand)} U {words(reached)}" if reached else " & ".join(map(words, others))
+    denied = part.sign == "F" and whole.sign == "!" and whole.parts[0] is part
+    if part is whole and part.sign == "G" or denied:
+        sign = "!" * denied
+        if others:
+            reached = others[0].parts[0] if len(others) == 1 and others[0].sign == "F" else None
+            return f"{sign}{words(operand)} U {words(reached)}" if reached else " & ".join(map(words, others))
+        return sign + words(operand, weak=denied) if any(one in _TEMPORAL for one in _signs(operand)) else ""
     if not error.positive and part.sign != "F":
         return ""
-    if part is whole and part.sign == "G":
-        return words(operand, weak=False) if any(one in _TEMPORAL for one in _signs(operand)) else ""
     new = words(operand)
     if part.sign in _STRONG:
         new = f"{words(part.parts[0])} {_STRONG[part.sign]} {new}"

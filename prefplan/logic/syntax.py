@@ -35,6 +35,7 @@ _CONSTANTS = {
 }
 _LEVEL = {"->": 0, "<->": 0, "|": 1, "^": 2, "&": 3, "U": 4, "W": 4, "R": 4, "M": 4}
 _TO_THE_RIGHT = {"->", "<->", "U", "W", "R", "M"}
+_FLAT = {"&", "|"}
 _COUNTING = {"X", "F", "G", "U", "R"}
 
 _SYMBOLS = sorted({text for text in (*_PREFIX, *_INFIX, "(", ")") if not NAME.fullmatch(text)}, key=len, reverse=True)
@@ -161,14 +162,15 @@ class _Parser:
 
     def binary(self, weakest: int = 0) -> Part:
         """Read a formula that is joined by operators of a level or of stronger ones."""
-        start, part, joined = self.token.start, self.unary(), ""
+        start, part, joined, depth = self.token.start, self.unary(), "", self.depth
         while (sign := _INFIX.get(self.token.text)) and _LEVEL[sign] >= weakest:
             low, high = self.bounds(sign, self.advance())
-            self.nested(start, by=sign in _TO_THE_RIGHT)
+            self.nested(start, by=sign not in _FLAT)
             last = self.binary(_LEVEL[sign] + (sign not in _TO_THE_RIGHT))
             self.depth -= sign in _TO_THE_RIGHT
-            parts = (*part.parts, last) if joined == sign and sign in "&|" else (part, last)
+            parts = (*part.parts, last) if joined == sign and sign in _FLAT else (part, last)
             part, joined = Part(sign, parts, start, self.tokens[self.position - 1].end, low=low, high=high), sign
+        self.depth = depth
         return part
 
     def bounds(self, sign: str, token: _Token) -> tuple[int, int | None]:
@@ -185,6 +187,8 @@ class _Parser:
         if (sign == "X") != (comma is None):
             number = "one number: X[3]" if sign == "X" else f"two bounds: {token.text}[0,5]"
             raise self.error(f"{token.text!r} takes {number}", bounds.start)
+        digits = 1 + len(str(MOST_STEPS))  # enough of them; Python reads no number of thousands
+        low, high = low[:digits], high and high[:digits]
         least, most = int(low), int(high) if high else int(low) if sign == "X" else None
         if max(least, most or 0) > MOST_STEPS:
             raise self.error(f"more than {MOST_STEPS} steps", bounds.start)
@@ -215,9 +219,9 @@ class _Parser:
 
     def prefixed(self, operators: Sequence[tuple[str, int, int, int | None]]) -> Part:
         """Read the operand of operators that stand before it, each with its column and its bounds."""
-        self.nested(operators[0][1])
+        self.nested(operators[0][1], by=len(operators))
         part = self.unary()
-        self.depth -= 1
+        self.depth -= len(operators)
         for sign, start, low, high in reversed(operators):
             part = Part(sign, (part,), start, self.tokens[self.position - 1].end, low=low, high=high)
         return part

@@ -11,7 +11,11 @@ import pytest
 from judge.semantics import monitor, powerset
 
 from prefplan import Automaton, FormulaError
+from prefplan.limits import LimitError, Limits
 from prefplan.logic.dfa import automaton
+from prefplan.logic.formula import TRUE
+from prefplan.logic.monitor import watching
+from prefplan.logic.weighted_dfa import WeightedAutomaton
 
 Label = frozenset[str]
 NONE: Label = frozenset()
@@ -50,9 +54,16 @@ def test_number_of_states(formula: str, states: int) -> None:
 
 
 def test_letters_are_never_listed() -> None:
-    dfa = automaton("F(" + " | ".join(f"p{i}" for i in range(60)) + ")")
+    dfa = automaton("F(" + " | ".join(f"p{i}" for i in range(2000)) + ")")
     assert dfa.size == 2
     assert dfa.step(0, frozenset({"p59"})) == dfa.accepting
+    assert WeightedAutomaton(dfa, (("p5", TRUE, 3), ("p1999", TRUE, 2))).readings(0, frozenset())[1].price == 2
+    assert watching(dfa, [[automaton("F p1")]], apart=frozenset({"p1"}))[0].size == 3
+
+
+def test_limits_hold_while_an_automaton_is_built() -> None:
+    with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
+        automaton("F[0,1000] F[0,1000] a")
 
 
 def test_an_automaton_that_would_be_too_large_is_refused() -> None:

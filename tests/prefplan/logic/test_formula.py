@@ -135,6 +135,12 @@ def test_nesting_has_a_limit_instead_of_a_stack_overflow(opening: str) -> None:
         parse(opening * 10_000 + "a")
 
 
+@pytest.mark.parametrize("text", ["X" * 200 + "a", " ^ ".join(["a"] * 3000), "F(" * 9 + "a" + f"{' & b' * 90})" * 9])
+def test_what_is_deep_without_brackets_has_a_limit_too(text: str) -> None:
+    with pytest.raises(FormulaError, match="nested more than [0-9]+ deep"):
+        parse(text)
+
+
 def test_labels_decide_formulas_without_temporal_operators() -> None:
     for seed in range(100):
         drawn = random_boolean(random.Random(seed), ["a", "b", "c"], 3)
