@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 
 from experiments.cli.start import loading
@@ -19,4 +20,6 @@ def main() -> int:
             mend = f"{sys.executable} -m pip install {error.name}"
             print(f"prefplan: the Python package {error.name} is missing; install it: {mend}", file=sys.stderr)
             return FAILED
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names may have letters that its encoding lacks
+        sys.stdout.reconfigure(errors="backslashreplace")
     return run()

@@ -12,6 +12,10 @@ CHALLENGE_DEGREES = 1e-6
 """Unit of the challenge's coordinates, degrees."""
 
 
+MOST_DIGITS = 18
+"""Longer numbers of nodes and arcs are refused: Python does not read those of thousands of digits."""
+
+
 def read_arcs(file: BinaryIO, sink: Sink) -> None:
     """Pass the arcs of a `.gr` file on, with their number as the attribute `cost`.
 
@@ -62,7 +66,7 @@ def _heading(lines: Iterator[tuple[int, list[bytes]]], form: str) -> list[int]:
     line, words = next(lines, (1, []))
     fixed = [word for word in form.encode().split() if word.islower()]
     numbers = words[len(fixed) :]
-    if len(words) != len(form.split()) or words[: len(fixed)] != fixed or not all(map(bytes.isdigit, numbers)):
+    if len(words) != len(form.split()) or words[: len(fixed)] != fixed or not all(map(_is_number, numbers)):
         raise ModelError(f"line {line}: must be '{form}', not {_shown(words)}")
     return [int(word) for word in numbers]
 
@@ -72,8 +76,12 @@ def _check_record(words: list[bytes], form: str, nodes: int, *, ends: int) -> No
     if len(words) != 4 or words[0] != form[0].encode():
         raise ModelError(f"must be '{form}', not {_shown(words)}")
     for word in words[1 : 1 + ends]:
-        if not word.isdigit() or not 1 <= int(word) <= nodes:
+        if not _is_number(word) or not 1 <= int(word) <= nodes:
             raise ModelError(f"node {word.decode(errors='replace')} is not one of 1 to {nodes}")
+
+
+def _is_number(word: bytes) -> bool:
+    return word.isdigit() and len(word) <= MOST_DIGITS
 
 
 def _shown(words: list[bytes]) -> str:

@@ -24,6 +24,8 @@ def read(file: BinaryIO, sink: Sink) -> None:
         document.parser.ParseFile(file)
     except expat.ExpatError as error:
         raise ModelError(f"line {error.lineno}: not XML: {expat.ErrorString(error.code)}") from None
+    except LookupError as error:  # of an encoding
+        raise ModelError(f"line {document.parser.CurrentLineNumber}: not XML: {error}") from None
     except ModelError as error:
         raise ModelError(f"line {document.parser.CurrentLineNumber}: {error}") from None
     if document.graphs == 0:
@@ -62,11 +64,14 @@ class _Document:
             self._element = given
             self._attributes = self._defaults[tag].copy()
         elif tag == "key":
+            key = _given(given, "id", tag)
+            name = given.get("attr.name", key)
             self._key = given
-            name = given.get("attr.name", _given(given, "id", tag))
-            self._names[given["id"]] = name
-            self._wanted[given["id"]] = name if name == "crs" or self._sink.wants(name) else None
+            self._names[key] = name
+            self._wanted[key] = name if name == "crs" or self._sink.wants(name) else None
         elif tag == "default":
+            if not self._key:
+                raise ModelError("<default> outside a <key>")
             self._read_text("default")
         elif tag == "graph":
             self._begin_graph(given)

@@ -27,6 +27,8 @@ def read(file: BinaryIO, sink: Sink) -> None:
         raise ModelError(f"line {error.lineno}: not JSON: {error.msg}") from None
     except RecursionError:
         raise ModelError("not JSON: nested too deep") from None
+    except ValueError as error:  # of what Python does not read as an integer
+        raise ModelError(f"a number is too long: {error}") from None
     if not isinstance(top, dict) or not any(isinstance(top.get(key), list) for key in EDGES):
         raise ModelError(f"not node-link JSON: there is no list {' or '.join(map(repr, EDGES))}")
     edges = next(top[key] for key in EDGES if isinstance(top.get(key), list))
@@ -70,4 +72,7 @@ class _Objects:
 def _name(value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int)):
         raise ModelError(f"a node's name must be a string or an integer, not {value!r}")
-    return str(value)
+    name = str(value)
+    if not name.isascii() and not name.isprintable() and any("\ud800" <= letter <= "\udfff" for letter in name):
+        raise ModelError(f"{name!r} is no text: it has half of a character")
+    return name

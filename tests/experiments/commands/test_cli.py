@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -17,6 +18,7 @@ from scenario_texts import DETOUR
 import prefplan
 from experiments import commands
 from experiments.cli.progress import Bars
+from experiments.program import main as start
 
 
 @pytest.mark.parametrize("command", ["front", "plan"])
@@ -197,3 +199,13 @@ def test_a_reader_that_leaves_early_is_no_failure(program: list[str], tmp_path: 
 def test_every_command_prints_through_the_console_that_knows_pipes() -> None:
     for file in Path(commands.__file__).parent.rglob("*.py"):
         assert "from rich.console import" not in file.read_text(encoding="utf-8"), file.name
+
+
+def test_letters_that_the_output_cannot_encode_are_escaped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    scenario = tmp_path / "café.toml"
+    scenario.write_text((Path(commands.__file__).parents[1] / "scenarios" / "example.toml").read_text())
+    written = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, encoding="ascii"))
+    monkeypatch.setattr(sys, "argv", ["prefplan", "front", str(scenario)])
+    assert start() == 0
+    assert written.getvalue().startswith(b"caf\\xe9: Pareto front")
