@@ -56,7 +56,7 @@ def check(options: argparse.Namespace) -> int:
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options) as limits:
         scenario = scenarios.find(options.scenario)
-    left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes}
+    left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes - limits.bytes_taken}
     with Bars(quiet=options.quiet) as bars:
         found = checkup.check(scenario, robot=_robot(options.robot), quick=options.quick, tell=bars, **left)
     if options.json:

@@ -175,7 +175,7 @@ def check(
 def _size(system: TransitionSystem, limits: Limits) -> _Size:
     """Return how large a system is, if all its states can be listed within some limits and `LIST_TIMEOUT_S`."""
     try:
-        with Limits(min(limits.seconds_left, LIST_TIMEOUT_S), limits.bytes):
+        with limits, Limits(LIST_TIMEOUT_S):
             check_limits()
             reached = reachable(system)
     except (LimitError, ModelError):
@@ -235,7 +235,8 @@ def _least_cost(system: TransitionSystem, task: Task, limits: Limits) -> Number 
     """
     alone = Problem(system, [task], WeightedSum({task.name: 1}, over="violation"))
     try:
-        return Planner(alone).cheapest(max_seconds=limits.seconds_left, max_memory=limits.bytes).cost
+        with limits:
+            return Planner(alone).cheapest().cost
     except NoPlanError:
         return None
 

@@ -15,6 +15,7 @@ from experiments import scenarios
 from experiments.cli.overview import first_sentence, introduction
 from experiments.commands.planning import checkup
 from experiments.commands.planning.arm_check import tasks_out_of_reach
+from prefplan.front import UnfinishedError
 from prefplan.limits import Limits
 from prefplan.planner import Planner
 from prefplan.scenario.decode import loads
@@ -223,6 +224,15 @@ def test_a_limit_leaves_sizes_unknown(run: Run, island: Path) -> None:
     assert (shop["cost"], shop["achievable"], found["warnings"]) == (None, None, [])
     text = run("check", "island.toml", "--max-seconds", "0").out
     assert "more states than could be listed" in text and "unknown" in text
+
+
+def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
+    problem = loads(ISLAND).problem()
+    limits = Limits(bytes=10**8)
+    limits._in_use_before -= 2 * 10**8
+    assert checkup._size(problem.system, limits).states is None
+    with pytest.raises(UnfinishedError, match="memory"):
+        checkup.is_achievable(problem.system, problem.tasks[0], limits)
 
 
 def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Run, tmp_path: Path) -> None:
