@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import reduce
 
 from prefplan.errors import FormulaError
@@ -38,7 +38,7 @@ def parse(text: str, *, propositions: Iterable[str] | None = None, temporal: boo
     try:
         return _NormalForm(text)(tree, True)
     except _UnsafeError as error:
-        message = f"not co-safe: {error.why(text)}, which no finite plan shows{_instead(text, tree, error)}"
+        message = f"not co-safe: {error.why(text)}, which no finite plan shows{_instead(text, tree, error, known)}"
         raise error_at(text, message, error.part.start) from None
 
 
@@ -154,24 +154,25 @@ def _joined(operator: type[And] | type[Or], operands: list[Formula]) -> Formula:
     return operands[0]
 
 
-def _instead(text: str, tree: Part, error: _UnsafeError) -> str:
+def _instead(text: str, tree: Part, error: _UnsafeError, known: Sequence[str] | None) -> str:
     """Return which task and which rule are nearest to a formula that is not co-safe, in words."""
     conjuncts = list(_conjuncts(tree))
     whole = next(one for one in conjuncts if one.start <= error.part.start and error.part.end <= one.end)
     others = [one for one in conjuncts if one is not whole]
     task, rule = _task_instead(text, whole, others, error), text[whole.start : whole.end]
-    options = [f"the {kind} {new!r}" for kind, new in (("task", task), ("rule", rule)) if _reads(new, kind == "task")]
+    choices = (("task", task), ("rule", rule))
+    options = [f"the {kind} {new!r}" for kind, new in choices if _reads(new, known, kind == "task")]
     found = f"; write {' or '.join(options)}" if options else ""
     word = text[error.part.start : error.part.end]
-    if split(word, None):
-        found += f"; {word!r} is read as {' '.join(split(word, None) or ())!r}: put a name in quotes"
+    if parts := split(word, known):
+        found += f"; {word!r} is read as {' '.join(parts)!r}: put a name in quotes"
     return found
 
 
-def _reads(text: str, positive: bool) -> bool:
+def _reads(text: str, known: Sequence[str] | None, positive: bool) -> bool:
     """Return whether a text is a task, or a rule."""
     try:
-        _NormalForm(text)(read(text, propositions=None), positive)
+        _NormalForm(text)(read(text, propositions=known), positive)
     except (FormulaError, _UnsafeError):
         return False
     return True

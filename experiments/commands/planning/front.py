@@ -15,6 +15,7 @@ from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, INTERRUPTED, no_plan
 from prefplan.planner import Planner
+from prefplan.preferences.objective import DEFAULT_PREFERENCE
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -55,7 +56,7 @@ def front(options: argparse.Namespace) -> int:
         wanted = [objective_name(problem, name) for name in options.objective or ()]
         bounds = dict(options.at_most or {})
         if options.max_preference is not None:
-            name = objective_name(problem, "preference")
+            name = next((named.name for named in problem.preferences), DEFAULT_PREFERENCE)
             bounds[name] = min(options.max_preference, bounds.get(name, options.max_preference))
         result = Planner(problem).front(
             within=options.within, max_cost=options.max_cost, at_most=bounds, keep_on_interrupt=True

@@ -104,6 +104,16 @@ def test_names_that_do_not_exist_are_refused(run: Run, depot: Path, arguments: l
     assert_is_error(run(*arguments), message)
 
 
+def test_max_preference_bounds_the_first_preference_whatever_the_others_are_called(run: Run, depot: Path) -> None:
+    named = "".join(
+        f'[[preferences]]\nname = "{name}"\nkind = "weighted-sum"\nweights = {{ arrive = {weight} }}\n'
+        for name, weight in (("late", 1), ("preference", 100))
+    )
+    depot.write_text(DEPOT + named)
+    for command in ("front", "plan"):
+        assert run(command, "depot.toml", "--max-preference", "2").status == 0
+
+
 def test_bounds_without_a_plan_say_what_is_possible(run: Run, depot: Path) -> None:
     result = run("front", "depot.toml", "--at-most", "energy=3", "--json")
     assert (result.status, result.json["front"]) == (3, [])

@@ -106,6 +106,8 @@ def test_a_name_that_is_known_is_not_taken_for_operators() -> None:
     assert parse("XGoal & FFine", propositions=known) == parse('X "Goal" & F "Fine"')
     with pytest.raises(FormulaError, match="unknown proposition 'Fgoal'"):
         parse("Fgoal", propositions=known)
+    with pytest.raises(FormulaError, match="write the rule 'GFa'; 'GFa' is read as 'G Fa'"):
+        parse("GFa", propositions=known)
 
 
 @pytest.mark.parametrize(
