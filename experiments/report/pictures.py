@@ -13,6 +13,7 @@ from experiments.cli.files import write_bytes
 from experiments.cli.overview import kind_of
 from experiments.figures import maps
 from experiments.figures.diagrams import automaton, route
+from experiments.figures.diagrams.guards import AutomatonSizeError
 from experiments.figures.diagrams.route import Route
 from experiments.figures.diagrams.system import SystemSizeError
 from prefplan.front import Front, Plan
@@ -62,10 +63,10 @@ def _with_files(svg: str, folder: Path) -> str:
 
 
 def _automaton(found: Automaton) -> str:
-    """Return an automaton's picture, or a sentence where it has too many states for one."""
+    """Return an automaton's picture, or a sentence where it is too large for one."""
     try:
         return automaton.svg(found)
-    except automaton.AutomatonSizeError as error:
+    except AutomatonSizeError as error:
         return f'<p class="small">No picture: {escape(str(error))}.</p>'
 
 

@@ -6,24 +6,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from experiments.figures.diagrams import node_link
-from experiments.figures.diagrams.guards import labels
+from experiments.figures.diagrams.guards import AutomatonSizeError, labels
 from experiments.figures.diagrams.node_link import Diagram, Edge, Node
-from prefplan.errors import PrefplanError
 from prefplan.logic.dfa import Automaton
 
 MOST_STATES = 40
 """Most states of an automaton that can be read."""
 
 
-class AutomatonSizeError(PrefplanError):
-    """An automaton has more states than a picture can show."""
-
-
 def diagram(automaton: Automaton) -> Diagram:
     """Return a laid out automaton; state i is node `q<i>`.
 
     Raises:
-        AutomatonSizeError: it has too many states.
+        AutomatonSizeError: it has too many states or propositions.
     """
     if automaton.size > MOST_STATES:
         raise AutomatonSizeError(
@@ -46,7 +41,7 @@ def svg(automaton: Automaton) -> str:
     State i has the class `q<i>`, and the edge from i to j `q<i>-q<j>`; self-loops of absorbing states are left out.
 
     Raises:
-        AutomatonSizeError: it has too many states.
+        AutomatonSizeError: it has too many states or propositions.
     """
     return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}")
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from prefplan.errors import PrefplanError
 from prefplan.logic.dfa import Automaton
 from prefplan.logic.mtbdd import Branch, Diagram, Diagrams, leaves
 
@@ -18,6 +19,13 @@ LONG = 22
 """The longest guard of a state is said as `otherwise` if it has more letters than this."""
 
 OTHERWISE = "otherwise"
+
+MOST_PROPOSITIONS = 500
+"""Guards of more are not put into words: nobody could read them."""
+
+
+class AutomatonSizeError(PrefplanError):
+    """An automaton is larger than can be shown to people."""
 
 
 def labels(automaton: Automaton, state: int) -> dict[int, str]:
@@ -35,10 +43,19 @@ def labels(automaton: Automaton, state: int) -> dict[int, str]:
 
 
 def cover(automaton: Automaton, state: int, target: int) -> list[Cube]:
-    """Return the guard from a state to a target as terms, none of which can be left out."""
-    family = Diagrams()
+    """Return the guard from a state to a target as terms, none of which can be left out.
+
+    Raises:
+        AutomatonSizeError: the automaton has more than `MOST_PROPOSITIONS`.
+    """
+    if len(automaton.propositions) > MOST_PROPOSITIONS:
+        raise AutomatonSizeError(
+            f"the automaton has {len(automaton.propositions)} propositions, and guards of only up to "
+            f"{MOST_PROPOSITIONS} are put into words; --format hoa writes it"
+        )
+    family = _Guards()
     when = family.map(automaton.transitions[state], lambda end: end == target)
-    return _cover(family, when, when)[0]
+    return family.cover(when, when)[0]
 
 
 def targets(automaton: Automaton, state: int) -> list[int]:
@@ -46,24 +63,30 @@ def targets(automaton: Automaton, state: int) -> list[int]:
     return leaves(automaton.transitions[state])
 
 
-def _cover(family: Diagrams, least: Diagram, most: Diagram) -> tuple[list[Cube], Diagram]:
-    """Return terms whose sum lies between two functions, and that sum."""
-    if least is False:
-        return [], False
-    if most is True:
-        return [{}], True
-    unless = family.lift(lambda a, b: a and not b)
-    either = family.lift(lambda a, b: a or b)
-    name = min(d.name for d in (least, most) if isinstance(d, Branch))
-    least_high, least_low = _split(least, name)
-    most_high, most_low = _split(most, name)
-    high, high_sum = _cover(family, unless(least_high, most_low), most_high)
-    low, low_sum = _cover(family, unless(least_low, most_high), most_low)
-    rest = either(unless(least_high, high_sum), unless(least_low, low_sum))
-    both = family.lift(lambda a, b: a and b)
-    free, free_sum = _cover(family, rest, both(most_high, most_low))
-    cubes = [{name: True} | cube for cube in high] + [{name: False} | cube for cube in low] + free
-    return cubes, either(free_sum, family.branch(name, high_sum, low_sum))
+class _Guards(Diagrams):
+    """Diagrams of what is true or false."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._unless = self.lift(lambda a, b: a and not b)
+        self._either = self.lift(lambda a, b: a or b)
+        self._both = self.lift(lambda a, b: a and b)
+
+    def cover(self, least: Diagram, most: Diagram) -> tuple[list[Cube], Diagram]:
+        """Return terms whose sum lies between two functions, and that sum."""
+        if least is False:
+            return [], False
+        if most is True:
+            return [{}], True
+        name = min(d.name for d in (least, most) if isinstance(d, Branch))
+        least_high, least_low = _split(least, name)
+        most_high, most_low = _split(most, name)
+        high, high_sum = self.cover(self._unless(least_high, most_low), most_high)
+        low, low_sum = self.cover(self._unless(least_low, most_high), most_low)
+        rest = self._either(self._unless(least_high, high_sum), self._unless(least_low, low_sum))
+        free, free_sum = self.cover(rest, self._both(most_high, most_low))
+        cubes = [{name: True} | cube for cube in high] + [{name: False} | cube for cube in low] + free
+        return cubes, self._either(free_sum, self.branch(name, high_sum, low_sum))
 
 
 def _split(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:

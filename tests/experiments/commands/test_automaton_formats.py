@@ -10,7 +10,7 @@ from itertools import combinations
 
 import judge
 import pytest
-from command_line import Run
+from command_line import Run, assert_is_error
 from hoa.ast.acceptance import AcceptanceAtom, AtomType
 from hoa.ast.boolean_expression import And, Not, Or, TrueFormula
 from hoa.ast.label import LabelAtom, LabelExpression
@@ -153,3 +153,10 @@ def test_a_formula_that_cannot_be_read_is_pointed_at(run: Run, formula: str, mes
     status, out, err = run("automaton", formula)
     assert (status, out) == (2, "")
     assert err.split("\n") == [f"prefplan: {message}", f"    {formula}", f"    {' ' * column}^", ""]
+
+
+def test_guards_of_very_many_propositions_are_left_to_other_programs(run: Run) -> None:
+    text = "F(" + " | ".join(f"p{i}" for i in range(1200)) + ")"
+    assert_is_error(run("automaton", text), "1200 propositions")
+    assert run("automaton", text, "--format", "hoa").out.count("\n[") == 1202
+    assert "p399" in run("automaton", text.split(" | p400")[0] + ")").out
