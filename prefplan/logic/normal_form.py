@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import reduce
 
 from prefplan.errors import FormulaError
-from prefplan.logic.formula import TRUE, And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until
+from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until
 from prefplan.logic.syntax import NESTING, Part, error_at, one_line, read, split
 
 _BEFORE, _TEMPORAL, _STRONG = ("!", "X", "F", "G"), ("X", "F", "U", "M"), {"W": "U", "R": "M"}
@@ -136,8 +136,10 @@ class _NormalForm:
             return right
         if (part.sign in ("F", "U", "M")) == positive:
             return Until(left, right, low, high)
-        if isinstance(right, Truth) or left == TRUE:
+        if right == TRUE or (low == 0 and (left == TRUE or right == FALSE)):
             return right
+        if left == TRUE or right == FALSE:  # then left has to hold before the lower bound
+            return left if isinstance(left, Truth) or low == 1 else Until(TRUE, left, 0, low - 1)
         if high is None:
             raise _UnsafeError(part, positive)
         return BoundedRelease(left, right, low, high)

@@ -88,6 +88,12 @@ def test_a_rule_is_broken_by_the_words_that_do_not_satisfy_it() -> None:
         ("X[0] a", "a"),
         ("X[!] a", "X a"),
         ("F[2,] a", "X[2] F a"),
+        ("!(a U[2,3] true)", "!a | X !a"),
+        ("!(a U[1,] true)", "!a"),
+        ("true R[2,3] b", "true"),
+        ("true R[0,3] b", "b"),
+        ("a R[2,] false", "F[0,1] a"),
+        ("G[2,3] false", "false"),
     ],
 )
 def test_spellings(text: str, meaning: str | None) -> None:
