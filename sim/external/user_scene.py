@@ -1,12 +1,8 @@
-"""A user's own MJCF as the world: its fixtures, lights and cameras, sites as locations and bodies as objects.
-
-What belongs to no object is held still: of its joints only the free ones of objects are kept, and no actuators.
-"""
+"""A user's own MJCF as the world: its fixtures, lights and cameras, sites as locations and bodies as objects."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +13,6 @@ from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
-from sim.geometry.mjcf import solid_geoms
 
 SEARCH_DEPTH_M = 0.02
 """A location lies on the surface that is at most so far below or above it, m."""
@@ -82,6 +77,15 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
     path = model.folder / model.scene
     if not path.is_file():
         raise SimulationError(f"scene: {path}: no such file")
+    return read_file(path)
+
+
+def read_file(path: Path) -> UserScene:
+    """Return the user's scene in a file.
+
+    Raises:
+        SimulationError: MuJoCo refuses it.
+    """
     try:
         compiled = mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, mujoco.FatalError) as error:
@@ -105,6 +109,8 @@ def resolved(model: ManipulationModel, scene: UserScene) -> ManipulationModel:
     """
     faults: list[str] = []
     locations, objects = [], []
+    with collecting(faults):
+        _check_each_once(model.objects)
     on_fixtures = {round(fixture.at[2] + fixture.size[2] / 2, 6) for fixture in model.fixtures}
     for place in model.locations:
         with collecting(faults):
@@ -151,101 +157,33 @@ def _measured(obj: Object, scene: UserScene) -> Object:
     if obj.body not in free:
         those = f"those with one: {', '.join(free)}" if free else "no body has one"
         raise SimulationError(f"{where}: {obj.body!r} of {scene.path} has no free joint; {those}")
-    if not len(solid_geoms(scene.mujoco, obj.body)):
+    if not len(solids(scene, obj.body)):
         raise SimulationError(f"{where}: {obj.body!r} of {scene.path} has no shape that collides")
-    low, high = _bounds(scene, obj.body)
+    low, high = bounds(scene, obj.body)
     mass = float(scene.mujoco.body_subtreemass[scene.mujoco.body(obj.body).id])
     return replace(obj, kind="mesh", size=tuple(round(float(side), 6) for side in high - low), mass=mass)
 
 
-def _bounds(scene: UserScene, body: str) -> tuple[np.ndarray, np.ndarray]:
+def _check_each_once(objects: Iterable[Object]) -> None:
+    """Raise `SimulationError` for a body that is two objects."""
+    first: dict[str, str] = {}
+    for obj in objects:
+        if obj.body is not None and first.setdefault(obj.body, obj.name) != obj.name:
+            raise SimulationError(f"objects.{obj.name}.body: {obj.body!r} is already the object {first[obj.body]!r}")
+
+
+def solids(scene: UserScene, body: str) -> np.ndarray:
+    """Return the indices of the colliding geoms of a free body and of the bodies in it."""
+    model = scene.mujoco
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return np.flatnonzero(solid & (model.body_rootid[model.geom_bodyid] == model.body(body).id))
+
+
+def bounds(scene: UserScene, body: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the (3,) ends of the box round the colliding shapes of a body, in its frame, m."""
-    model, points = scene.mujoco, []
-    for geom in solid_geoms(model, body):
-        turn = np.zeros(9)
-        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    model, data, points = scene.mujoco, scene.data, []
+    turn, at = data.body(body).xmat.reshape(3, 3), data.body(body).xpos
+    for geom in solids(scene, body):
         corners = model.geom_aabb[geom, :3] + CORNERS * model.geom_aabb[geom, 3:]
-        points.append(corners @ turn.reshape(3, 3).T + model.geom_pos[geom])
+        points.append((corners @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom] - at) @ turn)
     return np.min(np.concatenate(points), axis=0), np.max(np.concatenate(points), axis=0)
-
-
-def add_user_scene(
-    spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[Object, np.ndarray]]
-) -> list[str]:
-    """Add a user's scene to a spec, its bodies that are objects with the objects' names.
-
-    Args:
-        spec: what to add it to.
-        scene: from `read_scene`.
-        objects: those that are bodies of it, with the (3,) half sides of their shapes, by name.
-
-    Returns:
-        What should be said of it.
-    """
-    world = mujoco.MjSpec.from_file(str(scene.path))
-    _find_files(world, scene.path.parent)
-    moving = {obj.body for obj, _ in objects.values()}
-    for parts in (world.keys, world.actuators, world.sensors, world.equalities, world.tendons):
-        for part in list(parts):
-            world.delete(part)
-    still = [joint for joint in world.joints if joint.parent.name not in moving]
-    told = sorted({joint.parent.name or joint.name for joint in still})
-    for joint in still:
-        world.delete(joint)
-    for name, (obj, half) in objects.items():
-        _centre(world, scene, name, obj, half)
-    spec.attach(world, prefix=scene.prefix, frame=spec.worldbody.add_frame())
-    for name, (obj, _) in objects.items():
-        _rename(spec.body(f"{scene.prefix}{obj.body}"), name)
-    taken = {camera.name for camera in spec.cameras}
-    for camera in spec.cameras:
-        plain = camera.name.removeprefix(scene.prefix)
-        if camera.name != plain and plain not in taken:
-            camera.name = plain
-    if any(light.name.startswith(scene.prefix) or not light.name for light in spec.lights):
-        for light in spec.lights:
-            light.active = light.active and not light.name.startswith("studio_")
-    return [f"scene: only what is an object moves; held still: {', '.join(told)}"] if told else []
-
-
-def _find_files(world: mujoco.MjSpec, folder: Path) -> None:
-    """Name the files of meshes and textures by where they are, whatever they are added to."""
-    for parts, beside in (
-        (world.meshes, world.meshdir),
-        (world.textures, world.texturedir),
-        (world.hfields, world.meshdir),
-    ):
-        for part in parts:
-            if part.file:
-                part.file = os.path.abspath(folder / beside / part.file)
-    world.meshdir = world.texturedir = ""
-
-
-def _centre(world: mujoco.MjSpec, scene: UserScene, name: str, obj: Object, half: np.ndarray) -> None:
-    """Give a body the frame of an object: in the middle of its box, x along the line on which the fingers close."""
-    body = world.body(obj.body)
-    low, high = _bounds(scene, body.name)
-    turned = not np.isclose(2 * half[0], high[0] - low[0])
-    turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if turned else np.eye(3)
-    quat, offset = np.zeros(4), -turn @ (low + high) / 2
-    mujoco.mju_mat2Quat(quat, turn.ravel())
-    frame = body.add_frame(pos=offset, quat=quat)
-    for parts in (body.geoms, body.sites, body.cameras, body.lights):
-        for part in parts:
-            part.set_frame(frame)
-    for child in body.bodies:
-        child.set_frame(frame)
-    if body.explicitinertial:
-        total = np.zeros(4)
-        mujoco.mju_mulQuat(total, quat, body.iquat)
-        body.ipos, body.iquat = turn @ body.ipos + offset, total
-
-
-def _rename(body: mujoco.MjsBody, name: str) -> None:
-    """Give a body, its free joint and its colliding shapes the name of an object."""
-    body.name = name
-    for joint in body.joints:
-        joint.name = name
-    solid = [geom for geom in body.geoms if geom.contype or geom.conaffinity]
-    for i, geom in enumerate(solid):
-        geom.name = f"{name} {i}" if i else name

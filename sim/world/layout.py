@@ -9,7 +9,7 @@ import numpy as np
 
 from prefplan.errors import choices
 from prefplan.limits import check_limits
-from prefplan.models.manipulation.model import Location, ManipulationModel
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
 from sim.geometry.rectangle import Rectangle
@@ -37,6 +37,9 @@ from sim.world.shapes import CUBE_EDGE_M, Extent, ObjectShape, extent, shape_of
 MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""
 
+MIN_MASS_KG = 0.001
+"""Least mass of an object, kg. Fingers do not get hold of one of 0.01 g: the forces of its contacts are too small."""
+
 NEIGHBOUR_DISTANCE_M = 0.12
 """A location nearer than this to another keeps its fingers out of the gap between them, m."""
 
@@ -52,7 +55,8 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     shapes: dict[str, ObjectShape] = {}
     for obj in model.objects:
         with collecting(faults):
-            shapes[obj.name] = shape_of(obj, robot.gripper, model.folder)
+            shapes[obj.name] = shape_of(obj, robot.gripper, model.folder, model.scene)
+            _check_mass(obj, shapes[obj.name].mass, robot)
     sizes = {place.name: _bounds(model, place, shapes) for place in model.locations}
     grounded = [place for place in model.locations if place.at is not None]
     arm, walls = Arm(robot), blocks_of(model.fixtures)
@@ -92,6 +96,17 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     if faults:
         raise SimulationError(*faults)
     return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
+
+
+def _check_mass(obj: Object, mass: float, robot: Robot) -> None:
+    """Raise `SimulationError` for an object, kg, that a robot cannot carry, or whose contacts cannot be simulated."""
+    where = f"objects.{obj.name}.{'mass' if obj.body is None else 'body'}"
+    if mass < MIN_MASS_KG:
+        raise SimulationError(f"{where}: {mass:g} kg is too light for the simulation: at least {MIN_MASS_KG:g} kg")
+    if robot.payload_kg is not None and mass > robot.payload_kg and not obj.fixed:
+        raise SimulationError(
+            f"{where}: {mass:g} kg, but the robot {robot.name} carries at most {robot.payload_kg:g} kg"
+        )
 
 
 def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, ObjectShape]) -> Extent:

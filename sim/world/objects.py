@@ -10,8 +10,9 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from prefplan.models.manipulation.slots import slots_at_start
 from sim.errors import SimulationError
+from sim.external.attachment import add_user_scene
 from sim.external.meshes import MeshParts, mesh_of
-from sim.external.user_scene import UserScene, add_user_scene
+from sim.external.user_scene import UserScene
 from sim.geometry.mjcf import HIDDEN, draw_solid
 from sim.geometry.solids import rounded
 from sim.robots.robot import Robot
@@ -38,7 +39,12 @@ def add_objects(
     shapes: dict[str, ObjectShape],
     own: UserScene | None,
 ) -> tuple[str, ...]:
-    """Add the objects where they start, and the user's own scene if there is one; return what should be said of it."""
+    """Add the objects where they start, and the user's own scene if there is one; return what should be said of it.
+
+    Raises:
+        SimulationError: an object has the name of another part of the scene, or the user's scene cannot be added.
+    """
+    _check_names(spec, model)
     warnings: list[str] = []
     bodies = {obj.name: (obj, shapes[obj.name].half) for obj in model.objects if obj.body is not None}
     if own is not None:
@@ -54,6 +60,25 @@ def add_objects(
         rgba = obj.rgba or OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
         _add_object(spec, name, shapes[name], at, slot.yaw, rgba, mesh)
     return tuple(warnings)
+
+
+def _check_names(spec: mujoco.MjSpec, model: ManipulationModel) -> None:
+    """Raise `SimulationError` if names that objects give to their parts are taken; each fault starts with its key."""
+    kinds = (spec.bodies, spec.joints, spec.geoms, spec.materials, spec.meshes)
+    taken = {part.name for parts in kinds for part in parts}
+    drawn = {_drawn(obj.name) for obj in model.objects}
+    faults = [
+        f"objects.{obj.name}: another part of the simulated scene has this name; give the object another one"
+        for obj in model.objects
+        if obj.name in taken | drawn or _drawn(obj.name) in taken
+    ]
+    if faults:
+        raise SimulationError(*faults)
+
+
+def _drawn(name: str) -> str:
+    """Return the name of what is drawn of an object."""
+    return f"{name}_body"
 
 
 def add_spares(
@@ -126,7 +151,7 @@ def _add_object(
         # Rolling friction stops a cylinder that has fallen over.
         geom.type, geom.size, geom.condim = CYLINDER, [shape.half[0], shape.half[2], 0.0], 6
         corner = float(shape.half[0])
-    draw_solid(spec, body, f"{name}_body", rounded(shape.half, corner=corner, edge=EDGE_M), name)
+    draw_solid(spec, body, _drawn(name), rounded(shape.half, corner=corner, edge=EDGE_M), name)
 
 
 def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mesh: MeshParts) -> None:
@@ -141,5 +166,5 @@ def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mes
         geom.mass = shape.mass * part.volume / volume
         # Rolling friction, since it may be round.
         geom.friction, geom.condim = OBJECT_SURFACE, 6
-    draw_solid(spec, body, f"{body.name}_body", mesh.drawn, body.name)
-    spec.geom(f"{body.name}_body").quat = turn
+    draw_solid(spec, body, _drawn(body.name), mesh.drawn, body.name)
+    spec.geom(_drawn(body.name)).quat = turn

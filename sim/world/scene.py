@@ -153,7 +153,7 @@ def build_scene(
     warnings = add_objects(spec, model, layout.slots, shapes, own)
     names = add_spares(spec, model, spares, shapes, robot)
     declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=_supports(spec, model, layout.stations))
-    compiled = spec.compile()
+    compiled = _compiled(spec, own)
     scene = Scene(model, spec, compiled, layout.slots, shapes, table, markings, focus, robot, names, warnings=warnings)
     if own is not None:
         _check_start(scene, own)
@@ -166,8 +166,24 @@ def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[
     return [spec.body(name) for name in (*(() if model.scene else ("table",)), *names)]
 
 
+def _compiled(spec: mujoco.MjSpec, own: UserScene | None) -> mujoco.MjModel:
+    """Return the compiled scene; what is wrong with it can only be in what the user brought.
+
+    Raises:
+        SimulationError: MuJoCo refuses it.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        if own is None:
+            raise
+        raise SimulationError(
+            f"scene: {own.path}: as a part of the whole scene, {' '.join(str(error).split())}"
+        ) from None
+
+
 def _check_start(scene: Scene, own: UserScene) -> None:
-    """Raise `SimulationError` if the robot or an object stands inside the user's own scene."""
+    """Raise `SimulationError` if the robot or an object stands inside the user's own scene, or nothing holds it up."""
     data = initial_state(scene)
     moving = {obj.name: f"objects.{obj.name}: where it starts, it" for obj in scene.model.objects}
     robot = scene.robot.bodies(scene.mujoco)
@@ -181,6 +197,8 @@ def _check_start(scene: Scene, own: UserScene) -> None:
             if who is not None:
                 what = repr(name.removeprefix(own.prefix)) if name != "world" else "what stands"
                 faults.append(f"{who} would be inside {what} in {own.path}")
+    for obj in () if faults else _unsettled(scene, data):
+        faults.append(f"objects.{obj}: where it starts, {own.path} does not hold it: it falls, sinks in or tips over")
     if faults:
         raise SimulationError(*dict.fromkeys(faults))
 
@@ -213,22 +231,24 @@ def initial_state(
             data.joint(name).qpos[:3] = stored_at(scene.shapes[name], i)
         mujoco.mj_forward(scene.mujoco, data)
         overlap = data.ncon > 0 and data.contact.dist.min() <= -MAX_OVERLAP_M
-        if rng is None or not overlap and _settles(scene, data):
+        if rng is None or not overlap and not _unsettled(scene, data):
             return data
     raise SimulationError(
         f"objects moved by up to {position * 1000:g} mm stand inside one another or fall; move them by less"
     )
 
 
-def _settles(scene: Scene, data: mujoco.MjData) -> bool:
-    """Return whether all objects stand as they do after they are left to themselves, in the nominal world."""
+def _unsettled(scene: Scene, data: mujoco.MjData) -> list[str]:
+    """Return the objects that do not stand as they do after they are left to themselves, in the nominal world."""
     model = scene.nominal or scene.mujoco
-    bodies, later = [model.body(obj.name).id for obj in scene.model.objects], copy.copy(data)
+    names = [obj.name for obj in scene.model.objects]
+    bodies, later = [model.body(name).id for name in names], copy.copy(data)
     for _ in range(round(SETTLE_DURATION_S / TIMESTEP)):
         mujoco.mj_step(model, later)
     moved = np.linalg.norm(later.xpos[bodies] - data.xpos[bodies], axis=1)
     tilted = np.linalg.norm(later.xmat[bodies, 6:] - data.xmat[bodies, 6:], axis=1)
-    return bool(moved.max(initial=0.0) < MAX_SETTLING_M and tilted.max(initial=0.0) < MAX_SETTLING_RAD)
+    stands = (moved < MAX_SETTLING_M) & (tilted < MAX_SETTLING_RAD)
+    return [name for name, still in zip(names, stands, strict=True) if not still]
 
 
 def _set_physics(spec: mujoco.MjSpec) -> None:

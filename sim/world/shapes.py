@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
+from sim.external.body_parts import parts_of
 from sim.external.meshes import MeshParts, mesh_of
 from sim.geometry.antipodes import Antipodes, antipodes
 from sim.geometry.point_cloud import PointCloud
@@ -223,11 +224,17 @@ def shapes_of(model: ManipulationModel, gripper: Gripper) -> dict[str, ObjectSha
     Raises:
         SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
     """
-    return {obj.name: shape_of(obj, gripper, model.folder) for obj in model.objects}
+    return {obj.name: shape_of(obj, gripper, model.folder, model.scene) for obj in model.objects}
 
 
-def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
+def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE, scene: str | None = None) -> ObjectShape:
     """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
+
+    Args:
+        obj: any; a body of a scene has been measured.
+        gripper: of the robot.
+        folder: in which files are looked for.
+        scene: the user's own, if there is one.
 
     Raises:
         SimulationError: as in `shapes_of`.
@@ -237,6 +244,8 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
         raise SimulationError(f"{where}.kind: unknown kind {obj.kind!r} {choices(obj.kind, SIZES)}")
     mesh = mesh_of(obj, folder) if obj.kind == "mesh" and obj.size is None else None
     size = mesh.size if mesh is not None else _checked_size(obj, where)
+    if obj.body is not None and scene is not None:
+        mesh = parts_of(folder / scene, obj.body)
     if obj.kind == "cylinder":
         x, height = size
         y, volume = x, math.pi / 4 * x**2 * height
@@ -254,7 +263,9 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE) -> ObjectShape:
         _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
         return shape
     _check_lengths(obj, where, gripper, {"high": height, "long": max(x, y)})
-    return _held_mesh(shape, mesh if along == x else mesh.turned_back, gripper, f"{where}.file")
+    return _held_mesh(
+        shape, mesh if along == x else mesh.turned_back, gripper, f"{where}.{'body' if obj.body else 'file'}"
+    )
 
 
 def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str) -> ObjectShape:

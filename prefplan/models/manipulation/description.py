@@ -12,6 +12,7 @@ from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.surroundings import (
     Fixture,
     RobotSetup,
+    check_beside,
     check_fixtures,
     check_point,
     check_robot,
@@ -279,6 +280,7 @@ def _check_matter(obj: Object, where: str) -> None:
         raise ModelError(f"{where}.scale: must be positive, not {obj.scale:g}")
     if obj.mass is not None and not (math.isfinite(obj.mass) and obj.mass > 0):
         raise ModelError(f"{where}.mass: must be positive, not {obj.mass:g}")
+    check_beside(obj.file, f"{where}.file")
     if obj.kind != "mesh" and (obj.file is not None or obj.scale != 1):
         key = "scale" if obj.file is None else "file"
         raise ModelError(f'{where}.{key}: only an object of kind = "mesh" has one')
@@ -288,6 +290,7 @@ def _check_matter(obj: Object, where: str) -> None:
 
 def _check_scene(model: Description) -> None:
     """Refuse references to a scene of the user's own where there is none, or keys that it decides."""
+    check_beside(model.scene, "scene")
     if model.scene is not None:
         return
     for place in model.locations:

@@ -122,6 +122,12 @@ def check_point(at: tuple[float, ...], where: str) -> None:
         raise ModelError(f"{where}: must be finite numbers, not {list(at)}")
 
 
+def check_beside(path: str | None, where: str) -> None:
+    """Raise `ModelError` for a path that does not start from the scenario's folder: logs keep files by such paths."""
+    if path is not None and Path(path).is_absolute():
+        raise ModelError(f"{where}: must be a path from the folder of the scenario file, not {path!r}")
+
+
 def check_fixtures(fixtures: tuple[Fixture, ...], taken: Collection[str]) -> None:
     """Raise `ModelError` for fixtures that make no sense, or whose names are taken; the message begins with its key."""
     check_names([fixture.name for fixture in fixtures], where="fixtures")
@@ -183,6 +189,7 @@ def _check_own(robot: RobotSetup) -> None:
             if getattr(robot, key):
                 raise ModelError(f"robot.{key}: needs robot.mjcf, the file of a robot of one's own")
         return
+    check_beside(robot.mjcf, "robot.mjcf")
     for key in OWN_KEYS:
         if not getattr(robot, key):
             raise ModelError(f"robot.{key}: missing; a robot with `mjcf` needs {', '.join(OWN_KEYS)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import warnings
 from pathlib import Path
 
 import mujoco
@@ -15,6 +16,7 @@ from scenario_texts import TIDY
 from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, load
+from sim.errors import SimulationError
 from sim.evidence.certificate import certify
 from sim.evidence.replay import RecordedWorld
 from sim.geometry.mjcf import solid_geoms
@@ -90,6 +92,45 @@ def write(folder: Path, *changes: tuple[str, str]) -> Scenario:
     return load(folder / "lab.toml")
 
 
+MUG = """
+<mujoco>
+  <option timestep="0.005" gravity="0 0 -3"/>
+  <size memory="20M"/>
+  <asset><model name="rack" file="rack/rack.xml"/></asset>
+  <worldbody>
+    <geom name="floor" type="box" size="1 1 0.1" pos="0 0 -0.1" margin="0.01" gap="0.01"/>
+    <site name="left" pos="0.5 0.2 0"/>
+    <site name="right" pos="0.5 -0.2 0"/>
+    <body name="mug" pos="0 0 1">
+      <freejoint/>
+      <inertial mass="0.1" pos="0 0 0" fullinertia="1e-4 2e-4 3e-4 0 0 0"/>
+      <geom name="side" type="cylinder" size="0.02 0.03"/>
+      <frame euler="0 0 90">
+        <body name="handle" pos="0.03 0 0">
+          <joint/>
+          <geom name="ear" type="box" size="0.015 0.004 0.02" mass="0.01"/>
+        </body>
+      </frame>
+    </body>
+    <body pos="-0.5 0.8 0"><attach model="rack" body="rack" prefix="inner-"/></body>
+  </worldbody>
+  <contact>
+    <exclude body1="mug" body2="handle"/>
+    <pair geom1="ear" geom2="floor"/>
+  </contact>
+  <custom><tuple name="all"><element objtype="body" objname="mug"/></tuple></custom>
+</mujoco>
+"""
+
+RACK = """
+<mujoco model="rack">
+  <compiler meshdir="parts"/>
+  <asset><mesh name="bar" file="bar.stl"/></asset>
+  <worldbody><body name="rack"><geom type="mesh" mesh="bar"/></body></worldbody>
+</mujoco>
+"""
+
+
 def scene_in(scenario: Scenario) -> Scene:
     assert isinstance(scenario.model, ManipulationModel)
     return build_scene(scenario.model, meshes=False)
@@ -119,7 +160,10 @@ def test_a_body_becomes_an_object_about_the_middle_of_its_box(lab: Scene) -> Non
 def test_only_objects_move_and_that_is_said(lab: Scene) -> None:
     free = lab.mujoco.jnt_type == mujoco.mjtJoint.mjJNT_FREE
     assert [lab.mujoco.joint(int(i)).name for i in np.flatnonzero(free)] == ["cup"]
-    assert lab.warnings == ("scene: only what is an object moves; held still: cone, drawer",)
+    assert lab.warnings == (
+        "scene: only what is an object moves; held still: cone, drawer",
+        "scene: without effect here: actuators",
+    )
     assert lab.mujoco.nu == len(lab.robot.joints) + 1
 
 
@@ -146,6 +190,45 @@ def test_a_plan_is_carried_out_there_and_its_log_stands_alone(tmp_path: Path) ->
     assert set(world.resting(None)) == {"cup"}
 
 
+@pytest.fixture(scope="module")
+def mug(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    folder = tmp_path_factory.mktemp("mug")
+    (folder / "rack" / "parts").mkdir(parents=True)
+    (folder / "rack" / "rack.xml").write_text(RACK)
+    trimesh.creation.box((0.1, 0.1, 0.4)).export(folder / "rack" / "parts" / "bar.stl")
+    changes = (('"cup"', '"mug"'), ("at = [0, 0, 0.7]", "at = [0, 0]"), ("[0.6, 0, 0.7]", "[0.6, 0]"))
+    scenario = write(folder, *changes)
+    (folder / "lab.xml").write_text(MUG)
+    with warnings.catch_warnings(action="error"):
+        return scene_in(scenario)
+
+
+def test_an_object_is_all_that_is_in_its_body(mug: Scene) -> None:
+    shape, data = mug.shapes["cup"], initial_state(mug)
+    assert sorted(shape.half) == pytest.approx([0.02, 0.03, 0.0325], abs=1e-4)
+    middles = [data.geom_xpos[geom] for geom in solid_geoms(mug.mujoco, "cup")]
+    assert np.linalg.norm(middles[0] - middles[1]) == pytest.approx(0.03)
+    # Parts that have an inertia of their own, and others, count as the file says: each about its own middle.
+    assert mug.mujoco.body("cup").mass == pytest.approx(0.11)
+    squares = (0.03 - 0.03 * 0.01 / 0.11) ** 2 * 0.01 + (0.03 * 0.01 / 0.11) ** 2 * 0.1
+    handle = 0.01 / 3 * np.array([0.015**2 + 0.02**2, 0.004**2 + 0.02**2, 0.015**2 + 0.004**2])
+    expected = np.array([1e-4, 2e-4, 3e-4]) + handle + np.array([squares, 0.0, squares])
+    assert sorted(mug.mujoco.body("cup").inertia) == pytest.approx(sorted(expected), rel=1e-3)
+
+
+def test_the_hand_takes_a_body_where_its_faces_are(mug: Scene) -> None:
+    pairs = [pair for pair in mug.shapes["cup"].pairs if pair.line[2] == 0]
+    assert any(abs(pair.width - 0.04) < 1e-3 for pair in pairs), "the side"
+
+
+def test_what_has_no_effect_is_said(mug: Scene) -> None:
+    assert mug.warnings == (
+        "scene: only what is an object moves; held still: handle",
+        "scene: without effect here: margins of geoms, option timestep, option gravity",
+    )
+    assert mug.mujoco.opt.gravity[2] == -9.81 and mug.mujoco.geom_margin.max() == 0
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -160,11 +243,27 @@ def test_a_plan_is_carried_out_there_and_its_log_stands_alone(tmp_path: Path) ->
             "objects.cup.body: 'bench' of {0}/lab.xml has no free joint; those with one: cup, cone",
         ),
         ("at = [0, 0, 0.7]", "at = [0, 0, 0.1]", "robot: at home, it would be inside 'bench' in {0}/lab.xml"),
+        ('cup = { start = "desk"', 'hand = { start = "desk"', "objects.hand: another part of the simulated scene has"),
+        (
+            'body = "cup" }',
+            'body = "cup" }\nmug = { start = "tray", body = "cup" }',
+            "objects.mug.body: 'cup' is already the object 'cup'",
+        ),
+        ('"lab.xml"', '"/lab.xml"', "model.scene: must be a path from the folder of the scenario file"),
         ('scene = "lab.xml"', "", "model.locations.desk.site: only with `scene`, a MJCF file beside the scenario"),
         ('site = "left"', 'site = "left", at = [0, 1]', "locations.desk: needs only one of 'at', 'on' and 'site'"),
     ],
 )  # fmt: skip
-def test_what_is_missing_is_named_with_the_file(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_what_does_not_fit_is_named_with_the_file(tmp_path: Path, old: str, new: str, message: str) -> None:
     with pytest.raises(PrefplanError) as caught:
         scene_in(write(tmp_path, (old, new)))
     assert message.format(tmp_path) in str(caught.value)
+
+
+def test_an_object_that_nothing_holds_up_is_refused(tmp_path: Path) -> None:
+    scenario = write(tmp_path)
+    (tmp_path / "lab.xml").write_text(
+        LAB.replace('size="0.6 0.8 0.35"', 'size="0.6 0.8 0.35" contype="4" conaffinity="4"')
+    )
+    with pytest.raises(SimulationError, match=r"objects.cup: where it starts, .*lab.xml does not hold it"):
+        scene_in(scenario)

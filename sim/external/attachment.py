@@ -1,0 +1,194 @@
+"""A user's own MJCF as a part of the whole scene.
+
+What belongs to no object is held still: of its joints only the free ones of objects are kept, and no actuators. The
+time step and the solver are those of every scene, whatever options the file has.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from prefplan.models.manipulation.model import Object
+from sim.external.user_scene import UserScene, bounds, scene_files
+
+SIZES = ("memory", "nconmax", "njmax", "nstack", "nuserdata")
+"""Sizes of a model that a file may set, and that only the whole scene has."""
+
+
+def add_user_scene(
+    spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[Object, np.ndarray]]
+) -> list[str]:
+    """Add a user's scene to a spec, its bodies that are objects with the objects' names.
+
+    Args:
+        spec: what to add it to.
+        scene: from `read_scene`.
+        objects: those that are bodies of it, with the (3,) half sides of their shapes, by name.
+
+    Returns:
+        What should be said of it.
+    """
+    world = mujoco.MjSpec.from_file(str(scene.path))
+    _find_files(world, scene.path)
+    without_effect = [*_remove_mechanisms(world), *_set_as_in(spec, world)]
+    notes = _hold_still(world, {obj.body for obj, _ in objects.values()})
+    if without_effect:
+        notes.append(f"scene: without effect here: {', '.join(without_effect)}")
+    bodies: dict[str, str] = {}
+    for name, (obj, half) in objects.items():
+        body = world.body(obj.body)
+        explicit = any(part.explicitinertial for part in (body, *body.find_all("body")))
+        bodies |= {f"{scene.prefix}{part}": name for part in (obj.body, *_join(body))}
+        _centre(body, scene, half, explicit=explicit)
+    spec.attach(world, prefix=scene.prefix, frame=spec.worldbody.add_frame())
+    geoms: dict[str, str] = {}
+    for name, (obj, _) in objects.items():
+        geoms |= _rename(spec.body(f"{scene.prefix}{obj.body}"), name)
+    for exclude in spec.excludes:
+        exclude.bodyname1, exclude.bodyname2 = (bodies.get(n, n) for n in (exclude.bodyname1, exclude.bodyname2))
+    for pair in spec.pairs:
+        pair.geomname1, pair.geomname2 = (geoms.get(n, n) for n in (pair.geomname1, pair.geomname2))
+    taken = {camera.name for camera in spec.cameras}
+    for camera in spec.cameras:
+        plain = camera.name.removeprefix(scene.prefix)
+        if camera.name != plain and plain not in taken:
+            camera.name = plain
+    if any(light.name.startswith(scene.prefix) or not light.name for light in spec.lights):
+        for light in spec.lights:
+            light.active = light.active and not light.name.startswith("studio_")
+    return notes
+
+
+def _hold_still(world: mujoco.MjSpec, moving: Collection[str | None]) -> list[str]:
+    """Remove the joints of all but the bodies that move; return what should be said of it."""
+    still = [joint for joint in world.joints if joint.parent.name not in moving]
+    told = sorted({joint.parent.name or joint.name or "a body without a name" for joint in still})
+    for joint in still:
+        world.delete(joint)
+    return [f"scene: only what is an object moves; held still: {', '.join(told)}"] if told else []
+
+
+def _remove_mechanisms(world: mujoco.MjSpec) -> list[str]:
+    """Remove what moves, measures or names parts of a user's scene; return those that were there and are missed."""
+    missed = {"actuators": world.actuators, "tendons": world.tendons, "equality constraints": world.equalities}
+    found = [name for name, parts in missed.items() if len(parts)]
+    for parts in (world.keys, world.tuples, world.sensors, *missed.values()):
+        for part in list(parts):
+            world.delete(part)
+    if any(geom.margin or geom.gap for geom in world.geoms):
+        found.append("margins of geoms")
+    for geom in world.geoms:
+        geom.margin = geom.gap = 0.0
+    return found
+
+
+def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
+    """Give a user's scene the options of a spec, which it would not keep; return those that the user had set."""
+    usual, changed = mujoco.MjSpec().option, []
+    for name in filter(str.islower, vars(type(usual))):
+        own = getattr(world.option, name, None)
+        if name.startswith("_") or own is None:
+            continue
+        if not any(np.array_equal(own, getattr(option, name), equal_nan=True) for option in (spec.option, usual)):
+            changed.append("option flag" if name in ("disableflags", "enableflags") else f"option {name}")
+        setattr(world.option, name, getattr(spec.option, name))
+    world.visual, world.stat = spec.visual, spec.stat
+    for name in SIZES:
+        setattr(world, name, getattr(spec, name))
+    return changed
+
+
+def _find_files(world: mujoco.MjSpec, path: Path) -> None:
+    """Name the files of meshes and textures by where they are, whatever they are added to."""
+    known = [part.resolve() for part in scene_files(path)]
+
+    def found(file: str, beside: str) -> str:
+        """Return where a file is, which a model within the scene may name from its own folder."""
+        named = Path(os.path.abspath(path.parent / beside / file))
+        ends = Path(os.path.normpath(Path(beside) / file)).parts
+        inner = (other for other in known if other.parts[-len(ends) :] == ends)
+        return str(named if named.is_file() else next(inner, named))
+
+    for parts, folder in ((world.meshes, "meshdir"), (world.textures, "texturedir"), (world.hfields, "meshdir")):
+        for part in parts:
+            beside = getattr(part.compiler, folder)
+            if part.file:
+                part.file = found(part.file, beside)
+    for texture in world.textures:
+        if any(texture.cubefiles):
+            texture.cubefiles = [file and found(file, texture.compiler.texturedir) for file in texture.cubefiles]
+    world.meshdir = world.texturedir = ""
+
+
+def _join(body: mujoco.MjsBody) -> list[str]:
+    """Make all bodies in a body parts of it; return their names."""
+    names = []
+    while len(body.bodies):
+        child = body.bodies[0]
+        names.append(child.name)
+        child.to_frame()
+    return names
+
+
+def _centre(body: mujoco.MjsBody, scene: UserScene, half: np.ndarray, *, explicit: bool) -> None:
+    """Give a body the frame of an object: in the middle of its box, x along the line on which the fingers close.
+
+    Args:
+        body: of the user's scene.
+        scene: that scene.
+        half: (3,) half sides of the object, m.
+        explicit: the file says what its inertia is, of one of its parts at least.
+    """
+    low, high = bounds(scene, body.name)
+    turned = not np.isclose(2 * half[0], high[0] - low[0])
+    turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if turned else np.eye(3)
+    quat, offset = np.zeros(4), -turn @ (low + high) / 2
+    mujoco.mju_mat2Quat(quat, turn.ravel())
+    parts = [part for parts in (body.geoms, body.sites, body.cameras, body.lights, body.frames) for part in parts]
+    frame = body.add_frame(pos=offset, quat=quat)
+    for part in parts:
+        if part.frame is None:
+            part.set_frame(frame)
+    body.explicitinertial = explicit
+    if explicit:
+        body.mass, centre, inertia = _inertia(scene, body.name)
+        body.ipos, body.fullinertia = turn @ centre + offset, np.full(6, np.nan)
+        body.inertia, axes = np.linalg.eigh(turn @ inertia @ turn.T)
+        axes[:, 2] *= np.linalg.det(axes)
+        mujoco.mju_mat2Quat(body.iquat, axes.ravel())
+        body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
+
+def _inertia(scene: UserScene, body: str) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return the mass of a free body and those in it, kg, its (3,) centre, m, and its (3, 3) inertia, kg m^2.
+
+    Both in the frame of the body; the inertia about the centre.
+    """
+    model, data = scene.mujoco, scene.data
+    parts = np.flatnonzero(model.body_rootid == model.body(body).id)
+    masses, axes = model.body_mass[parts], data.ximat[parts].reshape(-1, 3, 3)
+    centre = masses @ data.xipos[parts] / masses.sum()
+    away = data.xipos[parts] - centre
+    squares = (away**2).sum(axis=1)[:, None, None] * np.eye(3) - away[:, :, None] * away[:, None, :]
+    total = (
+        axes * model.body_inertia[parts][:, None, :] @ axes.transpose(0, 2, 1) + masses[:, None, None] * squares
+    ).sum(axis=0)
+    turn = data.body(body).xmat.reshape(3, 3)
+    return float(masses.sum()), turn.T @ (centre - data.body(body).xpos), turn.T @ total @ turn
+
+
+def _rename(body: mujoco.MjsBody, name: str) -> dict[str, str]:
+    """Give a body, its free joint and its colliding shapes the name of an object; return new names of shapes by old."""
+    body.name = name
+    for joint in body.joints:
+        joint.name = name
+    solid = [geom for geom in body.geoms if geom.contype or geom.conaffinity]
+    old = [geom.name for geom in solid]
+    for i, geom in enumerate(solid):
+        geom.name = f"{name} {i}" if i else name
+    return {before: geom.name for before, geom in zip(old, solid, strict=True) if before}
