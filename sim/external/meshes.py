@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from scipy.spatial import QhullError
 
 from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
@@ -98,7 +99,10 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
     drawn = mesh
     if len(mesh.faces) > MAX_DRAWN_FACES:
         drawn = mesh.simplify_quadric_decimation(face_count=MAX_DRAWN_FACES)
-    hull = mesh.convex_hull
+    try:
+        hull = mesh.convex_hull
+    except QhullError:
+        raise ValueError("it has no volume") from None
     if not mesh.is_watertight:
         warning = "its surface is not closed, so that it collides as its convex hull"
         return MeshParts(smoothed(drawn), (hull,), warning)

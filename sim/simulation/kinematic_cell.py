@@ -21,6 +21,10 @@ PRESSED_N = 2.75
 """Force on each pad as its tip presses an object down: in a run the hand gives way until it is about so large, N."""
 
 
+PARALLEL = 0.99
+"""Least cosine of the angle between the lines on which the hand closes and of a grasp that it is for."""
+
+
 class KinematicCell(Workcell):
     """A workcell in which skills are tried out: they plan and check all that they do in a run, and nothing slips.
 
@@ -138,5 +142,11 @@ class KinematicCell(Workcell):
         """Return how wide an object is along the line on which the hand closes, m; 0 for a cup, which draws it."""
         if isinstance(self.scene.robot.gripper, SuctionGripper):
             return 0.0
-        closing = self.data.body(obj).xmat.reshape(3, 3).T @ self._tool()[0][:, 1]
-        return 2 * self.scene.shapes[obj].support(closing)
+        shape, turn = self.scene.shapes[obj], self.data.body(obj).xmat.reshape(3, 3)
+        axes, tool = self._tool()
+        closing, position = turn.T @ axes[:, 1], turn.T @ (tool - self.data.body(obj).xpos)
+        # A mesh may be held by a part of it, such as a handle.
+        pairs = [pair for pair in shape.pairs if abs(pair.line @ closing) > PARALLEL]
+        if pairs:
+            return min(pairs, key=lambda pair: float(np.linalg.norm(pair.position - position))).width
+        return 2 * shape.support(closing)

@@ -19,6 +19,7 @@ from prefplan.scenario.decode import Scenario, load
 from sim.errors import SimulationError
 from sim.evidence.certificate import certify
 from sim.evidence.replay import RecordedWorld
+from sim.execution.feasibility import ArmCheck
 from sim.geometry.mjcf import solid_geoms
 from sim.rendering.cameras import camera_names
 from sim.world.randomization import Perturbation, perturbed
@@ -122,6 +123,21 @@ MUG = """
 </mujoco>
 """
 
+BRACKET = """
+<mujoco>
+  <worldbody>
+    <geom type="box" size="1 1 0.1" pos="0 0 -0.1"/>
+    <site name="left" pos="0.5 0.2 0"/>
+    <site name="right" pos="0.5 -0.2 0"/>
+    <body name="cup">
+      <freejoint/>
+      <geom type="box" size="0.05 0.015 0.02"/>
+      <geom type="box" size="0.015 0.05 0.02" pos="0.05 0.03 0"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
 RACK = """
 <mujoco model="rack">
   <compiler meshdir="parts"/>
@@ -219,6 +235,12 @@ def test_an_object_is_all_that_is_in_its_body(mug: Scene) -> None:
 def test_the_hand_takes_a_body_where_its_faces_are(mug: Scene) -> None:
     pairs = [pair for pair in mug.shapes["cup"].pairs if pair.line[2] == 0]
     assert any(abs(pair.width - 0.04) < 1e-3 for pair in pairs), "the side"
+
+
+def test_what_is_held_by_a_part_of_it_is_tried_out(tmp_path: Path) -> None:
+    scenario = write(tmp_path, ("at = [0, 0, 0.7]", "at = [0, 0]"), ("[0.6, 0, 0.7]", "[0.6, 0]"))
+    (tmp_path / "lab.xml").write_text(BRACKET)
+    assert ArmCheck(scene_in(scenario)).check("cup", "tray").reason is None
 
 
 def test_what_has_no_effect_is_said(mug: Scene) -> None:
