@@ -17,7 +17,7 @@ from sim.perception.sensors import ObjectPose, Poses
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_grasp, ranked, tilt_of
 from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, passage_height
-from sim.skills.release import DROP_HEIGHT_M, LOWER_DURATION_S, TILTED_DURATIONS_S
+from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower_duration
 from sim.skills.transfer import travel
 from sim.world.grasps import GraspPose, grasps
 from sim.world.shapes import about_z
@@ -104,7 +104,7 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
     placing = ToolPose(centre - rotation @ (held.position - tool.position), turn.placing.rotation)
     check_held(cell, obj)
     cell.contacts.handle(obj)
-    move_tool(cell, [placing], seconds=LOWER_DURATION_S, watch=lambda: check_held(cell, obj))
+    move_tool(cell, [placing], seconds=lower_duration(cell, obj), watch=lambda: check_held(cell, obj))
     opening, rising = TILTED_DURATIONS_S
     cell.set_width(turn.grasp.opening, opening)
     cell.wait(rising)

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -57,6 +59,17 @@ def test_release_and_grasp_work_everywhere(scene: Scene, location: str) -> None:
     perform(cell, "grasp pink")
     assert cell.held() == "pink"
     assert_clean(cell)
+
+
+def test_what_is_heavy_is_put_down_gently(scene: Scene) -> None:
+    objects = tuple(replace(obj, mass=1.0) if obj.name == "pink" else obj for obj in scene.model.objects)
+    heavy = build_scene(replace(scene.model, objects=objects), meshes=False)
+    cell = perform_all(heavy, "transit top", "grasp pink", "transport pink table")
+    carried = len(cell.recorder.arrays["times"])
+    perform(cell, "release pink table")
+    assert_placed(cell, "pink", "table")
+    rates = cell.recorder.arrays["torque_rates"][carried:] / PANDA.torque_rate_limits
+    assert rates.max() < 0.9
 
 
 @pytest.mark.parametrize(("obj", "location"), [("blue", "left"), ("green", "right")])
