@@ -19,6 +19,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
 from sim.execution.observation import await_grip, observed_poses, poses_at_rest
+from sim.execution.rehearsal import unable_to_begin
 from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
@@ -75,7 +76,7 @@ class Execution:
             seed: of their random numbers, and of the search for paths.
 
         Raises:
-            SimulationError: a kind of action of the model has no skill.
+            SimulationError: a kind of action of the model has no skill, or the hand cannot be where it starts.
         """
         for kind in scene.model.kinds:
             if kind not in skills:
@@ -94,7 +95,10 @@ class Execution:
         self._began = time.perf_counter()
         self._placed: set[str] = set()
         if scene.model.start in scene.slots:
-            perform(self.cell, Action("transit", location=scene.model.start))
+            try:
+                perform(self.cell, Action("transit", location=scene.model.start))
+            except SimulationError as error:
+                raise SimulationError(unable_to_begin(scene, error)) from None
 
     def check_state(self, *, at_rest: bool = False) -> bool:
         """Return whether an observation agrees with the present state; if not, `reason` says why.

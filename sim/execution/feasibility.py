@@ -9,7 +9,7 @@ from prefplan.errors import ModelError
 from sim.errors import BlockedError, SimulationError
 from sim.execution.arrangement import arranged, under
 from sim.execution.refusal import Remedies
-from sim.execution.rehearsal import Rehearsal
+from sim.execution.rehearsal import Rehearsal, unable_to_begin
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.skill import SkillError
 from sim.world.scene import Scene, initial_state
@@ -45,6 +45,14 @@ class ArmCheck:
         self._scene = scene
         self._cell = KinematicCell(scene, initial_state(scene))
         self._remedies = Remedies(scene, self._cell)
+
+    def check_start(self) -> str | None:
+        """Return why the hand cannot be over the location where it starts; None if it can, or starts elsewhere."""
+        start, model = self._scene.model.start, self._scene.model
+        if start not in self._scene.slots:
+            return None
+        _, error = self._run(Rehearsal((f"transit {start}",), dict(model.initial_state.place), "", start))
+        return None if error is None else unable_to_begin(self._scene, error)
 
     def check(self, obj: str, location: str) -> PlaceCheck:
         """Return whether an object can be brought to a location, put there and taken again; the model must allow that.

@@ -42,3 +42,8 @@ class Rehearsal:
             except SimulationError as error:
                 return done, error
         return len(self.actions), None
+
+
+def unable_to_begin(scene: Scene, error: SimulationError) -> str:
+    """Return in words that the hand cannot be over the location where it starts, and why."""
+    return f"model.start: the hand cannot begin over {scene.model.start!r}: {error}"

@@ -76,9 +76,11 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
     except SimulationError as error:
         return SceneCheck(tuple(f"model.{fault}" for fault in error.faults))
     warnings = tuple(f"model.{warning}" for warning in scene.warnings)
+    arm = ArmCheck(scene)
+    if (fault := arm.check_start()) is not None:
+        return SceneCheck((fault,), warnings)
     if quick:
         return SceneCheck((), warnings)
-    arm = ArmCheck(scene)
     places: list[PlaceCheck] = []
     pairs = list(allowed_places(scene.model))
     for done, (obj, location) in enumerate(pairs):

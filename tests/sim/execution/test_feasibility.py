@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,12 +12,14 @@ from scenario_texts import CORNER, shipped
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.scenario.decode import loads
+from sim.errors import SimulationError
 from sim.execution.arrangement import allowed_places, arranged
+from sim.execution.executor import Execution
 from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.motion.joint_limits import missing_turns
 from sim.motion.kinematics import Arm
 from sim.robots.panda import PANDA
-from sim.world.scene import build_scene
+from sim.world.scene import build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
@@ -50,6 +53,19 @@ def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> No
 
     low = missing(check_cup((0.55, 0.28), shelf(0.44)), r"shelf above too low for the hand by (\d+) cm")
     assert check_cup((0.55, 0.28), shelf(0.44 + low + 0.01)).reason is None
+
+
+def test_a_hand_that_cannot_be_where_it_starts_is_told_as_in_a_run() -> None:
+    shelf = Fixture("low", "shelf", at=(0.55, 0.25, 0.0), size=(0.25, 0.3, 0.5), yaw=180, boards=(0.0, 0.16))
+    places = Location("under", at=(0.55, 0.25)), Location("here", at=(0.45, -0.2))
+    model = ManipulationModel("under", COSTS, places, (Object("cup", "here"),), fixtures=(shelf,))
+    scene = build_scene(model, meshes=False)
+    words = "model.start: the hand cannot begin over 'under': the way is blocked by fixture low"
+    assert ArmCheck(scene).check_start() == words
+    with pytest.raises(SimulationError, match=re.escape(words)):
+        Execution(scene, initial_state(scene))
+    elsewhere = build_scene(replace(model, start="here"), meshes=False)
+    assert ArmCheck(elsewhere).check_start() is None
 
 
 def test_an_object_in_a_corner_is_drawn_free_as_in_a_run() -> None:
