@@ -14,10 +14,12 @@ from dataclasses import dataclass
 import mujoco
 
 from prefplan.claims import Check, judge
+from prefplan.errors import FormulaError
 from prefplan.exact_costs import exact
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.scenario.decode import Scenario
+from sim.errors import LogError
 from sim.evidence.action_checks import check_events, check_hand
 from sim.evidence.cost_checks import check_action_costs
 from sim.evidence.dynamics import Dynamics
@@ -90,7 +92,10 @@ def certify(
         LogError: the scenario in the log cannot be used, so that nothing can be checked.
     """
     with _without_warnings():
-        return _certify(log, scenario, again, more)
+        try:
+            return _certify(log, scenario, again, more)
+        except FormulaError as error:  # formulas are read where they are used
+            raise LogError(f"the scenario in the log cannot be used: {error}") from None
 
 
 @contextmanager

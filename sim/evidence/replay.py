@@ -43,6 +43,9 @@ UPRIGHT_TILT_RAD = np.radians(20)
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: its weight."""
 
+MIN_QUATERNION = 1e-3
+"""A shorter quaternion is no orientation."""
+
 MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
 
@@ -329,4 +332,6 @@ def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, .
         place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
         qpos[:, place : place + positions] = log.qpos[:, first : first + positions]
         qvel[:, dof : dof + velocities] = log.qvel[:, speed : speed + velocities]
+        if positions == 7 and np.linalg.norm(qpos[:, place + 3 : place + 7], axis=1).min() < MIN_QUATERNION:
+            raise LogError(f"the log is broken: a frame has no orientation of {name!r}")
     return qpos, qvel

@@ -121,6 +121,16 @@ def test_a_log_that_cannot_be_checked_is_refused(arch_log: Log, change: dict[str
         certify(log)
 
 
+def test_a_log_without_an_orientation_or_a_known_proposition_is_refused(arch_log: Log) -> None:
+    qpos, first = arch_log.qpos.copy(), arch_log.about.joints["pink"]
+    qpos[5, first + 3 : first + 7] = 0
+    with pytest.raises(LogError, match="a frame has no orientation of 'pink'"):
+        certify(replace(arch_log, qpos=qpos))
+    other = arch_log.about.text.replace('formula = "', 'formula = "F unheard & ', 1)
+    with pytest.raises(LogError, match="the scenario in the log cannot be used: unknown proposition 'unheard'"):
+        certify(telling(arch_log, text=other))
+
+
 @pytest.mark.parametrize("module", [certificate, replay, motion_checks, cost_checks, claims])
 def test_the_checker_shares_nothing_with_what_it_judges(module: ModuleType) -> None:
     source = Path(str(module.__file__)).read_text(encoding="utf-8")
