@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from scipy.spatial import QhullError
+from scipy.spatial import ConvexHull, QhullError
 
 from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
@@ -60,6 +60,12 @@ class MeshParts:
     def surface(self) -> PointCloud:
         """What the parts have of their surfaces on the outside of the whole."""
         return PointCloud.of(self.parts)
+
+    @functools.cached_property
+    def corners(self) -> np.ndarray:
+        """(K, 3) those of its convex hull, m."""
+        points = np.concatenate([part.vertices for part in self.parts])
+        return points[ConvexHull(points).vertices]
 
     @functools.cached_property
     def turned_back(self) -> MeshParts:

@@ -53,7 +53,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     pose = poses[name]
     if pose.posture != Posture.UPRIGHT and not temporary:
         return None
-    underside = pose.position - [0.0, 0.0, half_height(scene, poses, name)]
+    underside = pose.position - [0.0, 0.0, depth_of(scene, poses, name)]
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
     for slot in sorted(slots, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
         supports = scene.model.location(slot.location).on
@@ -62,7 +62,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
             continue
         if supports:
             under = _standing_on(scene, poses, carriers(scene, poses, name), supports)
-            floors += [float(poses[other].position[2] + half_height(scene, poses, other)) for other in under.values()]
+            floors += [float(poses[other].position[2] + height_of(scene, poses, other)) for other in under.values()]
             if not temporary:
                 centre = middle_of_supports(scene, poses, under, supports)
         near = bool(np.hypot(*(underside[:2] - centre)) < slot.radius)
@@ -80,11 +80,11 @@ def middle_of_supports(scene: Scene, poses: Poses, under: Mapping[str, str], sup
 def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
     """Return the objects that an object lies on or leans on: its underside is level with their top, or below it."""
     pose = poses[name]
-    underside = pose.position[2] - half_height(scene, poses, name)
+    underside = pose.position[2] - depth_of(scene, poses, name)
     own = footprint(scene, poses, name)
     found = []
     for other in poses:
-        half = half_height(scene, poses, other)
+        half = height_of(scene, poses, other)
         top = poses[other].position[2] + half
         higher = pose.position[2] > poses[other].position[2] + half / 2
         level = abs(underside - top) < AT_HEIGHT_M or (pose.posture != Posture.UPRIGHT and higher and underside < top)
@@ -93,10 +93,16 @@ def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
     return found
 
 
-def half_height(scene: Scene, poses: Poses, name: str) -> float:
-    """Return how far above and below its middle an object reaches as it stands or lies, m."""
+def depth_of(scene: Scene, poses: Poses, name: str) -> float:
+    """Return how far below its middle an object reaches as it stands or lies, m."""
     shape, pose = scene.shapes[name], poses[name]
     return float(shape.half[2]) if pose.posture == Posture.UPRIGHT else shape.depth(pose.rotation)
+
+
+def height_of(scene: Scene, poses: Poses, name: str) -> float:
+    """Return how far above its middle an object reaches as it stands or lies, m: a mesh is not the same both ways."""
+    shape, pose = scene.shapes[name], poses[name]
+    return float(shape.half[2]) if pose.posture == Posture.UPRIGHT else shape.support(pose.rotation[2])
 
 
 def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:

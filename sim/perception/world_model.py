@@ -15,7 +15,16 @@ import numpy as np
 
 from prefplan.models.manipulation.model import Location, ManipulationState, Object
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import NOWHERE, carriers, footprint, half_height, hand_location, present_marks, resting
+from sim.perception.grounding import (
+    NOWHERE,
+    carriers,
+    depth_of,
+    footprint,
+    hand_location,
+    height_of,
+    present_marks,
+    resting,
+)
 from sim.perception.sensors import Poses, on_table
 from sim.world.places import Slot, unused_names
 from sim.world.scene import Scene
@@ -72,7 +81,7 @@ def reground(
         x, y = map(float, seen[obj].position[:2])
         temporary.append(Location(name, at=None if on else (x, y), on=on, closed=True))
     slots = {
-        name: (Slot(name, 0, seen[obj].position - [0.0, 0.0, half_height(scene, seen, obj)], seen[obj].yaw),)
+        name: (Slot(name, 0, seen[obj].position - [0.0, 0.0, depth_of(scene, seen, obj)], seen[obj].yaw),)
         for obj, name in names.items()
     }
     over = hand_location(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
@@ -125,8 +134,9 @@ def _obstructed(
 def _is_free_beside(scene: Scene, poses: Poses, slot: Slot, obj: str) -> bool:
     """Return whether open fingers can release an object in a slot beside another, along one of two closing lines."""
     size = extent(scene.shapes.values())
-    half, height = half_height(scene, poses, obj), poses[obj].position[2]
-    if height - half > slot.position[2] + size.high or height + half < slot.position[2] + OBJECT_GAP_M:
+    low, high = depth_of(scene, poses, obj), height_of(scene, poses, obj)
+    height = poses[obj].position[2]
+    if height - low > slot.position[2] + size.high or height + high < slot.position[2] + OBJECT_GAP_M:
         return True
     other = footprint(scene, poses, obj)
     block = Rectangle(slot.position[:2], size.half + OBJECT_GAP_M, slot.yaw)

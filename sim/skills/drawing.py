@@ -14,7 +14,7 @@ from sim.errors import SimulationError
 from sim.geometry.mjcf import solid_geoms
 from sim.geometry.rectangle import overlap
 from sim.motion.trajectory import ToolPose
-from sim.perception.grounding import footprint, half_height
+from sim.perception.grounding import footprint, height_of
 from sim.perception.sensors import ObjectPose, Posture
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.workcell import Workcell
@@ -156,7 +156,7 @@ def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> 
         BlockedError: bodies are in the way everywhere.
         SimulationError: the arm reaches it nowhere.
     """
-    top, refused = half_height(cell.scene, {obj: pose}, obj), SimulationError(f"{obj} is out of reach")
+    top, refused = height_of(cell.scene, {obj: pose}, obj), SimulationError(f"{obj} is out of reach")
     for offset, yaw in _presses(cell, obj, pose, shift):
         goal = ToolPose.down(pose.position + [*offset, top], yaw)
         try:

@@ -11,7 +11,7 @@ import numpy as np
 from sim.errors import BlockedError, SimulationError
 from sim.motion.kinematics import TILTED_MARGIN_RAD
 from sim.motion.trajectory import ToolPose
-from sim.perception.grounding import half_height
+from sim.perception.grounding import depth_of, height_of
 from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path
@@ -188,11 +188,11 @@ def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[s
 def passage_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear some objects at rest, m."""
     shapes, poses = cell.scene.shapes, {obj: cell.observe(obj) for obj in objects if obj != held}
-    tops = [pose.position[2] + half_height(cell.scene, poses, obj) for obj, pose in poses.items()]
+    tops = [pose.position[2] + height_of(cell.scene, poses, obj) for obj, pose in poses.items()]
     below = cell.scene.robot.gripper.fingertip_m
     if held:
         pose = cell.observe(held)
-        half = half_height(cell.scene, {held: pose}, held)
+        half = depth_of(cell.scene, {held: pose}, held)
         hanging = float(cell.arm.tool(cell.angles).position[2] - pose.position[2]) + half
         below = max(float(shapes[held].half[2]), half, hanging)
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M

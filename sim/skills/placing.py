@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import footprint, half_height, middle_of_supports
+from sim.perception.grounding import depth_of, footprint, height_of, middle_of_supports
 from sim.perception.sensors import Poses, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import SkillError
@@ -75,7 +75,7 @@ def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, st
 
 
 def _top(scene: Scene, poses: Poses, obj: str) -> float:
-    return float(poses[obj].position[2] + half_height(scene, poses, obj))
+    return float(poses[obj].position[2] + height_of(scene, poses, obj))
 
 
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
@@ -86,7 +86,8 @@ def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
     level = [
         other
         for other, pose in poses.items()
-        if abs(pose.position - centre)[2] < own[2] + half_height(cell.scene, poses, other) - OBJECT_GAP_M
+        if pose.position[2] + height_of(cell.scene, poses, other) > centre[2] - own[2] + OBJECT_GAP_M
+        and pose.position[2] - depth_of(cell.scene, poses, other) < centre[2] + own[2] - OBJECT_GAP_M
     ]
     place = Rectangle(centre[:2], own[:2] + OBJECT_GAP_M, slot.yaw)
     taken = [_covered(cell.scene, poses, other, slot.yaw) for other in level]

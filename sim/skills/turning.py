@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from sim.errors import SimulationError
 from sim.geometry.rectangle import overlap
 from sim.motion.trajectory import ToolPose
-from sim.perception.grounding import footprint, half_height
+from sim.perception.grounding import depth_of, footprint
 from sim.perception.sensors import ObjectPose, Poses
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_grasp, ranked, tilt_of
@@ -146,7 +146,7 @@ def _reached(
 def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:
     """Yield (3,) centres, m, where an object that is turned so overlaps no other one; away from others if need be."""
     poses: Poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
-    floor = pose.position[2] - half_height(cell.scene, {obj: pose}, obj)
+    floor = pose.position[2] - depth_of(cell.scene, {obj: pose}, obj)
     height = floor + cell.scene.shapes[obj].depth(turned)
     for shift in SHIFTS_M:
         centre = np.array([*pose.position[:2] + shift, height])

@@ -86,6 +86,7 @@ class ObjectShape:
         surface: of a mesh that fingers take; None for other shapes.
         pairs: opposite patches of that surface, which pads can press.
         seats: flat places of a mesh, which a suction cup can press; none for fingers.
+        corners: (K, 3) of the convex hull of a mesh, m; None for other shapes.
     """
 
     kind: str
@@ -96,6 +97,7 @@ class ObjectShape:
     surface: PointCloud | None = None
     pairs: tuple[Antipodes, ...] = ()
     seats: tuple[Seat, ...] = ()
+    corners: np.ndarray | None = None
 
     @property
     def height(self) -> float:
@@ -124,6 +126,8 @@ class ObjectShape:
 
     def support(self, direction: np.ndarray) -> float:
         """Return how far it extends from its middle in a (3,) direction of its own frame, m."""
+        if self.corners is not None:
+            return float((self.corners @ direction).max())
         slopes = np.abs(direction)
         if self.is_round:
             slopes = np.array([np.hypot(*slopes[:2]), 0.0, slopes[2]])
@@ -131,7 +135,7 @@ class ObjectShape:
 
     def depth(self, rotation: np.ndarray) -> float:
         """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
-        return self.support(rotation[2])
+        return self.support(-rotation[2])
 
     def distance(self, point: np.ndarray) -> float:
         """Return how far a (3,) point of its own frame is from it, m; 0 inside."""
@@ -274,6 +278,7 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
     Raises:
         SimulationError: it can nowhere.
     """
+    shape = replace(shape, corners=mesh.corners)
     if isinstance(gripper, SuctionGripper):
         found = seats(
             mesh.parts,

@@ -12,6 +12,7 @@ import pytest
 import trimesh
 from forged_logs import log_of_run
 from scenario_texts import TIDY
+from scipy.spatial.transform import Rotation
 
 from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
@@ -235,6 +236,26 @@ def test_an_object_is_all_that_is_in_its_body(mug: Scene) -> None:
 def test_the_hand_takes_a_body_where_its_faces_are(mug: Scene) -> None:
     pairs = [pair for pair in mug.shapes["cup"].pairs if pair.line[2] == 0]
     assert any(abs(pair.width - 0.04) < 1e-3 for pair in pairs), "the side"
+
+
+def test_a_body_that_lies_reaches_as_far_as_its_shapes(mug: Scene) -> None:
+    model, points = mug.mujoco, []
+    for geom, (x, y, z) in zip(solid_geoms(model, "cup"), ((0.02, 0.02, 0.03), (0.015, 0.004, 0.02)), strict=True):
+        turns = np.linspace(0, 2 * np.pi, 64)
+        round_ = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER
+        rim = (
+            np.column_stack([np.cos(turns), np.sin(turns)])
+            if round_
+            else np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
+        )
+        corners = np.array([(x * u, y * v, z * up) for u, v in rim for up in (-1, 1)])
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+        points.append(corners @ turn.reshape(3, 3).T + model.geom_pos[geom])
+    for rotation in Rotation.random(5, random_state=0).as_matrix():
+        heights = np.concatenate(points) @ rotation[2]
+        assert mug.shapes["cup"].depth(rotation) == pytest.approx(-heights.min(), abs=2e-4)
+        assert mug.shapes["cup"].support(rotation[2]) == pytest.approx(heights.max(), abs=2e-4)
 
 
 def test_what_is_held_by_a_part_of_it_is_tried_out(tmp_path: Path) -> None:
