@@ -242,6 +242,12 @@ class ClosedLoop:
         why += [f"{obj} {reason}" for obj, reason in self.run.lost.items()]
         rest = achievable(self._problem, past, system)
         if rest is not None and rest.task_costs:
-            names = " and ".join(rest.task_costs)
-            why.append(f"{names} could still be satisfied, at a total cost of {rest.cost}")
+            skipped = {bought.task for bought in rest.relaxations if bought.assume is None}
+            ends = {"satisfied": rest.task_costs.keys() - skipped, "skipped": rest.task_costs.keys() & skipped}
+            words = [
+                f"{' and '.join(name for name in rest.task_costs if name in names)} could still be {end}"
+                for end, names in ends.items()
+                if names
+            ]
+            why.append(f"{' and '.join(words)}, at a total cost of {rest.cost}")
         return "; ".join(why)

@@ -221,6 +221,18 @@ def test_a_task_violated_beyond_repair_ends_the_run_with_what_can_still_be_done(
     )
 
 
+def test_what_can_only_be_skipped_is_not_called_satisfied(
+    small: Callable[..., Scenario], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = small().text.replace('"F jug_desk"', '"F jug_desk"\nskip = 9').replace('over = "cost"', 'over = "violation"')
+    (tmp_path / "floor.toml").write_text(text)
+    start = displaced(jug=(0.60, -0.10), cup=(0.60, 0.20))
+    outcome = pursue_from(load(tmp_path / "floor.toml"), start, monkeypatch)
+    assert "tidy is violated beyond repair; other could still be skipped, at a total cost of 0" in str(
+        outcome.rollout.reason
+    )
+
+
 def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
