@@ -12,17 +12,28 @@ from dataclasses import replace
 from pathlib import Path
 
 from prefplan.models.manipulation.model import ManipulationModel
-from sim.errors import LogError
+from sim.errors import LogError, SimulationError
 from sim.external.user_scene import scene_files
 
 
 def packed(model: ManipulationModel) -> dict[str, str]:
-    """Return the contents of the files of a model in base64, by their paths from the scenario's folder."""
+    """Return the contents of the files of a model in base64, by their paths from the scenario's folder.
+
+    Raises:
+        SimulationError: one of them is missing.
+    """
     found = {obj.file for obj in model.objects if obj.file is not None}
     for name in filter(None, (model.scene, model.robot_setup.mjcf)):
         beside, path = os.path.dirname(name), model.folder / name
         found |= {os.path.join(beside, os.path.relpath(part, path.parent)) for part in scene_files(path)}
-    return {name: base64.b64encode((model.folder / name).read_bytes()).decode() for name in sorted(found)}
+    return {name: base64.b64encode(_contents(model.folder / name)).decode() for name in sorted(found)}
+
+
+def _contents(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise SimulationError(f"{path}: {str(error.strerror).lower()}") from None
 
 
 def in_folder(model: ManipulationModel, folder: Path) -> ManipulationModel:

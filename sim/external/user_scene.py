@@ -96,8 +96,17 @@ def read_file(path: Path) -> UserScene:
 
 
 def scene_files(path: Path) -> list[Path]:
-    """Return the files that a user's scene consists of."""
-    return sorted(Path(name) for name in mujoco.mju_getXMLDependencies(str(path)))
+    """Return the files that a user's scene consists of.
+
+    Raises:
+        SimulationError: one of them is missing, or no XML.
+    """
+    if not path.is_file():
+        raise SimulationError(f"{path}: no such file")
+    try:
+        return sorted(Path(name) for name in mujoco.mju_getXMLDependencies(str(path)))
+    except mujoco.FatalError as error:
+        raise SimulationError(f"{path}: {' '.join(str(error).split())}") from None
 
 
 def resolved(model: ManipulationModel, scene: UserScene) -> ManipulationModel:

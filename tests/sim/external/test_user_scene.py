@@ -21,6 +21,7 @@ from sim.errors import SimulationError
 from sim.evidence.certificate import certify
 from sim.evidence.replay import RecordedWorld
 from sim.execution.feasibility import ArmCheck
+from sim.external.bundle import packed
 from sim.geometry.mjcf import solid_geoms
 from sim.rendering.cameras import camera_names
 from sim.world.randomization import Perturbation, perturbed
@@ -310,3 +311,13 @@ def test_an_object_that_nothing_holds_up_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(SimulationError, match=r"objects.cup: where it starts, .*lab.xml does not hold it"):
         scene_in(scenario)
+
+
+@pytest.mark.parametrize("gone", ["lab.xml", "parts.xml", "meshes/cone.stl"])
+def test_a_file_that_has_gone_since_is_named(tmp_path: Path, gone: str) -> None:
+    model = write(tmp_path).model
+    assert isinstance(model, ManipulationModel)
+    assert set(packed(model)) == {"lab.xml", "parts.xml", "meshes/cone.stl"}
+    (tmp_path / gone).unlink()
+    with pytest.raises(SimulationError, match=Path(gone).name):
+        packed(model)
