@@ -28,10 +28,10 @@ from prefplan.models.manipulation.measured_costs import (
     read_measurements,
     to_json,
 )
+from prefplan.models.manipulation.model import ManipulationModel
 
 if TYPE_CHECKING:
     from sim.execution.cost_measurement import Failure
-    from sim.world.scene import Scene
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -66,11 +66,14 @@ def measure(options: argparse.Namespace) -> int:
     interrupted = False
     with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario, measuring=True)
+        # That of the scene may have been completed from a file of the user's.
+        model = scenario.model
+        assert isinstance(model, ManipulationModel)
         file = options.out or measurements_file(scenario.path)
         make_folder(file.parent)
         wanted = trials(scene.model)
         digest = sources()
-        done += _measured_before(file, scene, digest)
+        done += _measured_before(file, model, scene.robot.name, digest)
         for one in done:
             wanted.pop(one.pair, None)
         before, total = len(done), len(done) + len(wanted)
@@ -85,7 +88,7 @@ def measure(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             interrupted = True
         finally:
-            contents = to_json(scene.model, Measurements(tuple(done), scene.robot.name, digest))
+            contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest))
             write_json(file, contents)
     if options.json:
         output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
@@ -100,13 +103,13 @@ def measure(options: argparse.Namespace) -> int:
     return FAILED if failures else DONE
 
 
-def _measured_before(file: Path, scene: Scene, sources: str) -> tuple[Measurement, ...]:
-    """Return the measurements in a file; none if it is damaged, or of another scene or other skills."""
+def _measured_before(file: Path, model: ManipulationModel, robot: str, sources: str) -> tuple[Measurement, ...]:
+    """Return the measurements in a file; none if it is damaged, or of another model, robot or other skills."""
     try:
-        found = read_measurements(file, scene.model)
+        found = read_measurements(file, model)
     except ModelError:
         return ()
-    return found.actions if (found.robot, found.sources) == (scene.robot.name, sources) else ()
+    return found.actions if (found.robot, found.sources) == (robot, sources) else ()
 
 
 def _json(

@@ -36,6 +36,27 @@ def scenario(run: Run, tmp_path: Path) -> Path:
     return path
 
 
+BENCH = """<mujoco><worldbody>
+<geom type="box" size="1 1 0.1" pos="0 0 -0.1"/><site name="here" pos="0.45 0.2 0"/>
+<body name="mug"><freejoint/><geom type="box" size="0.02 0.02 0.02"/></body>
+</worldbody></mujoco>"""
+
+
+def test_measurements_in_a_scene_of_the_users_own_are_those_of_its_scenario(
+    scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (scenario.parent / "bench.xml").write_text(BENCH)
+    places = {"desk": '{ site = "here" }', "tray": "{ at = [0.45, -0.2] }"}
+    text = cup_scenario(costs='{ measured = "energy" }', places=places).replace(
+        "[model]", '[model]\nscene = "bench.xml"'
+    )
+    scenario.write_text(text.replace('start = "desk" }', 'start = "desk", body = "mug" }'))
+    monkeypatch.setattr(cost_measurement, "measure_all", lambda scene, wanted, jobs: iter(()))
+    assert run("measure", "cup.toml", "--jobs", "1")[0] == 0
+    _, _, err = run("front", "cup.toml")
+    assert "other locations or objects" not in err
+
+
 def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, run: Run) -> None:
     status, _, err = run("front", "cup.toml")
     assert status == 2 and "nothing was measured yet; `prefplan measure`" in err
