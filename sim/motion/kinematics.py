@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
-from sim.motion.timing import Limits, begun_late, timed
+from sim.motion.timing import MotionLimits, begun_late, timed
 from sim.motion.trajectory import (
     ACCELERATION_M_S2,
     CONTROL_PERIOD_S,
@@ -103,14 +103,14 @@ class Arm:
         mujoco.mj_kinematics(self.model, data)
         return ToolPose(self._tool.xpos.copy(), self._tool.xmat.reshape(3, 3).copy())
 
-    def limits(self, *ends: np.ndarray) -> Limits:
+    def limits(self, *ends: np.ndarray) -> MotionLimits:
         """Return what a movement between (n,) configurations has to keep to."""
         data, inertias = self._configuration.data, np.empty((len(ends), self.model.nv, self.model.nv))
         for q, inertia in zip(ends, inertias, strict=True):
             self._configuration.update(q)
             mujoco.mj_crb(self.model, data)
             mujoco.mj_fullM(self.model, data, inertia)
-        return Limits(self.robot, inertias)
+        return MotionLimits(self.robot, inertias)
 
     def reach(
         self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD

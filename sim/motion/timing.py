@@ -41,7 +41,7 @@ DELAYS_TRIED, PAUSE = 4, 3
 many control periods after that end it begins at the latest: to stop and to begin at once may be too much."""
 
 
-class Limits(NamedTuple):
+class MotionLimits(NamedTuple):
     """What a movement has to keep to.
 
     Attributes:
@@ -53,7 +53,7 @@ class Limits(NamedTuple):
     inertias: np.ndarray
 
 
-def timed(limits: Limits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
+def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
     """Return the references of a movement from rest to rest, slowed until it keeps to the limits.
 
     Args:
@@ -72,7 +72,7 @@ def timed(limits: Limits, knots: np.ndarray, points: np.ndarray, *, seconds: flo
     return references if excess <= 1 else _sampled(curve, duration, slower * (SLOWING_MARGIN * excess))
 
 
-def along(limits: Limits, path: np.ndarray, *, overlap: float) -> np.ndarray:
+def along(limits: MotionLimits, path: np.ndarray, *, overlap: float) -> np.ndarray:
     """Return the references of a movement from rest to rest along straight lines in joint space.
 
     Each line is a movement of least jerk, which begins while the one before is ending. Their sum rounds the corners.
@@ -99,7 +99,7 @@ def along(limits: Limits, path: np.ndarray, *, overlap: float) -> np.ndarray:
     )
 
 
-def begun_late(limits: Limits, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
+def begun_late(limits: MotionLimits, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
     """Return references that begin so late that with the ending of the movement before they keep to the limits.
 
     Args:
@@ -153,7 +153,7 @@ def _from_rest(offsets: np.ndarray) -> np.ndarray:
     return np.vstack([np.zeros((3, offsets.shape[1])), offsets])
 
 
-def _excess(limits: Limits, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
+def _excess(limits: MotionLimits, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
     """Return how many times too fast joints are that pass (N, n) offsets to rest, rad; up to 1 they are not."""
     offsets = np.vstack([offsets, np.repeat(offsets[-1:], 3, axis=0)])
     greatest = []
