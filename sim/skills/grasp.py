@@ -41,6 +41,9 @@ GRIP_TIMEOUT_S = 0.6
 MAX_PREPARATIONS = 2
 """An object is drawn free or turned over so often at most before it is taken."""
 
+MORE_GRASPS = 3
+"""Number of other grasps, with a tilted hand, that are tried where the way to one or out of it is blocked."""
+
 MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
 
@@ -90,16 +93,23 @@ class GraspSkill(Grasp, Skill):
     def _lift(self, cell: Workcell, obj: str, pose: ObjectPose, yaw: float) -> np.ndarray:
         """Take an object by the first grasp that serves and raise it; return the pads' contact forces, N."""
         came_down = cell.arm.tool(cell.reference).points_down
-        for tilted in (False, True) if came_down else (True,):
-            grasp, before, target = choose_grasp(cell, obj, pose, yaw, tilted=tilted)
+        tried: list[ToolPose] = []
+        failure: BlockedError | None = None
+        for tilted in (not came_down, *[True] * MORE_GRASPS):
+            try:
+                grasp, before, target = choose_grasp(cell, obj, pose, yaw, tilted=tilted, unlike=tried)
+            except SimulationError as error:
+                raise failure or error from None
             try:
                 self._approach(cell, obj, pose, grasp, before, target)
-                break
-            except BlockedError:
+                return self._close(cell, obj, grasp, before)
+            except BlockedError as error:
                 # Straight down there may be no way to where the hand itself would be free.
                 if tilted:
-                    raise
-        return self._close(cell, obj, grasp, before)
+                    failure, pose = failure or error, cell.measure(obj)
+                    tried.append(target)
+        assert failure is not None
+        raise failure
 
     def _approach(
         self, cell: Workcell, obj: str, pose: ObjectPose, grasp: GraspPose, before: ToolPose, target: ToolPose

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -39,7 +39,14 @@ TILT_STEP_RAD = np.radians(15)
 
 
 def choose_grasp(
-    cell: Workcell, obj: str, pose: ObjectPose, yaw: float, *, tilted: bool = False, foreseen: bool = True
+    cell: Workcell,
+    obj: str,
+    pose: ObjectPose,
+    yaw: float,
+    *,
+    tilted: bool = False,
+    foreseen: bool = True,
+    unlike: Sequence[ToolPose] = (),
 ) -> tuple[GraspPose, ToolPose, ToolPose]:
     """Return the first grasp that serves, the pose from which the hand comes, and that in which the fingers close.
 
@@ -53,6 +60,7 @@ def choose_grasp(
         yaw: heading of the line along which the fingers rather close, rad.
         tilted: leave out grasps for which the hand points straight down.
         foreseen: whether it shall serve where the object is released next.
+        unlike: leave out grasps for which the hand points about as in one of these poses.
 
     Raises:
         BlockedError: bodies are in the way of all grasps.
@@ -72,6 +80,8 @@ def choose_grasp(
             blockers.update(error.by)
             continue
         except SimulationError:
+            continue
+        if any(tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
             continue
         grasp = replace(grasp, rotation=frame.T @ tool.rotation)
         if slot is None:
