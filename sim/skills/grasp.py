@@ -44,6 +44,9 @@ MAX_PREPARATIONS = 2
 MORE_GRASPS = 3
 """Number of other grasps, with a tilted hand, that are tried where the way to one or out of it is blocked."""
 
+LET_GO_WAIT_S = 0.5
+"""How long what was let go may roll before another grasp is tried."""
+
 MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
 
@@ -105,9 +108,13 @@ class GraspSkill(Grasp, Skill):
                 return self._close(cell, obj, grasp, before)
             except BlockedError as error:
                 # Straight down there may be no way to where the hand itself would be free.
-                if tilted:
-                    failure, pose = failure or error, cell.measure(obj)
+                if not target.points_down:
+                    failure = failure or error
                     tried.append(target)
+                    cell.wait(LET_GO_WAIT_S)
+                    pose = cell.measure(obj)
+            except SkillError as error:
+                raise failure or error from None
         assert failure is not None
         raise failure
 

@@ -63,14 +63,20 @@ def test_what_lies_is_taken_and_set_upright(kind: str, size: tuple[float, ...], 
     assert contacts(cell.events) == []
 
 
-@pytest.mark.parametrize(("refusals", "held"), [(1, "x"), (3, None)], ids=["raised straight up", "let go"])
+@pytest.mark.parametrize(
+    ("refusals", "held"),
+    [(1, "x"), (3, "x"), (99, None)],
+    ids=["raised straight up", "taken from elsewhere", "let go"],
+)
 def test_what_cannot_be_raised_the_way_the_hand_came(
     monkeypatch: pytest.MonkeyPatch, refusals: int, held: str | None
 ) -> None:
     cell, left = lying("cylinder", (0.06, 0.03), 1.0), [BlockedError("blocked by y", {"y"})] * refusals
+    refused: list[ToolPose] = []
 
     def move_tool(cell: Workcell, goals: Sequence[ToolPose], **options: Any) -> ToolPose:
         if cell.held() and left:
+            refused.append(cell.arm.tool(cell.reference))
             raise left.pop()
         return hand.move_tool(cell, goals, **options)
 
@@ -80,5 +86,8 @@ def test_what_cannot_be_raised_the_way_the_hand_came(
     with nullcontext() if held else pytest.raises(BlockedError):
         perform(cell, "grasp x")
     cell.settle()
-    assert cell.held() == held and not left
+    assert cell.held() == held and refused
+    if held:
+        again = cell.arm.tool(cell.reference).rotation[:, 2] @ refused[0].rotation[:, 2] > np.cos(np.radians(14))
+        assert again == (refusals == 1) and not left
     assert (cell.observe("x").position[2] > 0.1) == (held is not None)
