@@ -50,8 +50,11 @@ def _configuration(arm: Arm, slot: Slot, *, grasping: float, carrying: float) ->
     """
     robot = arm.robot
     distance, bearing = robot.polar(slot.position)
-    where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
-    if distance < robot.nearest_m:
+    near = distance < robot.nearest_m
+    # Rounded down, what is too near by a hair is not told to be as far as it should be.
+    shown = np.floor(100 * distance) / 100 if near else distance
+    where = f"locations.{slot.location}: {shown:.2f} m from the robot's base"
+    if near:
         raise SimulationError(f"{where}, too near: at least {robot.nearest_m:.2f} m")
     if abs(bearing) > robot.max_bearing_rad:
         raise SimulationError(f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way")
