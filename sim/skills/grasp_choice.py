@@ -71,19 +71,9 @@ def choose_grasp(
     blockers: set[str] = set()
     placeable: dict[bytes, bool] = {}
     first: tuple[GraspPose, ToolPose, ToolPose] | None = None
-    for grasp in ranked(cell, obj, frame):
-        if tilted and grasp.at(pose.position, frame).points_down:
-            continue
-        try:
-            before, tool = free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
-        except BlockedError as error:
-            blockers.update(error.by)
-            continue
-        except SimulationError:
-            continue
+    for grasp, before, tool in _free_grasps(cell, obj, pose, frame, blockers, tilted=tilted):
         if any(tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
             continue
-        grasp = replace(grasp, rotation=frame.T @ tool.rotation)
         if slot is None:
             return grasp, before, tool
         alike = _placed_alike(shape, grasp)
@@ -101,6 +91,26 @@ def choose_grasp(
     if next(ranked(cell, obj, frame), None) is None:
         raise SimulationError(f"{obj} stands or lies so that the hand cannot come to where it could hold it")
     raise SimulationError(f"{obj} is out of reach")
+
+
+def _free_grasps(
+    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, blockers: set[str], *, tilted: bool
+) -> Iterator[tuple[GraspPose, ToolPose, ToolPose]]:
+    """Yield grasps that the arm reaches freely where the object is; add what is in the way of others to the blockers.
+
+    Arguments and poses are those of `choose_grasp`; each grasp is turned as the hand then is.
+    """
+    for grasp in ranked(cell, obj, frame):
+        if tilted and grasp.at(pose.position, frame).points_down:
+            continue
+        try:
+            before, tool = free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
+        except BlockedError as error:
+            blockers.update(error.by)
+        except SimulationError:
+            continue
+        else:
+            yield replace(grasp, rotation=frame.T @ tool.rotation), before, tool
 
 
 def choose_placement(
