@@ -74,7 +74,7 @@ class Diagrams:
                     memo[pair] = function(*pair)
                 else:
                     name = min(names)
-                    (a, b), (c, d) = _cofactors(pair[0], name), _cofactors(pair[1], name)
+                    (a, b), (c, d) = cofactors(pair[0], name), cofactors(pair[1], name)
                     if (a, c) not in memo:
                         pending.append((a, c))
                     elif (b, d) not in memo:
@@ -86,7 +86,8 @@ class Diagrams:
         return apply
 
 
-def _cofactors(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:
+def cofactors(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:
+    """Return a diagram where a proposition, no larger than its first one, is true and where it is false."""
     if isinstance(diagram, Branch) and diagram.name == name:
         return diagram.high, diagram.low
     return diagram, diagram

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 from prefplan.errors import PrefplanError
 from prefplan.logic.dfa import Automaton
-from prefplan.logic.mtbdd import Branch, Diagram, Diagrams, leaves
+from prefplan.logic.mtbdd import Branch, Diagram, Diagrams, cofactors, leaves
 
 Cube = dict[str, bool]
 """A term: the propositions that it fixes, and their values."""
@@ -79,20 +79,14 @@ class _Guards(Diagrams):
         if most is True:
             return [{}], True
         name = min(d.name for d in (least, most) if isinstance(d, Branch))
-        least_high, least_low = _split(least, name)
-        most_high, most_low = _split(most, name)
+        least_high, least_low = cofactors(least, name)
+        most_high, most_low = cofactors(most, name)
         high, high_sum = self.cover(self._unless(least_high, most_low), most_high)
         low, low_sum = self.cover(self._unless(least_low, most_high), most_low)
         rest = self._either(self._unless(least_high, high_sum), self._unless(least_low, low_sum))
         free, free_sum = self.cover(rest, self._both(most_high, most_low))
         cubes = [{name: True} | cube for cube in high] + [{name: False} | cube for cube in low] + free
         return cubes, self._either(free_sum, self.branch(name, high_sum, low_sum))
-
-
-def _split(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:
-    if isinstance(diagram, Branch) and diagram.name == name:
-        return diagram.high, diagram.low
-    return diagram, diagram
 
 
 def product(cube: Mapping[str, bool]) -> str:
