@@ -9,6 +9,9 @@ import numpy as np
 SUCTION_OPENING_M, SUCTION_SQUEEZE_M = 0.03, 0.015
 """Widths by which a suction cup is told not to draw, and to draw: by how much it is narrower than nothing."""
 
+USUAL_LOAD_KG = 1.5
+"""What is heavier is pressed harder in proportion. With 15 N, a box of 3 kg slides between the Panda's pads."""
+
 
 @dataclass(frozen=True, eq=False)
 class Linkage:
@@ -34,7 +37,7 @@ class Gripper:
         joints: of the fingers; without a linkage each slides by an equal share of the width.
         pads: geoms of the left and the right pad, which hold an object.
         opening_m: greatest width between the pads.
-        squeeze_m: how much narrower than a held object the command is.
+        squeeze_m: how much narrower than a held object of usual weight the command is.
         firm_force_n: least contact force on each pad in a firm grip.
         finger_depth_m: of a finger, from its pad outwards along y, clearance included.
         finger_half_width_m: of a finger along x, clearance included.
@@ -67,6 +70,10 @@ class Gripper:
             return command
         order = np.argsort(self.linkage.commands)
         return _between(self.linkage.commands[order], self.linkage.widths[order], command)
+
+    def pressing(self, width: float, mass: float) -> float:
+        """Return the width that is asked for to press an object of a width, m, and a mass, kg, firmly."""
+        return max(0.0, width - self.squeeze_m * max(1.0, mass / USUAL_LOAD_KG))
 
     def positions(self, width: float) -> np.ndarray:
         """Return the (k,) positions of the fingers' joints at a width between the pads, m."""
@@ -114,6 +121,10 @@ class SuctionGripper(Gripper):
     def width(self, command: float) -> float:
         """See `Gripper.width`."""
         return -self.squeeze_m if self.holds(command) else self.opening_m
+
+    def pressing(self, width: float, mass: float) -> float:
+        """See `Gripper.pressing`; its vacuum does not depend on the mass."""
+        return width - self.squeeze_m
 
     def positions(self, width: float) -> np.ndarray:
         """See `Gripper.positions`."""

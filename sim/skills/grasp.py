@@ -131,10 +131,12 @@ class GraspSkill(Grasp, Skill):
         """Close the hand on an object and raise it; return the pads' contact forces, N."""
         cell.grip(grasp.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
         cell.settle()
-        cell.set_width(grasp.width - cell.scene.robot.gripper.squeeze_m, SQUEEZE_DURATION_S)
+        pressing = cell.scene.robot.gripper.pressing(grasp.width, cell.scene.shapes[obj].mass)
+        cell.set_width(pressing, SQUEEZE_DURATION_S)
         forces = _await_firm_grip(cell)
         blocked: BlockedError | None = None
         if forces is not None:
+            cell.bear(obj)
             try:
                 _raise(cell, before)
             except BlockedError as error:

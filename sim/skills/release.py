@@ -14,7 +14,6 @@ from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, frame_of, held
 from sim.skills.placing import check_free, free_slot, resting_centre
 from sim.skills.skill import Skill
 from sim.world.places import Slot
-from sim.world.shapes import MASSES_KG
 
 GLOW_DURATION_S = 1.5
 """How long a marking location works on an object released there; meanwhile the hand rises."""
@@ -25,8 +24,8 @@ LOWER_DURATION_S = 0.7
 GENTLE_DURATION_S = 1.4
 """The same for what is heavier than any object without a given mass, and for meshes, which are held off their middle.
 
-They come lower than they are dropped from: after 0.7 s the torque rates of the arm reached 102 % of their limit with a
-mug of 0.13 kg, 133 % with a cube of 1 kg."""
+They come lower than they are dropped from, having crept down in the hand: after 0.7 s the torque rates of the arm
+reached 102 % of their limit with a mug of 0.13 kg."""
 
 DROP_HEIGHT_M = 0.001
 """Height from which an object is released, so that the hand does not press it onto the surface below."""
@@ -60,6 +59,7 @@ class ReleaseSkill(Release, Skill):
         check_held(cell, obj)
         cell.contacts.handle(obj)
         move_tool(cell, [pose], seconds=lower_duration(cell, obj), watch=lambda: _check(cell, obj, slot))
+        cell.bear(None)
         opening, rising = (OPEN_DURATION_S, LET_GO_DURATION_S) if pose.points_down else TILTED_DURATIONS_S
         cell.set_width(width, opening)
         cell.wait(rising)
@@ -75,7 +75,7 @@ class ReleaseSkill(Release, Skill):
 def lower_duration(cell: Workcell, obj: str) -> float:
     """Return the least duration of lowering an object, s."""
     shape = cell.scene.shapes[obj]
-    gentle = shape.pairs or shape.seats or shape.mass > MASSES_KG[1]
+    gentle = shape.pairs or shape.seats or shape.is_heavy
     return GENTLE_DURATION_S if gentle else LOWER_DURATION_S
 
 

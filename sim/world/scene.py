@@ -152,7 +152,8 @@ def build_scene(
         add_station(spec, station)
     warnings = add_objects(spec, model, layout.slots, shapes, own)
     names = add_spares(spec, model, spares, shapes, robot)
-    declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=_supports(spec, model, layout.stations))
+    supports, heavy = _supports(spec, model, layout.stations), [name for name in shapes if shapes[name].is_heavy]
+    declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=supports, heavy=heavy)
     compiled = _compiled(spec, own)
     scene = Scene(model, spec, compiled, layout.slots, shapes, table, markings, focus, robot, names, warnings=warnings)
     if own is not None:

@@ -109,6 +109,11 @@ class ObjectShape:
         """Whether it looks the same after any turn about its own z axis."""
         return self.symmetry == 0
 
+    @property
+    def is_heavy(self) -> bool:
+        """Whether it is heavier than any object without a given mass: the arm has to bear its weight by design."""
+        return self.mass > MASSES_KG[1]
+
     @functools.cached_property
     def symmetries(self) -> np.ndarray:
         """(K, 3, 3) rotations after which it looks the same, the identity first; turns about a round one's z aside."""
