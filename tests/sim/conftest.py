@@ -6,6 +6,7 @@ from scenario_texts import RELAXED_CUP, shipped
 
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import loads
+from sim.evidence import certificate
 from sim.evidence.log import Log
 from sim.world.scene import Scene, build_scene
 
@@ -25,3 +26,9 @@ def arch_log() -> Log:
 def relaxed_log() -> Log:
     """A cup put onto the tray as it is: washing is skipped, and the tray takes it for clean."""
     return log_of_run(loads(RELAXED_CUP, name="relaxed"))
+
+
+@pytest.fixture
+def claims_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out forces and contacts, most of a certificate's work, where only what is said of a run is judged."""
+    monkeypatch.setattr(certificate, "_physics", lambda log, world: ())

@@ -23,6 +23,7 @@ GRAZE_M = 0.002
 """How deep a load is in a bystander as it passes over it."""
 
 
+@pytest.mark.usefixtures("claims_alone")
 @pytest.mark.parametrize("k", [0, 1, 6, 13])
 def test_a_recording_cut_short_is_refuted(arch_log: Log, k: int) -> None:
     end = 0.0 if k == 0 else arch_log.about.actions[k - 1].end
@@ -33,6 +34,7 @@ def test_a_recording_cut_short_is_refuted(arch_log: Log, k: int) -> None:
     assert "recording" not in found and "not satisfied: " in found["completed"]
 
 
+@pytest.mark.usefixtures("claims_alone")
 def test_frames_cut_out_are_missed(arch_log: Log) -> None:
     keep = (arch_log.times < 5) | (arch_log.times > 6)
     arrays = {name: getattr(arch_log, name)[keep] for name in ARRAYS}
@@ -40,15 +42,13 @@ def test_frames_cut_out_are_missed(arch_log: Log) -> None:
     assert "out of order" in refutations(replace(arch_log, times=arch_log.times[::-1].copy()))["recording"]
 
 
-@pytest.mark.parametrize("obj", ["blue", "pink", "green"])
-@pytest.mark.parametrize("share", [0.1, 0.95])
+@pytest.mark.parametrize(("obj", "share"), [("blue", 0.1), ("pink", 0.1), ("green", 0.95)])
 def test_a_block_that_is_teleported_is_missed_where_it_was(arch_log: Log, obj: str, share: float) -> None:
     since = share * arch_log.times[-1]
     found = refutations(moved(arch_log, obj, (0.30, 0.45, 0.0225), since=since))
     assert found["objects"].startswith(f"{obj} moves by ")
     assert any(name.startswith("action ") for name in found)
-    if (obj, share) in {("blue", 0.1), ("pink", 0.1)}:
-        assert "completed" in found
+    assert ("completed" in found) == (obj != "green")
 
 
 def test_a_block_that_appears_where_it_was_wanted_was_not_carried_there(arch_log: Log, scene: Scene) -> None:
@@ -84,6 +84,7 @@ def test_what_no_frame_shows_was_neither_held_nor_marked(
     assert found["completed"] == "not satisfied: phi1, phi2"
 
 
+@pytest.mark.usefixtures("claims_alone")
 @pytest.mark.parametrize(
     ("name", "joint"),
     [("speeds", 0), ("accelerations", 1), ("jerks", 2), ("torques", 3), ("torques", 6), ("torque_rates", 5)],

@@ -43,7 +43,7 @@ def system(scene: Scene) -> TransitionSystem:
 
 @pytest.mark.parametrize(
     ("name", "seed"),
-    [("cost", 0), ("cost", 1), ("cost", 2), ("table", 3), ("table", 4), ("bin1", 5), ("bin2", 6)],
+    [("cost", 0), ("table", 3), ("bin1", 5), ("bin2", 6)],
 )
 def test_plans_of_case_study_3_are_carried_out_from_perturbed_starts(
     scene: Scene, system: TransitionSystem, name: str, seed: int
