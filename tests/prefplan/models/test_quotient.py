@@ -28,6 +28,9 @@ from prefplan.models.manipulation import system as system_module
 from prefplan.models.manipulation.quotient import most_states
 from prefplan.models.manipulation.system import ManipulationSystem
 
+SEEDS = 24
+"""Random problems of either kind."""
+
 
 @pytest.fixture
 def quotients_only(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -35,7 +38,7 @@ def quotients_only(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("few_trials")
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(SEEDS))
 def test_random_fronts_are_those_of_the_whole_model(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = random_problem(random.Random(seed))
     whole = pareto_front(problem)
@@ -60,7 +63,7 @@ def assert_bounded(system: ManipulationSystem) -> None:
 
 
 @pytest.mark.usefixtures("few_trials")
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(SEEDS))
 def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,6 +9,12 @@ from scenario_texts import GRAPH, GRID, TABLE, error_of, with_change
 
 from prefplan import ScenarioError, load
 
+WEIGHED = 'kind = "weighted-sum"\nweights = { phi1 = 0.1 }'
+
+SUM_OF_SUM = 'kind = "sum"\nterms = [{ kind = "sum" }]'
+
+RELAX = 'formula = "F plant"\nrelax = [{ assume = "rock", when = "true", cost = "1" }]'
+
 
 @pytest.mark.parametrize(
     ("text", "old", "new", "message"),
@@ -28,6 +34,7 @@ from prefplan import ScenarioError, load
         (TABLE, 'marks = "clean"', 'mark = "x"', "model.locations.san.mark: unknown key (did you mean 'marks'?)"),
         (TABLE, "fixed = false", "fixd = 1", "model.objects.pink.fixd: unknown key (did you mean 'fixed'?)"),
         (TABLE, "by = 20", "until = 20", "preference.deadlines.phi1.until: unknown key (valid: by, weight)"),
+        (GRID, 'order = ["bake", "eat"]', 'over = "violation"', "preference.over: unknown key (did you mean 'order'?)"),
         (TABLE, "release = 1", "releese = 1", "model.costs: unknown action 'releese' (did you mean 'release'?)"),
     ],
 )
@@ -44,6 +51,12 @@ def test_an_unknown_key_is_named_with_the_nearest_known(
         (GRID, 'kind = "grid"', 'kind = "3d"', "model.kind: unknown kind '3d' (valid: graph, grid, manipulation)"),
         (GRID, 'kind = "grid"\n', "", "model.kind: missing (valid: graph, grid, manipulation)"),
         (GRID, 'kind = "order"', 'kind = "ordr"', "preference.kind: unknown kind 'ordr' (did you mean 'order'?)"),
+        (
+            GRAPH,
+            WEIGHED,
+            SUM_OF_SUM,
+            "preference.terms[0].kind: unknown kind 'sum' (valid: order, weighted-sum, max, deadline, expression)",
+        ),
     ],
 )
 def test_an_unknown_kind_is_named_with_the_valid_ones(file: Path, text: str, old: str, new: str, message: str) -> None:
@@ -68,6 +81,7 @@ TASKS = GRID[GRID.index("[[tasks]]") : GRID.index("[preference]")]
         (GRAPH, "weights = { phi1 = 0.1 }\n", "preference.weights"),
         (TABLE, 'start = "left", ', "model.objects.blue.start"),
         (TABLE, "by = 20, ", "preference.deadlines.phi1.by"),
+        (TABLE, "deadlines = { phi1 = { by = 20, weight = 2 } }\n", "preference.deadlines"),
     ],
 )
 def test_a_missing_key_is_named(file: Path, text: str, old: str, key: str) -> None:
@@ -97,6 +111,7 @@ def test_a_missing_kind_of_preference_comes_with_the_valid_ones(file: Path) -> N
         (GRAPH, 's2 = ["plant"]', 's2 = "plant"', "model.labels.s2: must be a list, not 'plant'"),
         (GRAPH, 'propositions = ["rock"]', 'propositions = "rock"', "model.propositions: must be a list, not 'rock'"),
         (GRAPH, "phi1 = 0.1", 'phi1 = "1"', "preference.weights.phi1: must be a number, not '1'"),
+        (GRAPH, 'formula = "F plant"', RELAX, "tasks[0].relax[0].cost: must be a number, not '1'"),
         (TABLE, "release = 1", 'release = "x"', "model.costs.release: must be a number, not 'x'"),
         (TABLE, 'on = ["left", "right"]', 'on = "left"', "model.locations.top.on: must be a list, not 'left'"),
         (TABLE, "capacity = 2", "capacity = 1.5", "model.locations.bin.capacity: must be an integer, not 1.5"),
@@ -136,6 +151,7 @@ def test_an_empty_file_misses_its_first_key(file: Path) -> None:
         (GRID, '["bake", "eat"]', "[]", "preference.order: must name at least one task (valid: eat, bake)"),
         (GRAPH, "cost = 0.5", "cost = -0.5", "model.transitions[1].cost: negative cost -0.5"),
         (GRAPH, 'start = "s0"', 'start = "s9"', "model.start: unknown state 's9' (valid: s0, s1, s2)"),
+        (GRAPH, WEIGHED, 'kind = "expression"', "preference.expression: missing"),
         (GRAPH, "phi1 = 0.1", "phi = 1", "preference.weights: unknown task 'phi' (did you mean 'phi1'?)"),
         (TABLE, ", release = 1", "", "model.costs: no cost for 'release'"),
         (TABLE, "capacity = 2", "capacity = 0", "model.locations.bin.capacity: must be at least 1, not 0"),
