@@ -5,13 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from skill_runs import assert_good
 
-from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import RobotError
-from sim.execution.executor import execute
 from sim.robots.fetch import FETCH, TABLE_HEIGHT_M, fetch_spec, hindrance
-from sim.world.scene import build_scene
 
 pytestmark = pytest.mark.skipif(hindrance() is not None, reason="its meshes are not installed")
 
@@ -54,27 +50,6 @@ def test_the_tool_points_down_between_the_pads_and_the_fingers_close_along_its_y
     assert axes[:, 2] == pytest.approx([0, 0, -1], abs=1e-6)
     across = left - right
     assert abs(across @ axes[:, 1]) == pytest.approx(np.linalg.norm(across))
-
-
-def test_the_arm_holds_its_pose_and_the_fingers_close_to_the_commanded_width(
-    fetch: mujoco.MjModel, at_home: mujoco.MjData
-) -> None:
-    assert at_home.ncon == 0, "no part of the robot should touch another"
-    at_home.actuator(FETCH.gripper.actuator).ctrl[0] = 0.03
-    mujoco.mj_step(fetch, at_home, 1000)
-    assert at_home.qpos[FETCH.qpos(fetch)] == pytest.approx(FETCH.home, abs=1e-3)
-    left, right = (at_home.joint(name).qpos[0] for name in FETCH.gripper.joints)
-    assert left == pytest.approx(right, abs=5e-4)
-    assert left + right == pytest.approx(0.03, abs=1e-3)
-    gap = np.linalg.norm(np.subtract(*(at_home.geom(pad).xpos for pad in FETCH.gripper.pads)))
-    assert gap - 2 * at_home.model.geom(FETCH.gripper.pads[0]).size[1] == pytest.approx(0.03, abs=1e-3)
-
-
-def test_the_same_skills_work(arch_model: ManipulationModel) -> None:
-    actions = ["transit top", "grasp pink", "transport pink bin1", "release pink bin1"]
-    rollout = execute(build_scene(arch_model, robot="fetch"), actions, seed=1)
-    assert_good(rollout)
-    assert rollout.placement_error < 0.002
 
 
 def test_without_its_meshes_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

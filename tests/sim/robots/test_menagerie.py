@@ -11,18 +11,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from skill_runs import assert_good
 
-from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import RobotError
-from sim.execution.executor import execute
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.robots.catalogue import robot_named
 from sim.robots.menagerie.download import REPOSITORY, fetch
 from sim.robots.menagerie.panda import MENAGERIE_PANDA, menagerie_spec
 from sim.robots.panda import PANDA, panda_spec
-from sim.world.scene import Scene, build_scene
 
 STAND_IN = Path(__file__).parent / "menagerie"
 DESCRIPTION = "robot_descriptions.panda_mj_description"
@@ -78,11 +74,6 @@ def panda(menagerie: Path) -> mujoco.MjModel:
     return menagerie_spec().compile()
 
 
-@pytest.fixture(scope="module")
-def menagerie_scene(menagerie: Path, arch_model: ManipulationModel) -> Scene:
-    return build_scene(arch_model, robot="menagerie")
-
-
 def test_it_is_fetched_without_output_by_robot_descriptions_and_kept_in_its_cache(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -135,14 +126,6 @@ def test_the_arm_of_either_robot_reaches_the_same_way(menagerie: Path) -> None:
     ours, theirs = (Arm(robot).reach([ToolPose.down(place, 0.0)])[0] for robot in (PANDA, MENAGERIE_PANDA))
     assert theirs == pytest.approx(ours, abs=1e-4)
     assert MENAGERIE_PANDA.kinematics().nmesh == 0
-
-
-def test_the_same_skills_work(menagerie_scene: Scene) -> None:
-    actions = ["transit top", "grasp pink", "transport pink san", "release pink san"]
-    actions += ["grasp pink", "transport pink bin1", "release pink bin1"]
-    rollout = execute(menagerie_scene, actions, seed=1)
-    assert_good(rollout)
-    assert rollout.placement_error < 0.002
 
 
 @pytest.mark.parametrize(

@@ -85,18 +85,6 @@ def test_the_tool_lies_between_the_pads_and_the_fingers_close_along_its_y(at_hom
     assert tool.xmat.reshape(3, 3)[:, 2] == pytest.approx([0, 0, -1], abs=1e-9)
 
 
-def test_the_arm_holds_its_pose_and_the_fingers_close_together_to_the_commanded_width(
-    panda: mujoco.MjModel, at_home: mujoco.MjData
-) -> None:
-    assert at_home.ncon == 0, "no part of the robot should touch another"
-    at_home.actuator(PANDA.gripper.actuator).ctrl[0] = 0.03
-    mujoco.mj_step(panda, at_home, 1000)
-    assert at_home.qpos[PANDA.qpos(panda)] == pytest.approx(PANDA.home, abs=1e-3)
-    left, right = (at_home.joint(name).qpos[0] for name in PANDA.gripper.joints)
-    assert left == pytest.approx(right, abs=5e-4)
-    assert left + right == pytest.approx(0.03, abs=1e-3)
-
-
 def test_the_motors_give_no_more_than_they_can_whatever_they_are_told() -> None:
     """Bearing the hand's weight, 2.3 N m at joint 6, counts, whether it is with the command or against it."""
     model = PANDA.spec(meshes=False).compile()
