@@ -6,7 +6,6 @@ import random
 import re
 import shutil
 import subprocess
-from itertools import combinations
 
 import judge
 import pytest
@@ -16,6 +15,7 @@ from hoa.ast.boolean_expression import And, Not, Or, TrueFormula
 from hoa.ast.label import LabelAtom, LabelExpression
 from hoa.core import HOA
 from hoa.parsers import HOAParser
+from judge.semantics import powerset
 
 from experiments.figures.diagrams.automaton_text import dot, hoa
 from prefplan import Automaton
@@ -32,10 +32,6 @@ FORMULAS = [
     "(!cheese U pizza) & (!cheese U tacos)",
     *(judge.to_text(judge.random_formula(random.Random(seed), "abc", 3)) for seed in range(60)),
 ]
-
-
-def letters(names: tuple[str, ...]) -> list[frozenset[str]]:
-    return [frozenset(subset) for size in range(len(names) + 1) for subset in combinations(names, size)]
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +62,7 @@ def assert_same(read: HOA, dfa: Automaton) -> None:
     assert [state.index for state in read.body.state2edges] == list(range(dfa.size))
     for state, edges in read.body.state2edges.items():
         assert (state.acc_sig == frozenset({0})) == (state.index == dfa.accepting)
-        for letter in letters(names):
+        for letter in powerset(names):
             numbers = {names.index(name) for name in letter}
             targets = [list(edge.state_conj) for edge in edges if is_true(edge.label, numbers)]
             assert targets == [[dfa.step(state.index, letter)]], (state, letter)
@@ -104,7 +100,7 @@ def test_dot_has_every_state_and_one_edge_for_each_pair_of_states() -> None:
         steps = {
             (str(state), str(dfa.step(state, letter)))
             for state in range(dfa.size)
-            for letter in letters(dfa.propositions)
+            for letter in powerset(dfa.propositions)
         }
         assert len(edges) == len(set(edges)) and set(edges) == steps, formula
 

@@ -9,6 +9,7 @@ from itertools import combinations
 import judge
 import numpy as np
 import pytest
+from judge.semantics import powerset
 
 from experiments.figures.diagrams import automaton as picture
 from experiments.figures.diagrams.guards import LONG, OTHERWISE, cover, labels
@@ -27,10 +28,6 @@ FORMULAS = [
 ]
 
 
-def letters(names: tuple[str, ...]) -> list[frozenset[str]]:
-    return [frozenset(subset) for size in range(len(names) + 1) for subset in combinations(names, size)]
-
-
 def covered(cubes: list[dict[str, bool]], letter: frozenset[str]) -> bool:
     return any(all((name in letter) == holds for name, holds in cube.items()) for cube in cubes)
 
@@ -41,11 +38,11 @@ def test_guards_hold_exactly_where_the_automaton_goes_there_and_no_term_can_be_l
     for state in range(dfa.size):
         for target in leaves(dfa.transitions[state]):
             cubes = cover(dfa, state, target)
-            for letter in letters(dfa.propositions):
+            for letter in powerset(dfa.propositions):
                 assert covered(cubes, letter) == (dfa.step(state, letter) == target)
             for i in range(len(cubes)):
                 fewer = cubes[:i] + cubes[i + 1 :]
-                assert any(covered(cubes, x) and not covered(fewer, x) for x in letters(dfa.propositions))
+                assert any(covered(cubes, x) and not covered(fewer, x) for x in powerset(dfa.propositions))
 
 
 def test_one_label_of_a_state_says_otherwise_that_of_the_dead_state_or_the_longest() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from small_models import COSTS, model, spot
+from small_models import model, spot
 
-from prefplan import Location, ManipulationModel, ManipulationState, ModelError, Object
+from prefplan import Location, ManipulationState, ModelError, Object
 from prefplan.models.manipulation.surroundings import Fixture
 
 
@@ -78,20 +78,6 @@ def test_two_names_that_give_the_same_proposition_clash(
 ) -> None:
     with pytest.raises(ModelError, match=f"proposition '{name}' would mean both"):
         model(*objects, locations=locations)
-
-
-@pytest.mark.parametrize(
-    ("costs", "message"),
-    [
-        ({**COSTS, "grasp": -1}, "costs.grasp: negative cost -1"),
-        ({"transit": 1, "grasp": 1, "release": 1}, "costs: no cost for 'transport'"),
-        ({**COSTS, "graps": 1}, "costs: unknown action 'graps' (did you mean 'grasp'?)"),
-    ],
-)
-def test_every_kind_of_action_needs_a_cost(costs: dict[str, int], message: str) -> None:
-    with pytest.raises(ModelError) as caught:
-        ManipulationModel("home", costs, (A,), ())
-    assert str(caught.value) == message
 
 
 @pytest.mark.parametrize("name", ["two words", "1st", "true", "F", ""])

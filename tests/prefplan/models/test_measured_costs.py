@@ -252,8 +252,6 @@ def test_negative_measurements_are_refused(scenario: Path) -> None:
         ('{ measured = "energie" }', "model.costs.measured: unknown quantity 'energie' (did you mean 'energy'?)"),
         ('{ measured = "energy", grasp = 1 }', "model.costs.grasp: unknown key (valid: measured)"),
         ("{ measured = 3 }", "model.costs.measured: must be a string, not 3"),
-        ("{ transit = 3, grasp = 1 }", "model.costs: no cost for 'transport'"),
-        ('{ transit = "3" }', "model.costs.transit: must be a number, not '3'"),
     ],
 )
 def test_costs_are_read_strictly(scenario: Path, costs: str, message: str) -> None:

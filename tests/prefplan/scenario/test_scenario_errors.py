@@ -154,6 +154,7 @@ def test_an_empty_file_misses_its_first_key(file: Path) -> None:
         (GRAPH, WEIGHED, 'kind = "expression"', "preference.expression: missing"),
         (GRAPH, "phi1 = 0.1", "phi = 1", "preference.weights: unknown task 'phi' (did you mean 'phi1'?)"),
         (TABLE, ", release = 1", "", "model.costs: no cost for 'release'"),
+        (TABLE, "release = 1", "release = -1", "model.costs.release: negative cost -1"),
         (TABLE, "capacity = 2", "capacity = 0", "model.locations.bin.capacity: must be at least 1, not 0"),
         (TABLE, "by = 20", "by = -20", "preference.deadlines.phi1.by: must not be negative, but is -20"),
     ],

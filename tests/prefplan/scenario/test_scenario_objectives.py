@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 from scenario_texts import task_tables
@@ -122,18 +121,6 @@ def test_mistakes_are_named_with_their_place(file: Path, text: str, old: str, ne
     file.write_text(text.replace(old, new, 1))
     with pytest.raises(ScenarioError, match="^" + re.escape(f"{file}: {message}")):
         load(file).problem()
-
-
-@pytest.mark.parametrize(
-    ("limits", "message"),
-    [
-        ({"at_most": {"speed": 1}}, "at_most: unknown objective 'speed' (valid: time, energy, soon, frugal)"),
-        ({"at_most": {"tim": 1}}, "at_most: unknown objective 'tim' (did you mean 'time'?)"),
-    ],
-)
-def test_a_bound_of_no_objective_is_refused(limits: dict[str, Any], message: str) -> None:
-    with pytest.raises(PrefplanError, match=re.escape(message)):
-        Planner(loads(GRID).problem()).front(**limits)
 
 
 def test_bounds_hold_for_every_objective_and_an_empty_front_says_why() -> None:
