@@ -187,13 +187,6 @@ def test_a_general_preference_says_what_it_needs(run: Run, island: Path) -> None
     assert found["contract"] == "general" and "--max-cost" in found["meaning"]
 
 
-def test_a_mistake_has_status_2(run: Run, island: Path) -> None:
-    island.write_text(ISLAND.replace("F fruit", "F friut"))
-    result = run("check", "island.toml")
-    assert (result.status, result.out) == (2, "")
-    assert "unknown proposition 'friut' (did you mean 'fruit'?)" in result.err
-
-
 @pytest.mark.parametrize("name", ["example", "case_study_1"])
 def test_no_task_costs_less_in_any_plan_than_alone(name: str) -> None:
     scenario = scenarios.find(name)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from command_line import Run, assert_is_error
-from scenario_texts import DETOUR
+from scenario_texts import CUP, DETOUR
 
 import prefplan
 from experiments import commands
@@ -21,7 +21,7 @@ from experiments.cli.progress import Bars
 from experiments.program import main as start
 
 
-@pytest.mark.parametrize("command", ["front", "plan"])
+@pytest.mark.parametrize("command", ["front", "plan", "check"])
 @pytest.mark.parametrize("json_option", [[], ["--json"]])
 def test_a_mistake_in_the_scenario_is_told_on_stderr(
     run: Run, detour: Path, command: str, json_option: list[str]
@@ -108,7 +108,8 @@ for call in sys.argv[1:]:
 
 
 def test_only_what_needs_the_simulation_asks_to_install_it(tmp_path: Path) -> None:
-    calls = ["run case_study_3", "verify run.npz", "check case_study_3 -q", "report example -q"]
+    (tmp_path / "cup.toml").write_text(CUP)
+    calls = ["run cup", "verify run.npz", "check cup -q", "report example -q"]
     command = [sys.executable, "-c", NO_SIMULATION, *calls]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert re.findall(r"^\d+$", done.stdout, re.MULTILINE) == ["4", "4", "0", "0"]

@@ -147,6 +147,8 @@ const audit = (() => {
     }
     for (const picture of document.querySelectorAll("svg")) if (!picture.closest("[role]")) yield "a picture has no role";
     if (!document.documentElement.lang) yield "the page has no language";
+    const ids = [...document.querySelectorAll("[id]")].map((element) => element.id);
+    for (const id of new Set(ids.filter((id, i) => ids.indexOf(id) < i))) yield `the id ${id} occurs twice`;
     let level = 0;
     for (const heading of document.querySelectorAll("h1, h2, h3, h4, h5, h6")) {
       const next = Number(heading.tagName[1]);

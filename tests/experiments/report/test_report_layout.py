@@ -130,6 +130,10 @@ def assert_ticks_are_exact(page: Page) -> None:
     assert (shown["cost_unit"] == "energy, J") == shown["scenario"].endswith("_energy")
 
 
+BRIGHTNESS = "Number(getComputedStyle(document.body).backgroundColor.match(/[0-9]+/)[0])"
+"""Of the page's red, 0 to 255."""
+
+
 @pytest.mark.parametrize("name", [*scenarios.names(), *OWN])
 def test_nothing_is_cut_covered_faint_without_a_name_or_out_of_reach(
     name: str, make: Make, chrome: webdriver.Chrome
@@ -144,6 +148,7 @@ def test_nothing_is_cut_covered_faint_without_a_name_or_out_of_reach(
     for scheme in ("light", "dark"):
         page.set_scheme(scheme)
         assert complaints(page, "contrast") == [], scheme
+        assert (page.run(BRIGHTNESS) > 200) == (scheme == "light")
     chrome.execute_script("document.documentElement.style.fontSize = '200%'")
     assert complaints(page, "layout") == []
     assert page.complaints() == []
@@ -158,6 +163,7 @@ FAULTS = [
     ("contrast", ".caption", "style", "color: #888888", "contrast of"),
     ("access", ".map", "aria-label", "", "has no name"),
     ("access", "html", "lang", "", "has no language"),
+    ("access", "#play", "id", "plan", "occurs twice"),
     ("access", "#play", "style", "outline: none", "does not show its focus"),
     ("playback", "#transport", "style", "position: static", "out of sight"),
 ]

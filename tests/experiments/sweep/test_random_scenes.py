@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from scenario_texts import cup_scenario, task_tables
 
 from experiments import random_scenes
 from experiments.random_scenes import REFUSED, carry_out, markdown, scene_text
@@ -61,7 +62,7 @@ def test_a_scene_is_checked_and_carried_out(tmp_path: Path) -> None:
 
 
 def test_a_scene_without_a_plan_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = scene_text(0, 3).replace("F (", "F (false & ").replace("F o", "F false & F o")
+    text = cup_scenario(task_tables(never="F (cup_tray & false)"))
     monkeypatch.setattr(random_scenes, "scene_text", lambda seed, number: text)
     refused = carry_out(0, 3, tmp_path)
     assert refused["class"] == REFUSED and refused["reason"].endswith("cannot be satisfied")

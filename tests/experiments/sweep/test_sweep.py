@@ -202,18 +202,14 @@ def test_faults_are_drawn_by_seed_and_spelled_as_run_takes_them(job: Sweep) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("faults", "number"), [(None, 4), ("random", 2)])
-def test_a_rollout_can_be_replayed(
-    job: Sweep, faults: str | None, number: int, capsys: pytest.CaptureFixture[str]
-) -> None:
-    record = roll_out(replace(job, faults=faults), number)
+def test_a_rollout_can_be_replayed(job: Sweep, capsys: pytest.CaptureFixture[str]) -> None:
+    record = roll_out(replace(job, faults="random"), 2)
     assert record["agrees"] is True, record["refuted"]
     program, *arguments = shlex.split(record["replay"])
     assert program == "prefplan"
     assert main([*arguments, "--no-video", "--json"]) == (0 if record["completed"] else 4)
     printed = json.loads(capsys.readouterr().out)
-    assert [entry["fault"] for entry in printed.get("faults", [])] == record.get("faults", [])
-    assert bool(record.get("faults")) == bool(faults)
+    assert [entry["fault"] for entry in printed["faults"]] == record["faults"] != []
     assert (printed["sim_seconds"], printed["replans"]) == (record["sim_seconds"], record["replans"])
     assert printed["max_placement_error_mm"] == record["placement_error_mm"]
 
