@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Iterator, Sequence
-from itertools import count, product
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from judge.enumerate import DONE, SKIPPED, readings
-from judge.preferences import Mu, Number
-from judge.problems import GraphProblem
+from judge.enumerate import Node, Product, Reading, undominated
+from judge.preferences import Mu, Number, Values
+from judge.problems import GraphProblem, JudgedTask
 from judge.semantics import Label, monitor
 from judge.syntax import Formula
 
@@ -25,6 +24,29 @@ class JudgedRule(NamedTuple):
     skip: Number | None = None
 
 
+class RuledProduct(Product):
+    """A product in whose nodes the states of the rules' monitors follow those of the tasks."""
+
+    def __init__(self, problem: GraphProblem, rules: Sequence[JudgedRule]) -> None:
+        """Build every reachable node."""
+        self.rules, self.tasks = rules, len(problem.tasks)
+        watched = (JudgedTask(rule.name, rule.bad) for rule in rules)
+        super().__init__(replace(problem, tasks=(*problem.tasks, *watched)))
+
+    def finished(self, node: Node) -> bool:
+        """Say whether a plan ends here: no rule asks for anything more."""
+        return all(state < 0 for state in node[1][: self.tasks])
+
+    def _readings_of(self, k: int, state: int, label: Label) -> list[Reading]:
+        if k < self.tasks:
+            return super()._readings_of(k, state, label)
+        rule = self.rules[k - self.tasks]
+        after = state if state == GONE else monitor(rule.bad).step(state, label)
+        if after == GONE or not monitor(rule.bad).satisfied(after):
+            return [(after, ())]
+        return [] if rule.skip is None else [(GONE, ((rule.name, rule.skip),))]
+
+
 def front_with_rules(
     problem: GraphProblem, rules: Sequence[JudgedRule], mu: Mu, *, max_cost: Number
 ) -> list[tuple[Number, Number]]:
@@ -36,49 +58,9 @@ def front_with_rules(
         mu: of the costs and violation costs of the tasks and then of the rules; it falls in none of them.
         max_cost: greatest total cost, inclusive.
     """
-    tasks, ticket = problem.tasks, count()
-    seen, heap = set(), []
 
-    def enter(g: Number, state: str, before: tuple, frozen: tuple, paid: tuple) -> None:
-        for after, prices in _read(problem, rules, before, problem.label(state)):
-            costs = tuple(g if c is None and q == DONE else c for c, q in zip(frozen, after, strict=False))
-            spent = tuple(x + y for x, y in zip(paid, prices, strict=True))
-            if g <= max_cost and (g, state, after, costs, spent) not in seen:
-                seen.add((g, state, after, costs, spent))
-                heapq.heappush(heap, (g, next(ticket), state, after, costs, spent))
+    def worth(spent: Values, ends: Sequence[Values], paid: Values) -> Values:
+        return spent[0], mu(tuple(end[0] for end in ends), paid)
 
-    watching = tuple(monitor(rule.bad).start for rule in rules)
-    for skipped in product(*([False] if task.skip is None else [False, True] for task in tasks)):
-        begun = (SKIPPED if skip else monitor(task.formula).start for task, skip in zip(tasks, skipped, strict=True))
-        paid = (*(task.skip if skip else 0 for task, skip in zip(tasks, skipped, strict=True)), *(0 for _ in rules))
-        enter(0, problem.start, (*begun, *watching), (None,) * len(tasks), paid)
-    front: list[tuple[Number, Number]] = []
-    while heap:
-        g, _, state, states, frozen, paid = heapq.heappop(heap)
-        worth = mu((*(g if c is None else c for c in frozen), *(0 for _ in rules)), paid)
-        if front and worth >= front[-1][1]:
-            continue
-        if all(q < 0 for q in states[: len(tasks)]):
-            if front and front[-1][0] == g:
-                front.pop()
-            front.append((g, worth))
-            continue
-        for edge in problem.outgoing.get(state, []):
-            enter(g + edge.cost, edge.target, states, frozen, paid)
-    return front
-
-
-def _read(
-    problem: GraphProblem, rules: Sequence[JudgedRule], states: Sequence[int], label: Label
-) -> Iterator[tuple[tuple[int, ...], tuple[Number, ...]]]:
-    """Yield the states of tasks and rules after each way to read a label, and the prices."""
-    options: list[list[tuple[int, Number]]] = [
-        [(after, sum(price for _, price in bought)) for after, bought in readings(task, state, label).items()]
-        for task, state in zip(problem.tasks, states, strict=False)
-    ]
-    for rule, state in zip(rules, states[len(problem.tasks) :], strict=True):
-        after = state if state == GONE else monitor(rule.bad).step(state, label)
-        broken = after != GONE and monitor(rule.bad).satisfied(after)
-        options.append([(after, 0)] if not broken else [] if rule.skip is None else [(GONE, rule.skip)])
-    for chosen in product(*options):
-        yield tuple(state for state, _ in chosen), tuple(price for _, price in chosen)
+    goals = undominated(RuledProduct(problem, rules), worth, limits=(max_cost,))
+    return [(goal.worth[0], goal.worth[1]) for goal in goals]

@@ -60,7 +60,7 @@ def test_without_its_relaxations_a_task_is_not_satisfied(relaxed_log: Log) -> No
 
 
 @pytest.mark.usefixtures("claims_alone")
-@pytest.mark.parametrize("k", range(1, 15))
+@pytest.mark.parametrize("k", [1, 4, 9, 14])
 def test_no_action_can_be_dropped_or_made_cheaper_unnoticed(arch_log: Log, k: int) -> None:
     found = refutations(without_action(arch_log, k))
     assert "total cost" in found
