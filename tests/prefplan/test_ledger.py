@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
+from scenario_texts import shipped, shipped_front
 
-import prefplan as pp
 from prefplan import Ledger, Problem
 
 SHIPPED = ("case_study_1", "case_study_2_skip20", "case_study_3", "case_study_3_energy", "example")
 
 
-def shipped(name: str) -> Problem:
-    return pp.load(Path(__file__).parents[2] / "experiments" / "scenarios" / f"{name}.toml").problem()
-
-
 @pytest.fixture(scope="module")
 def example() -> Problem:
-    return shipped("example")
+    return shipped("example").problem()
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_plan_costs_what_it_says(name: str) -> None:
-    problem = shipped(name)
-    for plan in pp.pareto_front(problem):
+    problem = shipped(name).problem()
+    for plan in shipped_front(name):
         ledger = Ledger.of_plan(problem, plan)
         end = ledger.final
         assert (end.cost, end.preference) == (plan.cost, plan.preference)
@@ -46,16 +41,12 @@ def test_a_ledger_of_observations_reads_what_was_observed(example: Problem) -> N
     assert "phi1" in seen.final.satisfied and seen.order[0] == "phi1"
 
 
-def test_a_skipped_task_has_no_states() -> None:
-    problem = shipped("case_study_2_skip20")
-    ledger = Ledger.of_plan(problem, pp.pareto_front(problem)[0])
+def test_a_skipped_task_has_no_states_and_what_is_paid_counts_from_its_step_on() -> None:
+    name = "case_study_2_skip20"
+    ledger = Ledger.of_plan(shipped(name).problem(), shipped_front(name)[0])
     assert ledger.states["phi5"] is None and ledger.satisfied["phi5"] is None and ledger.advances("phi5") == ()
     assert "phi5" not in ledger.order and "phi5" not in ledger.final.satisfied
 
-
-def test_what_is_paid_counts_from_its_step_on() -> None:
-    problem = shipped("case_study_2_skip20")
-    ledger = Ledger.of_plan(problem, pp.pareto_front(problem)[0])
     for step, entry in enumerate(ledger.entries):
         paid = sum(bought.cost for bought in ledger.relaxations if bought.step <= step)
         assert sum(entry.violation_costs.values()) == paid

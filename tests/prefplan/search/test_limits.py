@@ -33,18 +33,19 @@ from prefplan.search.driver import BiObjectiveSearch
 from prefplan.search.guided import CheapestSearch
 
 
+def errands(number: int) -> Problem:
+    """Return errands of three cells each on a 10 x 10 grid."""
+    rng = random.Random(number)
+    cells = [[(rng.randrange(10), rng.randrange(10)) for _ in range(3)] for _ in range(number)]
+    regions = {f"x{x}y{y}": [(x, y, x, y)] for errand in cells for x, y in errand}
+    names = [[f"x{x}y{y}" for x, y in errand] for errand in cells]
+    tasks = [Task(f"t{i}", f"F({a} & F({b} & F {c}))") for i, (a, b, c) in enumerate(names)]
+    return Problem(GridModel((10, 10), (0, 0), regions=regions).transition_system(), tasks, Order())
+
+
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    """Six errands of three cells each on a 10 x 10 grid."""
-    rng = random.Random(6)
-    cells = [[(rng.randrange(10), rng.randrange(10)) for _ in range(3)] for _ in range(6)]
-    regions = {f"x{x}y{y}": [(x, y, x, y)] for errand in cells for x, y in errand}
-    grid = GridModel((10, 10), (0, 0), regions=regions)
-    tasks = []
-    for i, errand in enumerate(cells):
-        a, b, c = (f"x{x}y{y}" for x, y in errand)
-        tasks.append(Task(f"t{i}", f"F({a} & F({b}) & F({c}))"))
-    return Problem(grid.transition_system(), tasks, Order())
+    return errands(6)
 
 
 @pytest.fixture(scope="module")
@@ -148,16 +149,6 @@ def test_a_cheapest_plan_that_may_not_be_the_best_of_its_cost_is_not_given_as_th
     else:
         assert best is not None and (best.cost, caught.value.within) == (whole[0].cost, 0)
         assert "a better plan may exist; this one costs at most 0.0 % more than any" in str(caught.value)
-
-
-def errands(number: int) -> Problem:
-    """Return errands of three cells each on a 10 x 10 grid."""
-    rng = random.Random(number)
-    cells = [[(rng.randrange(10), rng.randrange(10)) for _ in range(3)] for _ in range(number)]
-    regions = {f"x{x}y{y}": [(x, y, x, y)] for errand in cells for x, y in errand}
-    names = [[f"x{x}y{y}" for x, y in errand] for errand in cells]
-    tasks = [Task(f"t{i}", f"F({a} & F({b} & F {c}))") for i, (a, b, c) in enumerate(names)]
-    return Problem(GridModel((10, 10), (0, 0), regions=regions).transition_system(), tasks, Order())
 
 
 @pytest.mark.parametrize(("tasks", "ended"), [(9, "time"), (20, "time"), (9, "interrupt")])
