@@ -22,6 +22,8 @@ from prefplan import (
     Task,
     WeightedSum,
 )
+from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.slots import hand_poses
 
 
 def random_model(rng: random.Random) -> ManipulationModel:
@@ -39,18 +41,34 @@ def random_model(rng: random.Random) -> ManipulationModel:
     return ManipulationModel(rng.choice(["home", *names]), COSTS, tuple(places), tuple(objects))
 
 
-def random_problem(rng: random.Random) -> Problem:
+def random_measured(rng: random.Random, model: ManipulationModel, measured: str | tuple[str, ...]) -> ManipulationModel:
+    """Draw measured costs between every two poses of the hand in a model."""
+    places = model.locations
+    hands = hand_poses((place.name for place in places), (place.capacity for place in places), model.start)
+    quantities = measured if isinstance(measured, tuple) else ()
+    entries = {
+        (kind, before, after): {name: rng.randint(0, 9) for name in quantities} or rng.randint(0, 9)
+        for kind in COSTS
+        for before in hands
+        for after in hands
+    }
+    return replace(model, costs=MeasuredCosts(measured, entries))
+
+
+def random_problem(rng: random.Random, *, measured: bool = False) -> Problem:
     """Draw one to three tasks over a few propositions of a random model, and a preference."""
     model = random_model(rng)
+    if measured:
+        model = random_measured(rng, model, "time")
     tasks, preferences = _random_tasks(rng, model)
     return Problem(model.transition_system(), tasks, rng.choice(preferences))
 
 
-def random_several(rng: random.Random) -> Problem:
+def random_several(rng: random.Random, *, measured: bool = False) -> Problem:
     """Draw the same with two costs, and one or two preferences, each of either cost."""
     model = random_model(rng)
     costs = {kind: {name: rng.randint(0, 6) for name in ("time", "energy")} for kind in COSTS}
-    model = replace(model, costs=costs)
+    model = random_measured(rng, model, ("time", "energy")) if measured else replace(model, costs=costs)
     tasks, preferences = _random_tasks(rng, model)
     chosen = rng.sample(preferences, min(len(preferences), rng.randint(1, 2)))
     named = [NamedPreference(f"p{k}", one, rng.choice((None, "energy"))) for k, one in enumerate(chosen)]

@@ -1,11 +1,12 @@
 """Tables of a manipulation model too large to list, on projections that leave out what some tasks do not see.
 
 For a set K of tasks, the projection keeps the objects of which K's formulas tell. Objects left out are never in the
-way: pre-conditions on them, and supports, are dropped; all locations for one object that K does not see are alike.
-Every step of the model is a step of the projection, or none: what is done with an object left out moves the hand at
-the most. A step of the projection costs no more than any step that it stands for, so costs-to-go there are lower
-bounds, and consistent: a bound falls along a step by no more than the step's cost (B. Yang et al., "A General Theory of
-Additive State Space Abstractions", JAIR 2008).
+way: pre-conditions on them, and supports, are dropped, and slots are not told apart. All locations for one object that
+K does not see are alike, unless costs are measured and the table stays small without. Every step of the model is a
+step of the projection, or none: what is done with an object left out moves the hand at the most. A step of the
+projection costs the least of all steps that it stands for; of measured costs, that between any poses of the hand that
+are one in the projection. So costs-to-go there are lower bounds, and consistent: a bound falls along a step by no more
+than the step's cost (B. Yang et al., "A General Theory of Additive State Space Abstractions", JAIR 2008).
 
 The bounds of several projections can be added if every action's cost is counted in one of them at the most. What is
 done with an object, and a transit to a location for one object that holds it, counts in the first projection that
@@ -24,10 +25,11 @@ import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.logic.stutter import is_idempotent
+from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, ManipulationState
 from prefplan.models.manipulation.quotient import Symmetry, View
-from prefplan.models.manipulation.state_space import Generator, reachable
+from prefplan.models.manipulation.state_space import Generator, ListedStates, reachable
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.contraction import view, whole_graph
 from prefplan.product.generated_product import GeneratedProduct
@@ -38,15 +40,24 @@ from prefplan.product.product_automaton import Product
 GROUP_ENTRIES = 200_000
 """Entries of a table of several tasks, by an upper bound, up to which tasks that see the same objects are joined."""
 
+APART_ENTRIES = 400_000
+"""Entries of a table, by an upper bound, up to which no locations are alike where costs are measured."""
+
+KINDS = {"transit": TRANSIT, "grasp": GRASP, "transport": TRANSPORT, "release": RELEASE}
+
+NOWHERE = 2**62
+"""Cost of what stands for no action; more than any."""
+
 
 class Projections(NamedTuple):
-    """M projections of a model of L locations, H poses of the hand, O objects and D digits.
+    """M projections of a model of S slots, H poses of the hand, O objects and D digits.
 
     Attributes:
         weights: (M, D) int64, what each digit weighs in a projection's states, 0 if it is not seen. objects: O.
-        slots: (M, L + 1) int64, location in the projection, -1 for one of those that are alike.
+        slots: (M, S + 1) int64, location in the projection, -1 for one of those that are alike.
         hands: (M, H) int64, pose in the projection, -1 over one of those.
         places: (M, n) int64, the locations that stand for those.
+        above: (S + 1,) int64, pose of the hand over each slot.
         first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
     """
 
@@ -54,6 +65,7 @@ class Projections(NamedTuple):
     slots: np.ndarray
     hands: np.ndarray
     places: np.ndarray
+    above: np.ndarray
     first: np.ndarray
     numbers: np.ndarray
 
@@ -61,7 +73,7 @@ class Projections(NamedTuple):
 def no_projections() -> Projections:
     """Return what stands in the place of projections where states are listed."""
     grid, none = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return Projections(grid, grid, grid, grid, none, none.astype(np.int32))
+    return Projections(grid, grid, grid, grid, none, none, none.astype(np.int32))
 
 
 @bare_kernel
@@ -84,7 +96,7 @@ def projected(projections: Projections, m: Integer, digits: np.ndarray, node: In
         if slot < 0:
             slot = projections.places[m, rank]
             rank += 1
-            if value == hand and value < held:
+            if value < held and projections.above[value] == hand:
                 moved = slot
         state += weight * slot
     if moved < 0:
@@ -117,7 +129,7 @@ class Projected:
     """A product of a model that is not listed, made ready for looking back on its projections.
 
     Attributes:
-        costs: (4,) int64, one of the costs of the kinds of actions.
+        costs: (4 H H,) int64, one of the costs of actions, as `Moves` has them.
         sizes: (N,) int64, states of each automaton.
         shift: 0: costs do not count actions.
     """
@@ -129,7 +141,7 @@ class Projected:
         self._known: dict[tuple[int, ...], _Projection] = {}
 
     def with_costs(self, costs: np.ndarray) -> Projected:
-        """Return the same for another of the costs, (4,) int64; projections made for either serve both."""
+        """Return the same for another of the costs; projections made for either serve both."""
         other = copy(self)
         other.costs = costs
         return other
@@ -148,11 +160,23 @@ class Projected:
 
     def entries_of(self, tasks: Sequence[int]) -> int:
         """Return an upper bound of the number of entries of a table of some tasks, marks left out."""
-        relaxed = _view(self._model, self._names(tasks))
+        return self._entries(tasks, self._view(tasks))
+
+    def _entries(self, tasks: Sequence[int], relaxed: View) -> int:
         locations = len(self._model.locations) - len(relaxed.neutral)
         objects = len(self.objects_of(tasks))
         states = (locations + 2) ** objects * (locations + objects + 2)
         return states * math.prod(int(self.sizes[i]) for i in tasks)
+
+    def _view(self, tasks: Sequence[int]) -> View:
+        """Return the model without supports, slots and costs, and what is alike in it for some tasks."""
+        places = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in self._model.locations)
+        relaxed = replace(self._model, locations=places, costs=dict.fromkeys(KINDS, 0))
+        if isinstance(self._model.costs, MeasuredCosts):
+            apart = View(relaxed, self._names(tasks), frozenset(), places_alike=False)
+            if self._entries(tasks, apart) <= APART_ENTRIES:
+                return apart
+        return View(relaxed, self._names(tasks), frozenset())
 
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""
@@ -165,10 +189,8 @@ class Projected:
     def cost_to_go(self, tasks: Sequence[int] | np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
         """Return least weighted costs until some tasks are satisfied or dropped, as `cost_to_go.cost_to_go`."""
         found = self._projection(tasks)
-        costs = self.costs.copy()
-        # A hand that seems empty may carry an object that is left out.
-        costs[TRANSIT] = min(costs[TRANSIT], costs[TRANSPORT])
-        return self._table(found, self._edge_costs(found, costs), factors, idle=int(costs.min()))
+        costs = self._edge_costs(found, self._least_costs(found, loads_seen=False))
+        return self._table(found, costs, factors, idle=self._cheapest)
 
     def shared_cost_to_go(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
         """Return least costs until some tasks are satisfied or dropped, of the actions that count in this projection.
@@ -180,7 +202,7 @@ class Projected:
         found, before = self._projection(tasks), groups[: groups.index(tuple(tasks))]
         claimed = {obj for group in before for obj in self.objects_of(group)}
         own = [obj for obj in self.objects_of(tasks) if obj not in claimed]
-        costs = self._edge_costs(found, self.costs, own)
+        costs = self._edge_costs(found, self._least_costs(found, loads_seen=True), own)
         return self._table(found, costs, np.ones(2 ** len(tasks), dtype=np.int64), idle=0)
 
     def groups(self) -> list[tuple[int, ...]]:
@@ -208,51 +230,81 @@ class Projected:
         tables = [self._numbers(projection) for projection in found]
         first = np.cumsum([0, *map(len, tables)])[:-1]
         weights, slots, hands = (np.array([row[k] for row in rows], dtype=np.int64) for k in range(3))
-        return Projections(weights, slots, hands, places, first.astype(np.int64), np.concatenate(tables))
+        above = self._space.above.astype(np.int64)
+        return Projections(weights, slots, hands, places, above, first.astype(np.int64), np.concatenate(tables))
 
     def _projection(self, tasks: Sequence[int] | np.ndarray) -> _Projection:
         tasks = tuple(int(i) for i in tasks)
         if tasks not in self._known:
-            relaxed = _view(self._model, self._names(tasks))
+            relaxed = self._view(tasks)
             kept = self.objects_of(tasks)
             small, start = _without(relaxed, kept, self.product.model.start)
             names = self._names(tasks)
-            seen = View(small, names, frozenset())
+            seen = View(small, names, frozenset(), places_alike=bool(relaxed.neutral))
             space = StateCodes(small, start)
             symmetry = Symmetry(space, seen)
             first = symmetry.canonical(np.array([space.encode(start, where="start")], dtype=np.int64))
             generator = Generator.of(space, self.product.model.generator.operators)
             system = reachable(generator, first.tolist(), names=names, canonical=symmetry.canonical)
-            codes = np.array([space.encode(state, where="state") for state in system.states], dtype=np.int64)  # type: ignore[arg-type]
-            self._known[tasks] = _Projection(len(self._known), tasks, space, seen, system, codes)
+            assert isinstance(system.states, ListedStates)
+            self._known[tasks] = _Projection(len(self._known), tasks, space, seen, system, system.states.codes)
         return self._known[tasks]
 
-    def _edge_costs(self, found: _Projection, costs: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
+    def _least_costs(self, found: _Projection, *, loads_seen: bool) -> np.ndarray:
+        """Return (4, P, P) the least costs of each kind of action between any two of a projection's P poses.
+
+        Args:
+            found: the projection.
+            loads_seen: whether a transit is one in the model, too; else its hand may carry an object that is left out.
+        """
+        over, number, poses = self._space.over, len(self._space.hands), len(found.space.hands)
+        hands = self._hands(found)
+        # Poses over locations that are alike are one.
+        whole, small = np.where(hands < 0, poses, hands), np.arange(poses)
+        small[[found.space.locations.index(name) for name in found.view.neutral]] = poses
+        stays = over[:, None] == over[None, :]
+        least = np.full((len(KINDS), poses + 1, poses + 1), NOWHERE)
+        for kind, costs in enumerate(self.costs.reshape(len(KINDS), number, number)):
+            exists = (stays != (kind in (TRANSIT, TRANSPORT))) & (costs >= 0)
+            np.minimum.at(least[kind], (whole[:, None], whole[None, :]), np.where(exists, costs, NOWHERE))
+        if not loads_seen:
+            least[TRANSIT] = np.minimum(least[TRANSIT], least[TRANSPORT])
+        # What no action does may cost anything.
+        least[least == NOWHERE] = self._cheapest
+        return least[:, small[:, None], small[None, :]]
+
+    @property
+    def _cheapest(self) -> int:
+        """The cost of the cheapest action."""
+        known = self.costs[self.costs >= 0]
+        return int(known.min()) if len(known) else 0
+
+    def _edge_costs(self, found: _Projection, least: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
         """Return the costs of a projection's edges; only those about some objects count, unless all do."""
         system, space = found.system, found.space
         after = found.codes[system.targets]
+        hands = space.digit(np.repeat(found.codes, np.diff(system.offsets)), 0), space.digit(after, 0)
         result = np.zeros(len(system.targets), dtype=np.int64)
-        kinds = {"transit": TRANSIT, "grasp": GRASP, "transport": TRANSPORT, "release": RELEASE}
         for a, text in enumerate(system.action_names):
             kind, *names = text.split()
             mine = system.actions == a
+            costs = least[KINDS[kind], hands[0][mine], hands[1][mine]]
             if own is None or (kind != "transit" and names[0] in own):
-                result[mine] = costs[kinds[kind]]
+                result[mine] = costs
             elif kind == "transit":
                 hand, counts = space.digit(after[mine], 0), np.zeros(int(mine.sum()), dtype=bool)
                 single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
                 for o, obj in enumerate(space.objects):
                     if obj in own:
                         counts |= (space.digit(after[mine], 1 + o) == hand) & single[np.minimum(hand, len(single) - 1)]
-                result[mine] = np.where(counts, costs[TRANSIT], 0)
+                result[mine] = np.where(counts, costs, 0)
         return result
 
     def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
         problem = self.product.problem
-        per_unit = int(problem.units.cost / found.system.unit)
-        system = replace(found.system, costs=costs * per_unit, more_costs=())
+        system = replace(found.system, costs=costs, unit=problem.units.cost, more_costs=())
         if not all(map(is_idempotent, (*(problem.automata[i] for i in found.tasks), *problem.monitors))):
-            system = _with_idling(system, idle * per_unit)
+            system = _with_idling(system, idle)
         product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
         backward = Backward(product, view(product, whole_graph(product)))
         return backward.cost_to_go(np.arange(len(found.tasks)), factors)
@@ -266,21 +318,30 @@ class Projected:
         for pair, d in space.mark_digits.items():
             if found.view.sees_mark(*pair):
                 weights[whole.mark_digits[pair]] = -space.weights[d]
-        alike = _view(self._model, self._names(found.tasks)).neutral
-        slots = [-1 if name in alike else space.locations.index(name) for name in whole.locations]
-        hands = [*slots, *(space.hands.index(hand) for hand in whole.hands[len(slots) :])]
-        return weights, [*slots, space.held], hands, [space.locations.index(name) for name in found.view.neutral]
+        places = [*self._locations(found), space.held]
+        slots = [places[x] for x in whole.location]
+        return weights, slots, self._hands(found).tolist(), [space.locations.index(name) for name in found.view.neutral]
+
+    def _locations(self, found: _Projection) -> list[int]:
+        """Return each location's number in a projection, -1 for those that are alike."""
+        names, alike = found.space.locations, self._view(found.tasks).neutral
+        return [-1 if name in alike else names.index(name) for name in self._space.locations]
+
+    def _hands(self, found: _Projection) -> np.ndarray:
+        """Return (H,) each pose of the hand in a projection, -1 over the locations that are alike."""
+        places, whole = self._locations(found), self._space
+        elsewhere = len(places)
+        return np.array(
+            [
+                found.space.hands.index(hand) if x == elsewhere else places[x]
+                for hand, x in zip(whole.hands, whole.over, strict=True)
+            ]
+        )
 
     def _numbers(self, found: _Projection) -> np.ndarray:
         numbers = np.zeros(found.space.bound, dtype=np.int32)
         numbers[found.codes] = np.arange(len(found.codes))
         return numbers
-
-
-def _view(model: Description, names: frozenset[str]) -> View:
-    """Return a model without supports, and what is alike in it for those who see some propositions."""
-    places = (replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in model.locations)
-    return View(replace(model, locations=tuple(places)), names, frozenset())
 
 
 def _without(view: View, kept: Sequence[str], start: ManipulationState) -> tuple[Description, ManipulationState]:

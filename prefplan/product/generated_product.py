@@ -11,6 +11,7 @@ import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.models.manipulation.quotient import ReducedModel
+from prefplan.models.manipulation.slots import FAR_APART
 from prefplan.problem import Problem
 from prefplan.product.moves import Moves
 from prefplan.product.product_automaton import CODE_LIMIT, Product
@@ -90,9 +91,9 @@ class GeneratedProduct(Product):
 
 
 def unit_costs(model: ReducedModel, problem: Problem, cost: int = 0) -> np.ndarray:
-    """Return (4,) one of the costs of the kinds of actions, in a problem's units."""
+    """Return (4 H H,) one of the costs as `Moves` has them, in a problem's units; negative ones stay so."""
     matrix = model.generator.costs[cost]
-    return matrix.entries[:, 0, 0] // int(problem.cost_units[cost] / matrix.unit)
+    return (matrix.entries // int(problem.cost_units[cost] / matrix.unit)).ravel()
 
 
 def _moves(model: ReducedModel, costs: np.ndarray, letters: np.ndarray) -> Moves:
@@ -107,6 +108,11 @@ def _moves(model: ReducedModel, costs: np.ndarray, letters: np.ndarray) -> Moves
         radices=np.array(space.radices, dtype=np.int64),
         weights=np.array(space.weights, dtype=np.int64),
         costs=costs.astype(np.int64),
+        location=space.location.astype(np.int64),
+        first_slot=np.searchsorted(space.location, np.arange(len(names) + 1)).astype(np.int64),
+        over=space.over.astype(np.int64),
+        above=space.above.astype(np.int64),
+        far_apart=FAR_APART,
         capacity=np.array([place.capacity for place in description.locations], dtype=np.int64),
         closed=np.array([place.closed for place in description.locations]),
         fixed=np.array([obj.fixed for obj in description.objects], dtype=np.bool_),

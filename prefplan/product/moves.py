@@ -1,8 +1,10 @@
 """Successors of a manipulation model's states, generated from packed integers in compiled code.
 
-A state is its digits: the hand's pose, each object's location (the last value: in the hand), each mark. Of the states
+A state is its digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots are not
+told apart a location is one slot, and its number is also that of the slot and of the hand's pose over it. Of the states
 that exchanging neutral locations and unseen objects makes of one another, one stands for all (see
-`prefplan.models.manipulation.quotient`, whose `Symmetry` is the same for many states at once).
+`prefplan.models.manipulation.quotient`, whose `Symmetry` is the same for many states at once); where slots are told
+apart no location is neutral.
 """
 
 from __future__ import annotations
@@ -14,18 +16,22 @@ import numpy as np
 from prefplan.product.kernels import Integer, bare_kernel
 
 TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
-"""Rows of the costs."""
+"""Kinds of actions."""
 
 EXCHANGEABLE = 2**40
 """Stands for a neutral location while unseen objects are put in order; more than any location."""
 
 
 class Moves(NamedTuple):
-    """A manipulation model of L locations, H poses of the hand, O objects and D digits, as N tasks see it.
+    """A manipulation model of L locations, S slots, H poses of the hand, O objects and D digits, as N tasks see it.
 
     Attributes:
         radices: (D,) int64 and weights: (D,) int64: digit d of a state is state // weights[d] % radices[d].
-        costs: (4,) int64, by kind of action.
+        costs: (4 H H,) int64, by kind of action and pose of the hand before and after it: that of kind k from g to h is
+            costs[(k H + g) H + h], negative if it was not measured.
+        location: (S + 1,) int64, of each slot, L for the hand. first_slot: (L + 1,) int64, of each location, and S.
+        over: (H,) int64, location below each pose, L for none. above: (S + 1,) int64, pose over each slot.
+        far_apart: distance in slots to the nearest object beyond which slots are equally good.
         capacity: (L,) int64. closed: (L,) bool. fixed: (O,) bool.
         supports: (L, L) bool, [x, y]: y must hold an object before one is put at x. clear_of: (L, L) bool.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
@@ -38,6 +44,11 @@ class Moves(NamedTuple):
     radices: np.ndarray
     weights: np.ndarray
     costs: np.ndarray
+    location: np.ndarray
+    first_slot: np.ndarray
+    over: np.ndarray
+    above: np.ndarray
+    far_apart: int
     capacity: np.ndarray
     closed: np.ndarray
     fixed: np.ndarray
@@ -60,6 +71,11 @@ def no_moves() -> Moves:
         radices=numbers,
         weights=numbers,
         costs=numbers,
+        location=numbers,
+        first_slot=numbers,
+        over=numbers,
+        above=numbers,
+        far_apart=0,
         capacity=numbers,
         closed=flags,
         fixed=flags,
@@ -80,19 +96,21 @@ class Digits(NamedTuple):
 
     Attributes:
         before: (D,) int64. after: (D,) int64. seen: (D,) int64. counts: (L,) int64.
+        unmeasured: (1,) int64, output: a state with an action that was not measured, -1 if none was met.
     """
 
     before: np.ndarray
     after: np.ndarray
     seen: np.ndarray
     counts: np.ndarray
+    unmeasured: np.ndarray
 
 
 def scratch_digits(moves: Moves) -> Digits:
     """Return scratch for the digits of states."""
     d = len(moves.radices)
     before, after, seen = np.zeros((3, d), dtype=np.int64)
-    return Digits(before, after, seen, np.zeros(len(moves.capacity), dtype=np.int64))
+    return Digits(before, after, seen, np.zeros(len(moves.capacity), dtype=np.int64), np.full(1, -1, dtype=np.int64))
 
 
 @bare_kernel
@@ -181,8 +199,26 @@ def count_objects(moves: Moves, digits: np.ndarray, counts: np.ndarray) -> Integ
     for x in range(counts.shape[0]):
         counts[x] = 0
     for o in range(moves.fixed.shape[0]):
-        if digits[1 + o] < counts.shape[0]:
-            counts[digits[1 + o]] += 1
+        location = moves.location[digits[1 + o]]
+        if location < counts.shape[0]:
+            counts[location] += 1
         else:
             held = o
     return held
+
+
+@bare_kernel
+def free_slot(moves: Moves, digits: np.ndarray, location: Integer) -> Integer:
+    """Return the slot of a location into which an object is put, as `prefplan.models.manipulation.slots` says."""
+    best, end = moves.first_slot[location], moves.first_slot[location + 1]
+    if end - best == 1:
+        return best
+    first, farthest = best, np.int64(0)
+    for slot in range(first, end):
+        nearest = np.int64(moves.far_apart)
+        for o in range(moves.fixed.shape[0]):
+            if first <= digits[1 + o] < end:
+                nearest = min(nearest, abs(slot - digits[1 + o]))
+        if nearest > farthest:
+            best, farthest = slot, nearest
+    return best

@@ -20,6 +20,7 @@ from prefplan.product.moves import (
     Moves,
     accepts,
     count_objects,
+    free_slot,
     is_clear,
     pack,
     standardize,
@@ -155,11 +156,11 @@ def _generate(view: ProductView, node: Integer, buffer: Successors) -> Integer:
     moves, digits = view.moves, buffer.digits
     unpack(moves, node, digits.before)
     held = count_objects(moves, digits.before, digits.counts)
-    hand, locations = digits.before[0], digits.counts.shape[0]
+    here, locations = moves.over[digits.before[0]], digits.counts.shape[0]
     found: Integer = 0
     met_empty = False
     for x in range(locations):
-        if x == hand or (held >= 0 and not accepts(moves, digits.counts, x)):
+        if x == here or (held >= 0 and not accepts(moves, digits.counts, x)):
             continue
         if moves.neutral[x] and digits.counts[x] == 0:
             # All empty neutral locations lead to the same state.
@@ -167,23 +168,25 @@ def _generate(view: ProductView, node: Integer, buffer: Successors) -> Integer:
                 continue
             met_empty = True
         _copy(digits.before, digits.after)
-        digits.after[0] = x
-        found = _read_generated(view, moves.costs[TRANSIT if held < 0 else TRANSPORT], buffer, found)
-    if hand == locations:
+        digits.after[0] = x if held < 0 else moves.above[free_slot(moves, digits.before, x)]
+        found = _read_generated(view, TRANSIT if held < 0 else TRANSPORT, buffer, found)
+    if here == locations:
         return found
     if held >= 0:
-        if accepts(moves, digits.counts, hand):
+        if accepts(moves, digits.counts, here):
+            slot = free_slot(moves, digits.before, here)
             _copy(digits.before, digits.after)
-            digits.after[1 + held] = hand
-            if moves.mark[hand, held]:
-                digits.after[moves.mark[hand, held]] = 1
-            found = _read_generated(view, moves.costs[RELEASE], buffer, found)
-    elif is_clear(moves, digits.counts, hand):
+            digits.after[0], digits.after[1 + held] = moves.above[slot], slot
+            if moves.mark[here, held]:
+                digits.after[moves.mark[here, held]] = 1
+            found = _read_generated(view, RELEASE, buffer, found)
+    elif is_clear(moves, digits.counts, here):
         for o in range(moves.fixed.shape[0]):
-            if digits.before[1 + o] == hand and not moves.fixed[o]:
+            slot = digits.before[1 + o]
+            if moves.location[slot] == here and not moves.fixed[o]:
                 _copy(digits.before, digits.after)
-                digits.after[1 + o] = locations
-                found = _read_generated(view, moves.costs[GRASP], buffer, found)
+                digits.after[0], digits.after[1 + o] = moves.above[slot], moves.location.shape[0] - 1
+                found = _read_generated(view, GRASP, buffer, found)
     return found
 
 
@@ -194,9 +197,13 @@ def _copy(source: np.ndarray, target: np.ndarray) -> None:
 
 
 @bare_kernel
-def _read_generated(view: ProductView, cost: Integer, buffer: Successors, found: Integer) -> Integer:
+def _read_generated(view: ProductView, kind: Integer, buffer: Successors, found: Integer) -> Integer:
     """Write the state after reading the label of the state of some digits, and return the new count."""
-    letters, digits = view.moves.letters, buffer.digits.after
+    letters, digits, hands = view.moves.letters, buffer.digits.after, view.moves.over.shape[0]
+    cost = view.moves.costs[(kind * hands + buffer.digits.before[0]) * hands + digits[0]]
+    if cost < 0:
+        buffer.digits.unmeasured[0] = pack(view.moves, buffer.digits.before)
+        return found
     standardize(view.moves, digits)
     code = pack(view.moves, digits)
     for i in range(buffer.automata.shape[0]):

@@ -16,6 +16,7 @@ from prefplan.front import Plan, Stats
 from prefplan.heuristics.lagrangian import least_sum, weights_along
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import EXACT, LimitError, Limits, Percent
+from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.moves import scratch_digits
 from prefplan.product.product_automaton import Product, Start
 from prefplan.product.successors import UNBOUNDED, Successors
@@ -200,6 +201,7 @@ class Search(ABC):
         pending: Found | None = None
         while pending or self.counters[EXPANDED] < most_expanded:
             end = self._run(self.pops)
+            self._require_measured()
             limits.complete_below = int(self.counters[LOWEST]) >> self.product.shift
             if pending and (end == EXHAUSTED or limits.complete_below > pending.cost):
                 yield pending
@@ -217,6 +219,13 @@ class Search(ABC):
             if limits.out_of_time:
                 limits.ended = "time"
                 return
+
+    def _require_measured(self) -> None:
+        """Raise ModelError if an action was met that was not measured."""
+        state = int(self.buffer.digits.unmeasured[0])
+        if state >= 0:
+            assert isinstance(self.product, GeneratedProduct)
+            self.product.model.generator.require_measured(state)
 
     def _exact_mu(self, label: int) -> int | None:
         """Return a label's mu in units, None where that is only a bound."""

@@ -70,8 +70,8 @@ class Entries(NamedTuple):
     """What the K entries of a label are: [costs, additive, maxima, costs of satisfied tasks, violation costs].
 
     Attributes:
-        edge_costs: (D, E) int64, costs of each edge, or of each kind of action where states are generated; (1, 0) where
-            what successors cost is the only cost itself.
+        edge_costs: (D, E) int64, costs of each edge, or of each entry of `Moves.costs` where states are generated;
+            (1, 0) where what successors cost is the only cost itself.
         of: (A,) int64, the cost that each additive entry grows with. rate: (A, 2^N) int64, units of mu for each unit of
             it. violation: (A, N) int64, units of mu for each unit of violation cost.
         late: (L, 2) int64, additive entry and task of each deadline, late_slope: (L,) int64, late_offset: (L,) int64:
@@ -103,7 +103,7 @@ class Paths(NamedTuple):
 
     Attributes:
         row: (L,) int32, where each leads. parent: (L,) int32, the path before, or -1.
-        step: (L,) int32, the last edge, or its kind, where those have numbers; of a label without parent its start.
+        step: (L,) int32, the last edge, or the number of its costs; of a label without parent its start.
         key: (L, K) int64, entries; costs of tasks that are not satisfied are entered as 0.
     """
 

@@ -87,8 +87,9 @@ class ObjectiveSearch(Search):
         self._numbered = graph is None or not graph.contracted
         self.entries = self._entries(columns)
         if self._numbered:
-            # A successor then comes with the edge that led to it, or its kind, of which all costs are known.
-            self.prepared.view = _with_costs(view, np.arange(len(columns[0]), dtype=np.int64))
+            # A successor then comes with the edge that led to it, or the number of its costs.
+            numbers = np.arange(len(columns[0]), dtype=np.int64)
+            self.prepared.view = _with_costs(view, np.where(columns[0] < 0, columns[0], numbers))
         self.limits = self._limits()
         self.scratch = Vector(
             np.zeros(self.entry_map.count, np.int64),
@@ -98,7 +99,7 @@ class ObjectiveSearch(Search):
         self.reset()
 
     def _columns(self) -> list[np.ndarray]:
-        """Return each of the costs in units, (E,) int64 of the edges, or (4,) of the kinds of actions."""
+        """Return each of the costs in units, (E,) int64 of the edges, or as `Moves` has them."""
         graph, product = self.prepared.graph, self.product
         if graph is None:
             assert isinstance(product, GeneratedProduct)
@@ -241,6 +242,7 @@ class ObjectiveSearch(Search):
         by_cost = int(self.entries.order[0]) == 0
         while self.counters[EXPANDED] < most_expanded:
             end = self._run(self.pops)
+            self._require_measured()
             lowest = int(self.counters[LOWEST]) >> (self.product.shift if by_cost else 0)
             limits.complete_below = lowest if by_cost else 0
             if pending and (end == EXHAUSTED or lowest > pending[0].order):
@@ -317,7 +319,7 @@ class Point:
 
 
 def _with_costs(view: ProductView, costs: np.ndarray) -> ProductView:
-    """Return a product in which edges, or kinds of actions where states are generated, have other costs."""
+    """Return a product in which edges, or actions where states are generated, have other costs."""
     return view._replace(costs=costs, moves=view.moves._replace(costs=costs) if view.generated else view.moves)
 
 

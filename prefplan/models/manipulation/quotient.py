@@ -2,11 +2,12 @@
 
 Two things make a model smaller, both exact:
 
-*Symmetry.* A location for one object that nothing depends on and no proposition that is seen tells of is *neutral*.
-Exchanging neutral locations, or movable objects of which nothing is seen, maps the model onto itself with the same
-costs and the same propositions seen. So one state can stand for all that such exchanges make of it (its orbit), and
-the states that stand for others are a bisimulation quotient: every trajectory of the one has its counterpart in the
-other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
+*Symmetry.* A location for one object that nothing depends on and no proposition that is seen tells of is *neutral*
+(measured costs tell locations apart, so that none is; they do not tell objects apart). Exchanging neutral locations, or
+movable objects of which nothing is seen, maps the model onto itself with the same costs and propositions seen. So one
+state can stand for all that such exchanges make of it (its orbit), and the states that stand for others are a
+bisimulation quotient: every trajectory of the one has its counterpart in the other, action by action. (E. A. Emerson
+and A. P. Sistla, "Symmetry and model checking", 1996.)
 
 *Relevance.* A movable object of which nothing is seen, at a neutral location, need never be moved, if the neutral
 locations that are left can hold all other movable objects at once, and nothing that is seen rests on supports: in any
@@ -21,15 +22,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
-from math import comb
+from math import comb, perm
 
 import numpy as np
 
 from prefplan.models.manipulation.action import at, marked
-from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_names
+from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, Location, ManipulationState
-from prefplan.models.manipulation.operators import STANDARD_OPERATORS
 from prefplan.models.manipulation.state_space import Generator, reachable
 from prefplan.models.several_costs import amount
 from prefplan.models.transition_system import Barred, Quotient, Trajectory
@@ -37,14 +37,18 @@ from prefplan.models.transition_system import Barred, Quotient, Trajectory
 
 def most_states(space: StateCodes) -> int:
     """Return an upper bound of the number of states of a model, marks left out."""
-    capacities = [place.capacity for place in space.model.locations]
+    slots = space.model.slot_counts
+    capacities = [(place.capacity, slots[place.name]) for place in space.model.locations]
     movable = sum(not obj.fixed for obj in space.model.objects)
 
     def placements(count: int) -> int:
-        """Return the number of ways to spread so many objects over the locations."""
+        """Return the number of ways to spread so many objects over the locations, or their slots."""
         number = [1] + [0] * count
-        for capacity in capacities:
-            number = [sum(number[n - k] * comb(n, k) for k in range(min(capacity, n) + 1)) for n in range(count + 1)]
+        for capacity, apart in capacities:
+            ways = [perm(apart, k) if apart > 1 else 1 for k in range(capacity + 1)]
+            number = [
+                sum(number[n - k] * comb(n, k) * ways[k] for k in range(min(capacity, n) + 1)) for n in range(count + 1)
+            ]
         return number[count]
 
     held = movable * placements(movable - 1) if movable else 0
@@ -69,7 +73,7 @@ class ReducedModel:
         """Make a model smaller.
 
         Args:
-            whole: what leads from state to state of the other model, in which costs do not tell places apart.
+            whole: what leads from state to state of the other model.
             start: its first state.
             barred: actions that do not exist where some propositions hold.
             names: the propositions that are seen.
@@ -79,11 +83,8 @@ class ReducedModel:
         model = whole.space.model
         self.seen = frozenset(names).union(*(conditions for conditions, _ in barred))
         told = frozenset(word for _, action in barred for word in action.split()[1:])
-        view = View(model, self.seen, told)
-        assert not isinstance(model.costs, MeasuredCosts)
-        transit, transport = model.costs["transit"], model.costs["transport"]
-        loads_cost = all(amount(transit, name) <= amount(transport, name) for name in cost_names(model.costs))
-        if may_hurry and not barred and loads_cost:
+        view = View(model, self.seen, told, places_alike=not isinstance(model.costs, MeasuredCosts))
+        if may_hurry and not barred and _loads_cost(model.costs):
             view, start = view.relevant(start)
         self.view, self.start = view, start
         space = StateCodes(view.model, start)
@@ -125,9 +126,11 @@ class ReducedModel:
         return tuple(actions), tuple(_states_along(self._whole, self._whole_start, actions))
 
 
-def can_be_reduced(generator: Generator) -> bool:
-    """Return whether costs do not tell places apart, and all kinds of actions are known."""
-    return generator.operators == STANDARD_OPERATORS and not isinstance(generator.space.model.costs, MeasuredCosts)
+def _loads_cost(costs: ActionCosts) -> bool:
+    """Return whether costs do not tell places apart, and the hand travels for no less with an object than without."""
+    if isinstance(costs, MeasuredCosts):
+        return False
+    return all(amount(costs["transit"], name) <= amount(costs["transport"], name) for name in cost_names(costs))
 
 
 def _states_along(
@@ -152,20 +155,23 @@ class View:
         unseen: names of the movable objects of which nothing is seen.
     """
 
-    def __init__(self, model: Description, seen: frozenset[str], told: frozenset[str]) -> None:
+    def __init__(
+        self, model: Description, seen: frozenset[str], told: frozenset[str], *, places_alike: bool = True
+    ) -> None:
         """Find out what is seen.
 
         Args:
             model: the model.
             seen: the propositions that are.
             told: names of objects and locations that must stay what they are for another reason.
+            places_alike: whether locations may be neutral: not where costs tell them apart.
         """
         self.model, self._seen, self._told = model, seen, told
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
         self.neutral = [
             place.name
-            for place in model.locations
+            for place in (model.locations if places_alike else ())
             if place.capacity == 1 and not (place.on or place.clear_of or place.closed)
             if place.name not in supports and not self._sees(place)
         ]

@@ -13,6 +13,7 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import UNMEASURED
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
 from prefplan.models.manipulation.cost_matrix import CostMatrix, cost_matrices, unmeasured
+from prefplan.models.manipulation.description import ManipulationState
 from prefplan.models.manipulation.numbering import Numbering
 from prefplan.models.manipulation.operators import Operator
 from prefplan.models.on_demand import OnDemand
@@ -81,6 +82,11 @@ class Generator:
                     raise unmeasured(str(action), self.space.hands[hand])
                 yield action, np.arange(len(codes))[having], targets, costs
 
+    def require_measured(self, code: int) -> None:
+        """Raise ModelError if a state has an action that was not measured."""
+        for _ in self.edges(self.space.array(code)):
+            pass
+
     def step(self, code: int, text: str) -> tuple[int, tuple[Fraction, ...]] | None:
         """Return where an action leads, and its costs in the user's units; None if it does not exist."""
         for action, having, targets, costs in self.edges(self.space.array(code), text.partition(" ")[0]):
@@ -90,6 +96,19 @@ class Generator:
         return None
 
 
+class ListedStates(OnDemand[ManipulationState]):
+    """States by number.
+
+    Attributes:
+        codes: (S,) int64, their codes.
+    """
+
+    def __init__(self, space: StateCodes, codes: np.ndarray) -> None:
+        """Take the codes, from which states are made when they are asked for."""
+        super().__init__(len(codes), lambda i: space.decode(int(codes[i])))
+        self.codes = codes
+
+
 def reachable(
     generator: Generator,
     known: Sequence[int],
@@ -97,7 +116,7 @@ def reachable(
     names: Collection[str] | None = None,
     canonical: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> TransitionSystem:
-    """Return every state of a manipulation model that is reached from known ones, as a transition system.
+    """Return every state of a manipulation model reached from known ones, `ListedStates`, as a transition system.
 
     Args:
         generator: what leads from state to state.
@@ -124,7 +143,7 @@ def reachable(
     codes = numbers.all
     labels, label_sets = _labels(space, codes, names)
     return TransitionSystem(
-        states=OnDemand(len(codes), lambda i: space.decode(int(codes[i]))),
+        states=ListedStates(space, codes),
         start=0,
         offsets=offsets,
         targets=np.concatenate(lists.pop("targets"))[order],

@@ -12,7 +12,7 @@ from prefplan.models.generated import GeneratedSystem
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, ManipulationState
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
-from prefplan.models.manipulation.quotient import ReducedModel, can_be_reduced, most_states
+from prefplan.models.manipulation.quotient import ReducedModel, most_states
 from prefplan.models.manipulation.state_space import Generator, reachable
 from prefplan.models.transition_system import Barred, EdgeCosts, Quotient, TransitionSystem
 
@@ -52,8 +52,10 @@ class ManipulationSystem(GeneratedSystem):
             first=start,
             barred=(),
         )
-        if generator.has_gaps or generator.operators != STANDARD_OPERATORS:
-            # Only the list of all states tells whether every outcome is a state, and every possible action measured.
+        unknown = generator.has_gaps and not self.is_large
+        if unknown or generator.operators != STANDARD_OPERATORS:
+            # Only the list of all states tells whether every outcome is a state, and every possible action measured;
+            # of a large model the search tells what was not measured when it meets it.
             self.__dict__["listed"] = reachable(generator, self._codes)
 
     @cached_property
@@ -121,8 +123,8 @@ class ManipulationSystem(GeneratedSystem):
         return self._codes.index(code)
 
     def reduced(self, names: Collection[str], *, may_hurry: bool) -> ReducedModel | None:
-        """Return a smaller model to search instead; None in a small model, or where costs tell places apart."""
-        if not (self.is_large and can_be_reduced(self.generator)):
+        """Return a smaller model to search instead; None in a small model, or where there are other operators."""
+        if not self.is_large or self.generator.operators != STANDARD_OPERATORS:
             return None
         return ReducedModel(self.generator, self.first, self.barred, names, may_hurry=may_hurry)
 

@@ -10,6 +10,7 @@ import pytest
 from random_manipulation import random_problem
 
 from prefplan import Options, Planner
+from prefplan.heuristics import projections
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import added_bound
 from prefplan.heuristics.preprocessing import Prepared
@@ -20,10 +21,14 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_bounds_are_consistent_and_no_more_than_costs_to_go(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in range(36)])
+def test_bounds_are_consistent_and_no_more_than_costs_to_go(
+    seed: int, measured: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(system_module, "LISTED_STATES", 0)
-    problem = random_problem(random.Random(seed))
+    # Of measured costs, locations are merged or not.
+    monkeypatch.setattr(projections, "APART_ENTRIES", seed % 2 * projections.APART_ENTRIES)
+    problem = random_problem(random.Random(seed), measured=measured)
     searched = Planner(problem)._product
     if not isinstance(searched, GeneratedProduct):
         assert any(task.relax for task in problem.tasks)

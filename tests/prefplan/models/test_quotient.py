@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pickle
 import random
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from random_manipulation import random_problem, random_several
+from random_manipulation import random_measured, random_problem, random_several
 from small_models import COSTS, spot
 
 from prefplan import (
@@ -24,7 +25,9 @@ from prefplan import (
     cheapest_plan,
     pareto_front,
 )
+from prefplan.heuristics import projections
 from prefplan.models.manipulation import system as system_module
+from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.quotient import most_states
 from prefplan.models.manipulation.system import ManipulationSystem
 
@@ -76,6 +79,42 @@ def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(
     for name in front.objectives:
         least = min((plan.objectives for plan in whole), key=lambda worth: (worth[name], *worth.values()))
         assert best_plan(problem, name).objectives == least
+
+
+@pytest.mark.usefixtures("few_trials")
+@pytest.mark.parametrize("draw", [random_problem, random_several])
+@pytest.mark.parametrize("seed", range(8))
+def test_random_fronts_with_measured_costs_are_those_of_the_whole_model(
+    seed: int, draw: Callable[..., Problem], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    listed = draw(random.Random(seed), measured=True)
+    whole = pareto_front(listed)
+    assert_bounded(listed.system)  # type: ignore[arg-type]
+    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
+    # Places are merged in the bounds, or not.
+    monkeypatch.setattr(projections, "APART_ENTRIES", seed % 2 * projections.APART_ENTRIES)
+    problem = draw(random.Random(seed), measured=True)
+    front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
+    assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
+    assert front.reason == whole.reason
+
+
+@pytest.mark.usefixtures("quotients_only")
+def test_an_action_of_a_large_model_that_was_not_measured_is_named_when_it_is_met() -> None:
+    objects = tuple(Object(f"o{k}", f"s{k}") for k in range(2))
+    model = ManipulationModel("home", COSTS, (spot("s0"), spot("s1"), spot("bin", capacity=2)), objects)
+    complete = random_measured(random.Random(0), model, "time").costs
+    assert isinstance(complete, MeasuredCosts)
+    for gap, known in ((("transport", "s0", "bin[0]"), False), (("transport", "home", "s0"), True)):
+        entries = {pair: cost for pair, cost in complete.entries.items() if pair != gap}
+        system = replace(model, costs=MeasuredCosts("time", entries)).transition_system()
+        for options in (Options(generated=True), Options(generated=False)):
+            problem = Problem(system, [Task("one", "F o0_bin")], Order())
+            if known:
+                assert pareto_front(problem, options=options)
+                continue
+            with pytest.raises(ModelError, match="'transport o0 bin' with the hand at 's0' was not measured"):
+                pareto_front(problem, options=options)
 
 
 def test_several_objectives_of_a_model_that_no_machine_can_list(quotients_only: None) -> None:

@@ -15,11 +15,13 @@ import numpy as np
 import pytest
 from small_models import COSTS, measured
 
-from prefplan import ManipulationModel, ManipulationState, ModelError, Problem, Task, pareto_front
+from prefplan import ManipulationModel, ManipulationState, ModelError, Planner, Problem, Task, pareto_front
+from prefplan.models.manipulation import system as system_module
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.model import Location, Object
 from prefplan.models.manipulation.slots import free_slot, hand_poses, location_of, pose, slots_at_start
 from prefplan.preferences.kinds import Order
+from prefplan.product.generated_product import GeneratedProduct
 
 
 @pytest.mark.parametrize(
@@ -148,13 +150,14 @@ def spelled_out(entries: dict[Pair, Decimal], lying: set[tuple[str, str, int]], 
 
 @pytest.mark.parametrize("capacity", [2, 3])
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int) -> None:
+def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int, monkeypatch: pytest.MonkeyPatch) -> None:
     capacities = {"desk": 1, "shelf": capacity, "box": 1}
     rng, hands = random.Random(seed), hand_poses(capacities, capacities.values(), "home")
     entries = {(k, a, b): Decimal(rng.randint(500, 9999)).scaleb(-3) for k in COSTS for a in hands for b in hands}
     places = tuple(Location(name, at=(0.4, 0.0), capacity=number) for name, number in capacities.items())
     objects = (Object("cup", "shelf"), Object("pot", "shelf"))
-    system = ManipulationModel("home", MeasuredCosts("time", entries), places, objects).transition_system()
+    model = ManipulationModel("home", MeasuredCosts("time", entries), places, objects)
+    system = model.transition_system()
     lying = {("cup", "shelf", 0), ("pot", "shelf", 1)}
     walk = spelled_out(entries, lying, capacities)
     assert (system.size, len(system.targets)) == (len(walk.labels), len(walk.edges))
@@ -162,9 +165,12 @@ def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int) -
     rng.shuffle(tasks)
     judged_tasks = tuple(judge.JudgedTask(task.name, judge.parse(task.formula)) for task in tasks)
     see = judge.GraphProblem("0", walk.edges, walk.labels, judged_tasks)
-    front = pareto_front(Problem(system, tasks, Order()))
-    limit = judge.exact(front[-1].cost) + Fraction(1, 2)
-    points = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in front]
-    assert points == judge.exact_front(see, max_cost=limit)
-    for plan in front:
-        assert judge.replay(see, plan.actions).cost == judge.exact(plan.cost)
+    listed = pareto_front(Problem(system, tasks, Order()))
+    expected = judge.exact_front(see, max_cost=judge.exact(listed[-1].cost) + Fraction(1, 2))
+    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
+    planner = Planner(Problem(model.transition_system(), tasks, Order()))
+    for front in (listed, planner.front()):
+        assert [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in front] == expected
+        for plan in front:
+            assert judge.replay(see, plan.actions).cost == judge.exact(plan.cost)
+    assert isinstance(planner._product, GeneratedProduct)
