@@ -78,6 +78,8 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     """Return what to simulate for every pair of poses between which a plan might take an action.
 
     Every object that can be the action's has its turn, and states from the start's to the remotest are sampled evenly.
+    In a large model no two states are looked at that differ only in which object lies where; there all movable objects
+    have their turn.
     """
     hands = hand_poses(
         (place.name for place in model.locations), (place.capacity for place in model.locations), model.start
@@ -89,7 +91,9 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     ]
     # Each pair's number is its cost, so that the cost of an edge says which pair it belongs to.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
-    system = replace(model, costs=numbered).transition_system()
+    whole = replace(model, costs=numbered).transition_system()
+    system = whole.quotient((), may_hurry=False).system
+    alike = [obj.name for obj in model.objects if not obj.fixed] if whole.is_large else []
     order = np.argsort(system.costs, kind="stable")
     bounds = np.searchsorted(system.costs[order], np.arange(len(pairs) + 1))
     edges = {pair: order[low:high] for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False) if low < high}
@@ -99,9 +103,10 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     placed = np.zeros(system.size, dtype=bool)
     placed[system.targets[placing[system.actions]]] = True
 
-    def trial(edge: int) -> Trial:
-        state = cast(ManipulationState, system.states[int(sources[edge])])
-        action = actions[system.actions[edge]]
+    def trial(edge: int, obj: str) -> Trial:
+        state, action = cast(ManipulationState, system.states[int(sources[edge])]), actions[system.actions[edge]]
+        if obj != action.obj:
+            state, action = _exchanged(model, state, obj, action.obj), replace(action, obj=obj)
         working = state.hand_slot is not None or not action.obj
         put = _put(state) if working and placed[sources[edge]] and state.held is None else None
         return Trial(state, str(action), put)
@@ -110,8 +115,11 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     for pair, all_edges in edges.items():
         # In plans a transit nearly always follows a release.
         likely = all_edges[placed[sources[all_edges]]] if pair[0] == "transit" else all_edges
-        sampled = _sample(likely if len(likely) else all_edges, system.actions)
-        chosen[pair] = tuple(trial(edge) for edge in sampled)
+        taken = likely if len(likely) else all_edges
+        turns = {actions[a].obj: taken[system.actions[taken] == a] for a in np.unique(system.actions[taken])}
+        if alike and "" not in turns:
+            turns = dict.fromkeys(alike, taken)
+        chosen[pair] = tuple(trial(edge, obj) for edge, obj in _sample(turns))
     return chosen
 
 
@@ -177,6 +185,19 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
     return cell.effort - spent
 
 
+def _exchanged(model: ManipulationModel, state: ManipulationState, one: str, other: str) -> ManipulationState:
+    """Return a state in which two objects have changed places."""
+    order = [obj.name for obj in model.objects]
+    name = {obj: obj for obj in order} | {one: other, other: one}
+    return replace(
+        state,
+        held=None if state.held is None else name[state.held],
+        places=tuple(sorted(((name[obj], place) for obj, place in state.places), key=lambda at: order.index(at[0]))),
+        marks=frozenset((name[obj], mark) for obj, mark in state.marks),
+        slots=tuple(sorted(((name[obj], slot) for obj, slot in state.slots), key=lambda at: order.index(at[0]))),
+    )
+
+
 def _put(state: ManipulationState) -> str | None:
     """Return the object that lies where the empty hand is."""
     slots = dict(state.slots)
@@ -198,12 +219,15 @@ def _check_effect(cell: Workcell, action: Action) -> None:
         raise SkillError("it had no effect")
 
 
-def _sample(edges: np.ndarray, actions: np.ndarray) -> list[int]:
-    """Return a sample of a pair's edges, the actions among them taking turns, from the first to the last."""
-    different = np.unique(actions[edges])
-    count = len(different) * max(1, round(SAMPLES / len(different)))
+def _sample(turns: Mapping[str, np.ndarray]) -> list[tuple[int, str]]:
+    """Return a sample of a pair's edges, from the first to the last, each with the object whose turn it is.
+
+    Args:
+        turns: the edges from which each object's are taken.
+    """
+    count = len(turns) * max(1, round(SAMPLES / len(turns)))
     chosen = []
     for turn, share in enumerate(np.linspace(0, 1, count)):
-        own = edges[actions[edges] == different[turn % len(different)]]
-        chosen.append(int(own[round(share * (len(own) - 1))]))
+        obj = list(turns)[turn % len(turns)]
+        chosen.append((int(turns[obj][round(share * (len(turns[obj]) - 1))]), obj))
     return list(dict.fromkeys(chosen))

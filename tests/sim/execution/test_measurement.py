@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import sim
+from prefplan.models.manipulation import system
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
@@ -68,6 +69,21 @@ def test_each_object_and_remote_states_have_their_turn(wanted: dict[Pair, tuple[
     assert all(trial.state.hand == "san" and trial.state.held == trial.action.split()[1] for trial in samples)
     nearby, remote = samples[0].state, samples[-1].state
     assert len(nearby.marks) < len(remote.marks)
+
+
+def test_the_actions_of_a_large_model_are_found_without_listing_all_states(
+    arch_model: ManipulationModel, wanted: dict[Pair, tuple[Trial, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "LISTED_STATES", 0)
+    large = trials(arch_model)
+    assert large.keys() == wanted.keys()
+    numbers = {pair: number for number, pair in enumerate(large)}
+    generator = replace(arch_model, costs=MeasuredCosts("time", numbers)).transition_system().generator
+    for pair, samples in large.items():
+        for trial in samples:
+            found = generator.step(generator.space.encode(trial.state, where="trial"), trial.action)
+            assert found is not None and found[1] == (numbers[pair],)
+    assert {trial.action.split()[1] for trial in large["transport", "san", "bin1[0]"]} == {"blue", "pink", "green"}
 
 
 def test_a_simulated_action_takes_what_it_takes_in_an_execution(scene: Scene) -> None:
