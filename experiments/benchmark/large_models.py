@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import os
+import random
 import sys
 import tempfile
 import time
@@ -58,13 +59,22 @@ SIZES = {
 }
 
 
+ABOUT = {"2 tasks about 3 objects": ((0, 2), (1,)), "4 tasks about all": ((0, 2), (1, 3), (4, 6), (5, 7))}
+COSTS_MEASURED = {"time": '{ measured = "time" }', "time and energy": '{ measured = ["time", "energy"] }'}
 MEASURED = {
-    f"{objects} objects, {objects + 2} locations, measured costs": Size(
-        objects, objects, ((0, 2), (1,)), '{ measured = "time" }'
+    f"{objects} objects, {objects + 2} locations, {tasks}, {costs}": Size(
+        objects, objects, ABOUT[tasks], COSTS_MEASURED[costs]
     )
-    for objects in (3, 4, 5)
+    for objects, tasks, costs in (
+        (4, "2 tasks about 3 objects", "time"),
+        (5, "2 tasks about 3 objects", "time"),
+        (6, "2 tasks about 3 objects", "time"),
+        (8, "2 tasks about 3 objects", "time"),
+        (8, "2 tasks about 3 objects", "time and energy"),
+        (8, "4 tasks about all", "time"),
+    )
 }
-"""Models of which all states are listed."""
+"""Models with measured costs; all states of the first are listed."""
 
 
 def scenario(size: Size) -> str:
@@ -81,17 +91,21 @@ def scenario(size: Size) -> str:
 
 
 def write_measurements(path: Path) -> None:
-    """Write made-up measurements beside a scenario with measured costs: 1 s, and 10 s for each metre."""
+    """Write made-up measurements beside a scenario with measured costs.
+
+    An action takes 1 s, and 10 s for each metre, and ten times as many joules; each is off by up to a fifth.
+    """
     model = load(path, measured=False).model
     assert isinstance(model, ManipulationModel)
     at = {place.name: place.at or (0.0, 0.0) for place in model.locations}
     hands = hand_poses(at, (place.capacity for place in model.locations), model.start)
-    done = []
+    done, rng = [], random.Random(0)
     for kind, before, after in product(model.kinds, hands, hands):
         places = location_of(before), location_of(after)
         if kind in ("transit", "transport") or places[0] == places[1]:
             metres = math.dist(*(at.get(place, (0.0, 0.0)) for place in places))
-            effort = dict.fromkeys(QUANTITIES, Decimal(round(1 + 10 * metres)))
+            usual = {"time": 1 + 10 * metres, "travel": 1 + 10 * metres, "energy": 10 + 100 * metres}
+            effort = {name: Decimal(str(round(usual[name] * rng.uniform(0.8, 1.2), 3))) for name in QUANTITIES}
             done.append(Measurement((kind, before, after), effort, samples=1))
     contents = to_json(model, Measurements(tuple(done), robot="made-up", sources=""))
     measurements_file(path).write_text(json.dumps(contents), encoding="utf-8")
