@@ -132,6 +132,48 @@ def test_a_rule_is_broken_for_its_price_when_that_happens() -> None:
     assert [entry.preference for entry in Ledger.of_plan(hall(PAID), cheap).entries] == [0, 2, 2]
 
 
+TWO_PRICES = """
+[model]
+kind = "graph"
+start = "s"
+transitions = [
+  { from = "s", to = "t", cost = 1 },
+  { from = "s", to = "s", cost = 1 },
+  { from = "t", to = "s", cost = 2 },
+]
+[model.labels]
+s = ["p", "q"]
+t = ["q", "r"]
+[[tasks]]
+name = "back"
+formula = "F (r & F p)"
+relax = [{ assume = "r", when = "p", cost = 4 }]
+[[tasks]]
+name = "both"
+formula = "p M r"
+relax = [{ assume = "r", when = "p", cost = 2 }]
+[[rules]]
+name = "kept"
+formula = "G q"
+skip = 2
+[[rules]]
+name = "broken"
+formula = "!p"
+skip = 3
+[preference]
+kind = "weighted-sum"
+over = "violation"
+weights = { back = 2, both = 1, kept = 2, broken = 1 }
+"""
+
+
+def test_a_front_within_some_percent_pays_for_no_rule_that_is_kept() -> None:
+    problem = hall(TWO_PRICES)
+    assert [(plan.cost, plan.preference) for plan in pareto_front(problem)] == [(0, 13), (3, 5)]
+    for plan in pareto_front(problem, within=20):
+        assert plan.violation_costs["kept"] == 0 and plan.violation_costs["broken"] == 3
+
+
 def test_a_rule_without_a_price_is_kept_and_blamed_where_no_plan_keeps_it() -> None:
     order = '[preference]\nkind = "order"\n'
     assert cheapest_plan(hall(HALL + order)).actions == ("stones", "desk")
