@@ -6,9 +6,10 @@ import math
 import os
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as StillRunningError
+from contextlib import contextmanager
 from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -32,7 +33,7 @@ FIRST_ROUND, ROUND_FACTOR = 100, 10
 
 
 class LimitError(PrefplanError):
-    """A limit was reached; `ended` says which: `time` or `memory`."""
+    """A limit was reached; `ended` says which: `time`, `memory` or `interrupt`."""
 
     def __init__(self, ended: str) -> None:
         """Keep what ended the work."""
@@ -120,6 +121,21 @@ class Limits:
 
 
 _present: ContextVar[Limits | None] = ContextVar("limits", default=None)
+
+
+@contextmanager
+def interruptible(limits: Limits) -> Iterator[None]:
+    """Work within limits that Ctrl-C reaches too: no time is left of them then.
+
+    Raises:
+        LimitError: a limit was reached, or Ctrl-C was pressed.
+    """
+    try:
+        with limits:
+            yield
+    except KeyboardInterrupt:
+        limits.seconds, limits.ended = 0.0, "interrupt"
+        raise LimitError("interrupt") from None
 
 
 def check_limits(more_bytes: float = 0) -> None:

@@ -112,5 +112,5 @@ def plan_at(front: Front, index: int, option: str) -> Plan:
 def show_no_plan(options: argparse.Namespace, scenario: Scenario, planner: Planner, error: NoPlanError) -> int:
     """Say why there is no plan, with --json as an object too, and return the exit status."""
     if options.json:
-        output.print_json(output.front_json(scenario, Front((), reason=error.reason, stats=planner.stats)))
+        output.print_json(output.no_plan_json(scenario, error.reason, planner.stats))
     return no_plan(error.reason)

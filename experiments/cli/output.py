@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from prefplan.exact_costs import Number
-from prefplan.front import Front, Plan, Purchase, Stats, UnfinishedError
+from prefplan.front import Front, Plan, Purchase, Reason, Stats, UnfinishedError
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
 
@@ -86,6 +86,12 @@ def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
 def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any]:
     """Return one plan as the documented JSON object."""
     return _heading(scenario) | {"complete": True, "plan": plan_json(plan), "stats": stats_json(stats)}
+
+
+def no_plan_json(scenario: Scenario, reason: Reason, stats: Stats) -> dict[str, Any]:
+    """Return that there is no such plan, in place of `one_plan_json`, and why."""
+    why = {"complete": True, "plan": None, "reason": asdict(reason)}
+    return _heading(scenario) | why | {"stats": stats_json(stats)}
 
 
 def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from experiments.cli.start import loading
 from prefplan.front import UnfinishedError
-from prefplan.limits import LimitError, Limits, check_limits
+from prefplan.limits import LimitError, Limits, check_limits, interruptible
 from prefplan.models.manipulation.action import at
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import Barred, TransitionSystem
@@ -25,7 +25,7 @@ Tell = Callable[[str, int, int, str], None]
 Achievable = Callable[[TransitionSystem, Task], bool]
 """Tells whether a task alone can be satisfied in a system, or else relaxed or skipped.
 
-Raises `UnfinishedError` if a limit was reached before that is known.
+Raises `UnfinishedError` or `LimitError` if a limit was reached before that is known.
 """
 
 
@@ -46,6 +46,19 @@ class SceneCheck:
     complete: bool = True
 
 
+def load_simulation(scenario: Scenario) -> None:
+    """Load what `check_arm` needs: Ctrl-C during that second ends the process, when nothing is known yet."""
+    if _arm_model(scenario) is not None:
+        with loading():
+            import sim.execution.feasibility  # noqa: F401
+
+
+def _arm_model(scenario: Scenario) -> ManipulationModel | None:
+    """Return the model of a scenario if an arm can be simulated in it."""
+    model = scenario.model
+    return model if isinstance(model, ManipulationModel) and find_spec("mujoco") is not None else None
+
+
 def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: bool, tell: Tell) -> SceneCheck:
     """Check what the arm can do in a scenario's scene.
 
@@ -59,7 +72,8 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
     Raises:
         RobotError: the robot is unknown or cannot be had.
     """
-    if not isinstance(scenario.model, ManipulationModel) or find_spec("mujoco") is None:
+    model = _arm_model(scenario)
+    if model is None:
         return SceneCheck()
     with loading():
         from sim.errors import SimulationError
@@ -68,26 +82,29 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
         from sim.world.scene import build_scene
 
     try:
-        with limits:
+        with interruptible(limits):
             check_limits()
-            scene = build_scene(scenario.model, robot=robot)
+            scene = build_scene(model, robot=robot)
     except LimitError:
         return SceneCheck(complete=False)
     except SimulationError as error:
         return SceneCheck(tuple(f"model.{fault}" for fault in error.faults))
     warnings = tuple(f"model.{warning}" for warning in scene.warnings)
-    arm = ArmCheck(scene)
-    if (fault := arm.check_start()) is not None:
-        return SceneCheck((fault,), warnings)
-    if quick:
-        return SceneCheck((), warnings)
     places: list[PlaceCheck] = []
-    pairs = list(allowed_places(scene.model))
-    for done, (obj, location) in enumerate(pairs):
-        if limits.out_of_time:
-            return SceneCheck((), warnings, tuple(places), complete=False)
-        tell("arm", done, len(pairs), f"{obj} at {location}")
-        places.append(arm.check(obj, location))
+    try:
+        with interruptible(limits):
+            arm = ArmCheck(scene)
+            if (fault := arm.check_start()) is not None:
+                return SceneCheck((fault,), warnings)
+            if quick:
+                return SceneCheck((), warnings)
+            pairs = list(allowed_places(scene.model))
+            for done, (obj, location) in enumerate(pairs):
+                check_limits()
+                tell("arm", done, len(pairs), f"{obj} at {location}")
+                places.append(arm.check(obj, location))
+    except LimitError:
+        return SceneCheck((), warnings, tuple(places), complete=False)
     return SceneCheck((), warnings, tuple(places))
 
 
@@ -132,5 +149,5 @@ def _achievable_without(problem: Problem, task: Task, unusable: Sequence[PlaceCh
     ]
     try:
         return achievable(problem.system.without(barred), task)
-    except UnfinishedError:
+    except (UnfinishedError, LimitError):
         return True

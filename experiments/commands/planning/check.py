@@ -20,7 +20,7 @@ from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.output import number
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
-from experiments.cli.status import BAD_INPUT, DONE, no_plan
+from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, no_plan
 from experiments.commands.planning import checkup
 from prefplan.front import Reason
 from prefplan.scenario.decode import Scenario
@@ -67,6 +67,9 @@ def check(options: argparse.Namespace) -> int:
         print(f"prefplan: warning: {warning}", file=sys.stderr)
     for fault in found.faults:
         print(f"prefplan: {scenario.path}: {fault}", file=sys.stderr)
+    if found.interrupted:
+        print("prefplan: interrupted", file=sys.stderr)
+        return INTERRUPTED
     if found.faults:
         return BAD_INPUT
     return no_plan(Reason("task", found.impossible)) if found.impossible else DONE
@@ -93,7 +96,7 @@ def _json(scenario: Scenario, found: checkup.Checkup) -> dict[str, Any]:
 def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     console.print(f"{scenario.name}: a {found.kind} model", style="bold", markup=False)
     if found.states is None or found.reachable is None:
-        size = "more states than could be listed"
+        size = "states not counted" if found.interrupted else "more states than could be listed"
     else:
         unreachable = found.states - found.reachable
         beyond = f" ({unreachable} cannot be reached)" if unreachable else ""
@@ -102,27 +105,39 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     if found.dropped:
         edges = "1 edge" if found.dropped == 1 else f"{found.dropped} edges"
         console.print(f"  {edges} of the file left out: no cost is less than that of another between the same states")
-    console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
+    if len(found.costs) == len(found.preferences) == 1:
+        console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
+    else:
+        _show_objectives(console, found)
     if found.scene is not None:
         console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
     if found.places is not None:
         _show_places(console, found.places)
     table = Table(title="Each task alone", title_justify="left")
     table.add_column("task", style="bold")
-    table.add_column("least cost", justify="right")
+    for name in found.costs:
+        table.add_column(f"least {name}", justify="right")
     table.add_column("automaton", justify="right")
     table.add_column("may be")
     table.add_column("formula")
     for task in found.tasks:
         unknown = "impossible" if task.achievable is not None else "unknown"
-        cost = unknown if task.cost is None else number(task.cost)
+        costs = [unknown if task.costs is None else number(task.costs[name]) for name in found.costs]
         options = []
         if task.relaxations:
             options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")
         if task.skip is not None:
             options.append(f"skipped for {number(task.skip)}")
-        table.add_row(task.name, cost, f"{task.automaton_states} states", " or ".join(options), Text(task.formula))
+        table.add_row(task.name, *costs, f"{task.automaton_states} states", " or ".join(options), Text(task.formula))
     console.print(table)
+
+
+def _show_objectives(console: Console, found: checkup.Checkup) -> None:
+    """Print the costs and the preferences, where they are more than one of each."""
+    console.print(f"  costs: {', '.join(found.costs)}", markup=False)
+    for one in found.preferences:
+        needs = f"; a front needs --at-most {one.of}=VALUE" if one.contract == "general" else ""
+        console.print(f"  preference {one.name}, of {one.of}: {one.contract} contract{needs}", markup=False)
 
 
 def _show_places(console: Console, places: Sequence[PlaceCheck]) -> None:

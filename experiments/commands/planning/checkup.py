@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -15,11 +15,11 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from experiments.cli.overview import kind_of
-from experiments.commands.planning.arm_check import SceneCheck, Tell, check_arm, tasks_out_of_reach
+from experiments.commands.planning.arm_check import SceneCheck, Tell, check_arm, load_simulation, tasks_out_of_reach
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
-from prefplan.limits import LimitError, Limits, available_memory, check_limits
+from prefplan.limits import LimitError, Limits, available_memory, check_limits, interruptible
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
@@ -55,7 +55,8 @@ class TaskCheck:
         name: the task's.
         formula: the task.
         automaton_states: states of its minimal automaton.
-        cost: least cost of satisfying it without relaxations; None if that cannot be done.
+        cost: least cost of satisfying it without relaxations, the first of several; None if that cannot be done.
+        costs: the least of each cost, by name; None as there.
         achievable: whether it can be satisfied, or else relaxed or skipped; None if a limit left that unknown.
         relaxations: number of its `relax` entries.
         skip: price of dropping it, or None.
@@ -65,9 +66,25 @@ class TaskCheck:
     formula: str
     automaton_states: int
     cost: Number | None
+    costs: dict[str, Number] | None
     achievable: bool | None
     relaxations: int
     skip: Number | None
+
+
+@dataclass(frozen=True)
+class PreferenceCheck:
+    """One of the preferences.
+
+    Attributes:
+        name: the preference's.
+        contract: its own.
+        of: the cost in which it counts what tasks cost.
+    """
+
+    name: str
+    contract: str
+    of: str
 
 
 @dataclass(frozen=True)
@@ -76,14 +93,17 @@ class Checkup:
 
     Attributes:
         kind: of the model.
-        complete: whether no limit ended the checks; then the four numbers that follow are known.
+        interrupted: whether Ctrl-C ended the checks.
+        complete: whether nothing ended the checks; then the four numbers that follow are known.
         states: of the transition system.
         reachable: how many of them can be reached.
         edges: actions in all states.
         dropped: edges of a file left out because another between the same states beats them.
         propositions: for each, how many reachable states carry it.
         tasks: in the order of the file.
-        contract: of the preference.
+        contract: of the preference, the first of several.
+        preferences: in the order of the file.
+        costs: the names of the costs.
         scene: whether the arm can work in the scene; None for other models than manipulation, without a
             simulator or time.
         faults: why it cannot, or which task needs what it cannot do, each a sentence that begins with the key.
@@ -92,6 +112,7 @@ class Checkup:
     """
 
     kind: str
+    interrupted: bool
     complete: bool
     states: int | None
     reachable: int | None
@@ -100,6 +121,8 @@ class Checkup:
     propositions: dict[str, int | None]
     tasks: tuple[TaskCheck, ...]
     contract: str
+    preferences: tuple[PreferenceCheck, ...]
+    costs: tuple[str, ...]
     scene: bool | None
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -130,7 +153,7 @@ def check(
     max_memory: float = math.inf,
     tell: Tell = lambda stage, done, total, what: None,
 ) -> Checkup:
-    """Check a scenario without planning its tasks together.
+    """Check a scenario without planning its tasks together; after Ctrl-C, return what is known by then.
 
     Args:
         scenario: what to check.
@@ -148,6 +171,7 @@ def check(
     limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
     with limits:
         problem = scenario.problem()
+    load_simulation(scenario)
     tasks = tuple(_check_task(problem, i, limits) for i in range(len(problem.tasks)))
     arm = SceneCheck() if limits.out_of_time else check_arm(scenario, limits, robot=robot, quick=quick, tell=tell)
     needs = tasks_out_of_reach(
@@ -157,6 +181,7 @@ def check(
     carried = size.propositions
     return Checkup(
         kind=kind_of(scenario.model),
+        interrupted=limits.ended == "interrupt",
         complete=size.states is not None and arm.complete and all(task.achievable is not None for task in tasks),
         states=size.states,
         reachable=size.reachable,
@@ -165,6 +190,10 @@ def check(
         propositions=carried,
         tasks=tasks,
         contract=problem.measure.contract,
+        preferences=tuple(
+            PreferenceCheck(one.name, one.measure.contract, problem.cost_names[one.cost]) for one in problem.objectives
+        ),
+        costs=problem.cost_names,
         scene=None if arm.faults is None else not arm.faults,
         faults=(*(arm.faults or ()), *needs),
         warnings=(*arm.warnings, *_warnings(problem, carried, tasks)),
@@ -175,7 +204,7 @@ def check(
 def _size(system: TransitionSystem, limits: Limits) -> _Size:
     """Return how large a system is, if all its states can be listed within some limits and `LIST_TIMEOUT_S`."""
     try:
-        with limits, Limits(LIST_TIMEOUT_S):
+        with interruptible(limits), Limits(LIST_TIMEOUT_S):
             check_limits()
             reached = reachable(system)
     except (LimitError, ModelError):
@@ -201,17 +230,18 @@ def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
 
 def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
     task = problem.tasks[i]
-    cost, achievable = None, None
+    costs, achievable = None, None
     try:
-        cost = _least_cost(problem.system, replace(task, relax=(), skip=None), limits)
-        achievable = cost is not None or is_achievable(problem.system, task, limits)
-    except UnfinishedError:
+        costs = _least_costs(problem.system, replace(task, relax=(), skip=None), limits, problem.cost_names)
+        achievable = costs is not None or is_achievable(problem.system, task, limits)
+    except (UnfinishedError, LimitError):
         pass
     return TaskCheck(
         name=task.name,
         formula=task.formula,
         automaton_states=problem.automata[i].size,
-        cost=cost,
+        cost=None if costs is None else costs[problem.cost_names[0]],
+        costs=costs,
         achievable=achievable,
         relaxations=len(task.relax),
         skip=task.skip,
@@ -222,21 +252,23 @@ def is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
     """Return whether a task alone can be satisfied, or else relaxed or skipped.
 
     Raises:
-        UnfinishedError: a limit was reached before that is known.
+        UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
     """
-    return _least_cost(system, task, limits) is not None
+    return _least_costs(system, task, limits, system.cost_names[:1]) is not None
 
 
-def _least_cost(system: TransitionSystem, task: Task, limits: Limits) -> Number | None:
-    """Return the least cost of a task alone, however it is relaxed; None if it is impossible.
+def _least_costs(
+    system: TransitionSystem, task: Task, limits: Limits, names: Sequence[str]
+) -> dict[str, Number] | None:
+    """Return the least of some costs of a task alone, however it is relaxed; None if it is impossible.
 
     Raises:
-        UnfinishedError: a limit was reached before that is known.
+        UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
     """
-    alone = Problem(system, [task], WeightedSum({task.name: 1}, over="violation"))
+    planner = Planner(Problem(system, [task], WeightedSum({task.name: 1}, over="violation")))
     try:
-        with limits:
-            return Planner(alone).cheapest().cost
+        with interruptible(limits):
+            return {name: planner.best(name).costs[name] for name in names}
     except NoPlanError:
         return None
 

@@ -15,7 +15,7 @@ from experiments import scenarios
 from experiments.cli.overview import first_sentence, introduction
 from experiments.commands.planning import checkup
 from experiments.commands.planning.arm_check import tasks_out_of_reach
-from prefplan.front import UnfinishedError
+from prefplan.front import Plan, UnfinishedError
 from prefplan.limits import Limits
 from prefplan.planner import Planner
 from prefplan.scenario.decode import loads
@@ -122,6 +122,7 @@ def test_a_scenario_is_summed_up(run: Run, island: Path) -> None:
         "formula": "F fruit",
         "automaton_states": 2,
         "cost": 2.5,
+        "costs": {"cost": 2.5},
         "achievable": True,
         "relaxations": 0,
         "skip": None,
@@ -217,6 +218,40 @@ def test_a_limit_leaves_sizes_unknown(run: Run, island: Path) -> None:
     assert (shop["cost"], shop["achievable"], found["warnings"]) == (None, None, [])
     text = run("check", "island.toml", "--max-seconds", "0").out
     assert "more states than could be listed" in text and "unknown" in text
+
+
+def test_ctrl_c_leaves_what_is_known(run: Run, island: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    island.write_text(
+        ISLAND.replace(task("shop", "F fruit"), task("shop", "F fruit") + task("swim", "F (fruit & water)"))
+    )
+    asked: list[str] = []
+    best = Planner.best
+
+    def pressed_at_the_second(self: Planner, objective: str) -> Plan:
+        asked.append(objective)
+        if len(asked) > 1:
+            raise KeyboardInterrupt
+        return best(self, objective)
+
+    monkeypatch.setattr(Planner, "best", pressed_at_the_second)
+    result = run("check", "island.toml", "--json")
+    found = result.json
+    assert (result.status, result.err) == (130, "prefplan: interrupted\n")
+    assert [one["cost"] for one in found["tasks"]] == [2.5, None] and len(asked) == 2
+    assert (found["interrupted"], found["complete"], found["states"]) == (True, False, None)
+
+
+def test_every_cost_and_preference_is_told(run: Run, island: Path) -> None:
+    text = re.sub(r"cost = ([\d.]+)", r"cost = { time = \1, noise = 3 }", ISLAND)
+    text += 'of = "noise"\n[[preferences]]\nname = "soon"\nkind = "order"\n'
+    island.write_text(text)
+    found = run("check", "island.toml", "--json").json
+    assert (found["costs"], found["tasks"][0]["costs"]) == (["time", "noise"], {"time": 2.5, "noise": 3})
+    contracts = [(one["name"], one["contract"], one["of"]) for one in found["preferences"]]
+    assert contracts == [("preference", "convex", "noise"), ("soon", "additive", "time")]
+    out = run("check", "island.toml").out
+    assert "costs: time, noise" in out and "preference soon, of time: additive contract" in out
+    assert "least time  least noise" in out
 
 
 def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
