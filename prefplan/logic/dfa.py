@@ -5,6 +5,9 @@ from now on. Such a combination has exactly one irredundant disjunctive form, an
 obligations none of which contains another. Antichains are the states. There are finitely many, and every infinite
 word that satisfies a co-safe formula reaches the antichain `true` after finitely many letters.
 
+As g implies f U g, that obligation is left out beside g, and the set {g} beside the set {f U g}: nested U then have as
+many states as names, not as many as sets of names. No word reaches `true` later for it: g is met no sooner than f U g.
+
 Transitions are decision diagrams over the formula's propositions: letters are never listed, so a formula may have
 many propositions.
 
@@ -97,21 +100,59 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
     return _minimise(transitions, satisfied, diagrams, text, tuple(sorted(propositions_of(tree))))
 
 
-def _irredundant(clauses: set[frozenset[int]]) -> Antichain:
-    kept: list[frozenset[int]] = []
-    for number, clause in enumerate(sorted(clauses, key=len), 1):
-        if number % CHECKED_EVERY == 0:
-            check_limits()
-        if not any(other <= clause for other in kept):
-            kept.append(clause)
-    return frozenset(kept)
+class _Obligations:
+    """The obligations met so far, numbered, and which of them imply which."""
+
+    def __init__(self) -> None:
+        self.formulas: list[Formula] = []
+        self._weaker: list[set[int]] = []
+        self._weaker_than: dict[Formula, set[int]] = {}
+
+    def add(self, formula: Formula) -> int:
+        """Return the number of a new obligation."""
+        number = len(self.formulas)
+        self.formulas.append(formula)
+        self._weaker.append(self._weaker_than.setdefault(formula, set()))
+        if isinstance(formula, Until) and formula.low == 0:
+            for stronger in _stronger(formula.right):
+                self._weaker_than.setdefault(stronger, set()).add(number)
+        return number
+
+    def irredundant(self, clauses: Iterable[frozenset[int]]) -> Antichain:
+        """Return the weakest of some sets of obligations, each without what its others imply."""
+        whole = {clause: self._with_implied(clause) for clause in clauses}
+        kept: list[frozenset[int]] = []
+        for number, clause in enumerate(sorted(whole, key=lambda one: len(whole[one])), 1):
+            if number % CHECKED_EVERY == 0:
+                check_limits()
+            if not any(other <= whole[clause] for other in kept):
+                kept.append(clause)
+        return frozenset(map(self._without_implied, kept))
+
+    def _with_implied(self, clause: frozenset[int]) -> frozenset[int]:
+        return clause.union(*(self._weaker[number] for number in clause))
+
+    def _without_implied(self, clause: frozenset[int]) -> frozenset[int]:
+        return clause.difference(*(self._weaker[number] for number in clause))
+
+
+def _stronger(formula: Formula) -> frozenset[Formula]:
+    """Return obligations that imply a formula because it is made of them."""
+    match formula:
+        case And(left, right):
+            return _stronger(left) & _stronger(right)
+        case Or(left, right):
+            return _stronger(left) | _stronger(right)
+        case Until(_, right, 0):
+            return _stronger(right) | {formula}
+    return frozenset({formula})
 
 
 def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Diagram], int | None]:
     """Return the transitions between antichains, and the number of the antichain `true` if it is reached."""
-    either = diagrams.lift(lambda a, b: _irredundant(set(a | b)))
-    both = diagrams.lift(lambda a, b: _irredundant({x | y for x in a for y in b}))
-    subformulas: list[Formula] = []
+    met = _Obligations()
+    either = diagrams.lift(lambda a, b: met.irredundant(a | b))
+    both = diagrams.lift(lambda a, b: met.irredundant({x | y for x in a for y in b}))
 
     @cache
     def obligations(f: Formula) -> Diagram:
@@ -123,8 +164,7 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
                 return both(obligations(left), obligations(right))
             case Or(left, right):
                 return either(obligations(left), obligations(right))
-        subformulas.append(f)
-        return frozenset({frozenset({len(subformulas) - 1})})
+        return frozenset({frozenset({met.add(f)})})
 
     @cache
     def read(f: Formula) -> Diagram:
@@ -164,7 +204,7 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
         for clause in sorted(map(sorted, state)):
             together: Diagram = _TRUE
             for obligation in clause:
-                together = both(together, read(subformulas[obligation]))
+                together = both(together, read(met.formulas[obligation]))
             after = either(after, together)
         transitions.append(diagrams.map(after, enter))
     return transitions, number.get(_TRUE)

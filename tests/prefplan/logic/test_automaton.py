@@ -53,6 +53,11 @@ def test_number_of_states(formula: str, states: int) -> None:
     assert automaton(formula).size == states
 
 
+def test_nested_untils_have_a_state_a_name() -> None:
+    names = "abcdefghijklmnopqrst"
+    assert automaton(" U ".join(names)).size == len(names) + 1
+
+
 def test_letters_are_never_listed() -> None:
     dfa = automaton("F(" + " | ".join(f"p{i}" for i in range(2000)) + ")")
     assert dfa.size == 2
