@@ -54,6 +54,12 @@ def check_claim(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Spa
     check_contract(formula, tasks, where, span)
 
 
+def check_size(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
+    """Raise PreferenceError if mu is too large at large costs, where it is shown never to fall or be negative."""
+    large = [span.largest] * len(tasks)
+    value_at((large, large), formula, tasks, where)
+
+
 def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
     """Raise PreferenceError if mu falls along some trajectory, or is negative or not a number (Definition 5)."""
     rng = random.Random(SEED)

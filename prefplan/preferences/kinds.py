@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from prefplan.errors import ModelError, PreferenceError, choices
 from prefplan.exact_costs import Number, exact
-from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls
+from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
 from prefplan.preferences.terms import (
     Maximum,
@@ -171,14 +171,17 @@ class Expression:
         """Return the additive and convex terms the expression is made of, or itself."""
         names, count = _weighed(tasks, rules, self.over), len(tasks) + len(rules)
         tree = parse(self.expression, names, violation=_over_violation(self.over))
-        shown = "componentwise" if shape(tree).rising else "general"
+        known, found = shape(tree), decompose(tree, count)
+        shown = "componentwise" if known.rising else "general"
         contract = _contract(self.contract) or shown
         whole = OpaqueTerm(tree, None, contract, count, claimed=contract not in (shown, "general"))
-        check_never_falls(whole, (*tasks, *rules), "expression")
-        if self.contract is not None:
+        if (known.rising and known.low >= 0) or (found is not None and found[0] >= 0):
+            check_size(whole, (*tasks, *rules), "expression")
+        else:
+            check_never_falls(whole, (*tasks, *rules), "expression")
+        if whole.claimed:
             check_contract(whole, (*tasks, *rules), "contract")
-        parts = None if self.contract == "general" else decompose(tree, count)
-        return [whole] if parts is None else parts
+        return [whole] if found is None or self.contract == "general" else [found[0], *found[1]]
 
 
 @dataclass(frozen=True)

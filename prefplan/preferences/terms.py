@@ -200,8 +200,8 @@ _ONE = Constant(Fraction(1))
 Term = OrderRate | WeightedRate | SpreadRate | Violation | Tardiness | Maximum | OpaqueTerm
 
 
-def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
-    """Return an expression as additive and convex terms and a constant, or None if it has another form.
+def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
+    """Return an expression as a constant and additive and convex terms, or None if it has another form.
 
     Recognised are weighted costs and violation costs, |c_i - c_j|, max - min of the same costs, max(0, c_i - d) and
     weighted maxima of costs, with factors >= 0, and sums of these.
@@ -209,7 +209,7 @@ def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
     parts = _flatten(tree)
     if parts is None:
         return None
-    terms: list[Term | Fraction] = [parts.pop(_ONE, Fraction(0))]
+    constant, terms = parts.pop(_ONE, Fraction(0)), list[Term]()
     linear, violation = [Fraction(0)] * tasks, [Fraction(0)] * tasks
     for part in list(parts):
         if isinstance(part, Operation) and part.name == "max" and parts.get(part, 0) > 0:
@@ -235,7 +235,7 @@ def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
         terms.append(WeightedRate(tuple(linear)))
     if any(violation):
         terms.append(Violation(tuple(violation)))
-    return terms
+    return constant, terms
 
 
 def _flatten(tree: Tree) -> dict[Tree, Fraction] | None:

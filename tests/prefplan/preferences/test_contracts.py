@@ -22,6 +22,7 @@ from prefplan import (
     pareto_front,
     preferred_plan,
 )
+from prefplan.preferences import kinds
 from prefplan.preferences.kinds import Preference
 
 
@@ -52,6 +53,30 @@ def test_the_contract_of_an_expression_is_derived(expression: str, contract: str
 )
 def test_the_contract_over_violation_costs_is_derived(over: str, expression: str, contract: str) -> None:
     assert build(Expression(expression, over=over), skip=3).measure.contract == contract
+
+
+@pytest.mark.parametrize(
+    ("expression", "tried"),
+    [
+        ("phi1 * phi2 + 1", False),
+        ("max(phi1, phi2) - min(phi1, phi2)", False),
+        ("abs(phi1 - phi2) + max(0, phi3 - 4)", False),
+        ("phi1 + phi2 - min(phi2, 3)", True),
+        ("abs(phi1 - phi2) * phi3", True),
+    ],
+)
+def test_costs_are_tried_only_where_it_is_not_shown_that_mu_never_falls(
+    expression: str, tried: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[str] = []
+    monkeypatch.setattr(kinds, "check_never_falls", lambda whole, names, where: calls.append(where))
+    Expression(expression).terms(("phi1", "phi2", "phi3"))
+    assert bool(calls) == tried
+
+
+def test_mu_that_grows_too_large_is_refused() -> None:
+    with pytest.raises(PreferenceError, match=r"expression: (is|fails at).*phi1=2000"):
+        Expression(" * ".join(["phi1"] * 100)).terms(("phi1",))
 
 
 def test_a_contract_may_be_declared_where_it_cannot_be_shown() -> None:
