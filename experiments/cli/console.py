@@ -24,11 +24,14 @@ class Console(rich.console.Console):
             self.width = UNLIMITED
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print like rich, but tables as plain columns without a terminal."""
-        if not self.is_terminal:
-            for table in objects:
-                if isinstance(table, Table):
-                    table.box, table.padding, table.pad_edge = None, COLUMN_GAP, False
+        """Print like rich, but tables whole however narrow the terminal is, and as plain columns without one."""
+        for table in objects:
+            if not isinstance(table, Table):
+                continue
+            for column in table.columns:
+                column.overflow = "fold"
+            if not self.is_terminal:
+                table.box, table.padding, table.pad_edge = None, COLUMN_GAP, False
         super().print(*objects, **options)
 
     def on_broken_pipe(self) -> NoReturn:

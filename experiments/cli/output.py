@@ -178,12 +178,15 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
 
 def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     """Print one plan with its costs and the cost of each task."""
-    worth = f"cost {number(plan.cost)}, preference penalty {number(plan.preference)}"
+    worth, counted = f"cost {number(plan.cost)}, preference penalty {number(plan.preference)}", "cost"
     if not scenario.problem().is_bi_objective:
         worth = ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())
+        counted = scenario.problem().cost_names[0]
     console.print(f"{scenario.name}: {worth}", style="bold")
+    skipped = {bought.task for bought in plan.relaxations if bought.assume is None and not bought.rule}
     for name, cost in plan.task_costs.items():
-        console.print(f"  {name} satisfied at cost {number(cost)}")
+        what = "not satisfied" if name in skipped else f"satisfied at {counted} {number(cost)}"
+        console.print(f"  {name} {what}")
     console.print(Text(condense(plan.actions) or "(nothing to do)"))
     for line in relaxed(plan):
         console.print(Text(line))

@@ -174,7 +174,7 @@ def show_boundary(console: Console, result: Mapping[str, Any]) -> None:
     table.add_column(f"{result['key']}, {result['unit']}", justify="right")
     table.add_column("completed")
     table.add_column("95 % interval (Wilson)")
-    table.add_column("most failures", overflow="fold")
+    table.add_column("most failures")
     for trial in result["trials"]:
         low, high = trial["interval"] or (0, 1)
         worst = trial["failures"][0] if trial["failures"] else None

@@ -69,6 +69,23 @@ def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
     assert "bank, shop" in result.out
 
 
+def test_a_task_that_is_skipped_is_not_called_satisfied(run: Run, detour: Path) -> None:
+    text = DETOUR.replace("F bread", "F never", 1).replace('"F never"', '"F never"\nskip = 2')
+    detour.write_text(
+        text.replace('kind = "order"', 'kind = "weighted-sum"\nover = "violation"\nweights = { buy = 1 }')
+    )
+    out = run("plan", "detour.toml").out
+    assert "  pay satisfied at cost 3\n  buy not satisfied\n" in out and "  buy is skipped, for 2\n" in out
+
+
+def test_a_narrow_terminal_cuts_no_number_of_a_front(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in {"FORCE_COLOR": "1", "TERM": "xterm", "NO_COLOR": "1", "COLUMNS": "30"}.items():
+        monkeypatch.setenv(name, value)
+    lines = re.sub(r"\x1b\[[0-9;]*m", "", run("front", "detour.toml").out).splitlines()
+    table = [line for line in lines if line.startswith(("┃", "│"))]
+    assert table and max(map(len, table)) <= 30 and "…" not in "".join(table)
+
+
 def test_moves_on_a_grid_are_counted(run: Run) -> None:
     assert "2E N W N E" in run("plan", "example").out
 
