@@ -7,6 +7,7 @@ from prefplan.ledger import Entry, Ledger
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula
 from prefplan.logic.normal_form import parse
+from prefplan.models.graph import GraphModel, Transition
 from prefplan.models.grid import GridModel, Terrain
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
