@@ -30,7 +30,7 @@ from prefplan.product.product_automaton import Product
 from prefplan.search.bounds import FrontLimits, PlanLimits, bounded, require_bounds
 from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
 from prefplan.search.exact_search import ExactSearch
-from prefplan.search.guided import DRAFTED_TASKS, CheapestSearch, draft
+from prefplan.search.guided import DRAFTED_TASKS, CheapestSearch, begun, draft, prepare_draft
 from prefplan.search.narrowing import NarrowingSearch, proven_percent
 from prefplan.search.objective_search import points
 from prefplan.search.vector_search import VectorSearch
@@ -128,6 +128,7 @@ class Planner:
         self.stats = Stats()
         self._cheapest: CheapestSearch | None = None
         self._draft: list[Plan] = []
+        self._begun: Search | None = None
         self._stopped: AnySearch | None = None
 
     @cached_property
@@ -173,7 +174,7 @@ class Planner:
         limited = bounded(self.problem, **wanted)
         require_bounds(self.problem, **limited)
         plans: list[Plan] = []
-        self._stopped, self._draft = None, []
+        self._begun, self._stopped, self._draft = None, None, []
         reason: Reason | None = None
         with _stopped_by(limits, interrupts=keep_on_interrupt):
             for plan in self._search(limits, tolerance=tolerance, **limited):
@@ -222,13 +223,15 @@ class Planner:
     def _proven(self, plans: Sequence[Plan]) -> Number | None:
         """Return within how many percent of these plans each best trade-off is, as far as a stopped search proves."""
         points = [(exact(plan.cost), exact(plan.preference)) for plan in plans]
+        proven = []
+        if self._begun is not None:
+            proven.append(proven_percent(self._begun, points))
         if isinstance(self._stopped, NarrowingSearch):
-            proven = self._stopped.proven(points)
+            proven.append(self._stopped.proven(points))
         elif isinstance(self._stopped, Search):
-            proven = proven_percent(self._stopped, points)
-        else:
-            proven = None
-        return None if proven is None else to_number(proven)
+            proven.append(proven_percent(self._stopped, points))
+        least = min((percentage for percentage in proven if percentage is not None), default=None)
+        return None if least is None else to_number(least)
 
     def cheapest(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least total cost within a bound on mu; see `cheapest_plan`, and `front`."""
@@ -330,7 +333,9 @@ class Planner:
         """Return plans that are close to the front, to have some soon, unless it is found soon itself."""
         drafted = []
         if len(self.problem.tasks) >= DRAFTED_TASKS:
-            for found in draft(self._product, self._options, limits, max_cost):
+            light = prepare_draft(self._product, self._options, limits.bytes)
+            self._begun = begun(light)
+            for found in draft(light, max_cost):
                 drafted.append(found)
                 self._draft.append(self._checked(found, self._product))
         return drafted

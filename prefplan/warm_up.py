@@ -8,7 +8,6 @@ from pathlib import Path
 
 from prefplan.heuristics.lagrangian import Weights
 from prefplan.heuristics.preprocessing import Options, Prepared
-from prefplan.limits import Limits
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import Expression, Order, Preference
@@ -17,7 +16,7 @@ from prefplan.problem import Problem, Task
 from prefplan.product.product_automaton import Product
 from prefplan.search import boa_star
 from prefplan.search.driver import BiObjectiveSearch
-from prefplan.search.guided import draft
+from prefplan.search.guided import draft, prepare_draft
 from prefplan.search.labels import rehash
 
 
@@ -44,7 +43,7 @@ def warm_up() -> None:
         prepared = Prepared(product, options, single=False)
         rehash(BiObjectiveSearch(prepared).states, 0)
     Prepared(product, Options(), single=False).weigh(Weights(1, 1, 1))
-    for _ in draft(product, Options(), Limits(), math.inf):
+    for _ in draft(prepare_draft(product, Options(), math.inf), math.inf):
         pass
 
 

@@ -107,19 +107,25 @@ class CheapestSearch:
                 alone.bound_cost(self._max_cost)
 
 
-def draft(product: Product, options: Options, limits: Limits, max_cost: float) -> Iterator[Found]:
+def prepare_draft(product: Product, options: Options, max_bytes: float) -> Prepared:
+    """Return what a draft of a front is made with: a table for each task alone, which takes little time.
+
+    Raises:
+        LimitError: a limit was reached.
+    """
+    return Prepared(product, replace(options, heuristic=1), single=False, max_bytes=max_bytes)
+
+
+def draft(light: Prepared, max_cost: float) -> Iterator[Found]:
     """Yield plans that are close to the front, or some of them: cheap ones, preferred ones, and some in between.
 
     Args:
-        product: what to search.
-        options: how.
-        limits: of memory.
+        light: from `prepare_draft`.
         max_cost: inclusive bound of the total cost, in units.
 
     Raises:
         LimitError: a limit was reached.
     """
-    light = Prepared(product, replace(options, heuristic=1), single=False, max_bytes=limits.bytes)
     beams = BiObjectiveSearch(light.for_beams())
     for width in DRAFT_WIDTHS:
         ratio = 0.0
@@ -128,7 +134,7 @@ def draft(product: Product, options: Options, limits: Limits, max_cost: float) -
             if found is None:
                 break
             yield found
-            mu = float(in_units(product, Fraction(found.mu)))
+            mu = float(in_units(light.product, Fraction(found.mu)))
             if mu <= 0:
                 break
             ratio = ratio or found.cost / mu
@@ -156,8 +162,13 @@ def weighted(prepared: Prepared, limits: Limits, max_cost: float) -> Iterator[Fo
 
 def least_estimate(prepared: Prepared) -> int:
     """Return the bound of the start: no plan costs less, in units."""
-    search = BiObjectiveSearch(prepared, cost_only=True)
+    return int(begun(prepared, cost_only=True).counters[LOWEST]) >> prepared.product.shift
+
+
+def begun(prepared: Prepared, *, cost_only: bool = False) -> BiObjectiveSearch:
+    """Return a search that has expanded the start and nothing else."""
+    search = BiObjectiveSearch(prepared, cost_only=cost_only)
     # A label is put back until all tables have been looked up for it.
     while search.counters[EXPANDED] == 0 and search._run(1) == PAUSED:
         pass
-    return int(search.counters[LOWEST]) >> prepared.product.shift
+    return search

@@ -12,7 +12,7 @@ from judge.verdict import beyond, misjudged
 from prefplan import Planner, UnfinishedError, pareto_front
 from prefplan import planner as planner_module
 from prefplan.heuristics.preprocessing import Options, Prepared
-from prefplan.limits import Limits
+from prefplan.limits import LimitError, Limits
 from prefplan.scenario.decode import from_dict
 from prefplan.search import driver, guided
 from prefplan.search.beam import beam_search
@@ -94,6 +94,25 @@ def test_a_stopped_front_has_plans_beyond_and_proves_no_more_than_is_so() -> Non
             if front.ended and front.within is not None:
                 proven += 1
                 assert beyond(front, expected, Fraction(str(front.within))) is None
+    assert proven > 3
+
+
+def test_a_front_stopped_before_its_search_begins_has_a_gap_too() -> None:
+    def stopped(*_: Any, **__: Any) -> None:
+        raise LimitError("time")
+
+    proven = 0
+    for problem in problems():
+        planned = from_dict(problem.scenario(), name="problem").problem()
+        exact = pareto_front(planned, max_cost=100)
+        expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(planner_module, "Prepared", stopped)
+            front = pareto_front(planned, max_cost=100)
+        assert front.ended == "time" and all(misjudged(problem, plan) is None for plan in front)
+        if front.within is not None:
+            proven += 1
+            assert beyond(front, expected, Fraction(str(front.within))) is None
     assert proven > 3
 
 
