@@ -50,7 +50,9 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
     plan_map = map_of(scenario)
     named = titles(scenario)
     plans = [
-        NamedPlan(plan, Ledger.of_plan(problem, plan), f"plan {i}" if i or len(plan.objectives) > 2 else "the cheapest")
+        NamedPlan(
+            plan, Ledger.of_plan(problem, plan), "the cheapest" if not i and problem.is_bi_objective else f"plan {i}"
+        )
         for i, plan in enumerate(front)
     ]
     return {
@@ -65,7 +67,9 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
             for task, automaton in zip(problem.tasks, problem.automata, strict=True)
         ],
         "rules": [_rule(rule) for rule in problem.rules],
-        "plans": [_plan(scenario, plan_map, plans, i, recordings.get(i), _rank(front, i)) for i in range(len(plans))],
+        "plans": [
+            _plan(scenario, plan_map, plans, i, recordings.get(i), _rank(problem, front, i)) for i in range(len(plans))
+        ],
     }
 
 
@@ -110,9 +114,9 @@ def _check_several(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Che
                     yield replace(check, name=check.name.replace("total cost", f"total {name}"))
 
 
-def _rank(front: Front, i: int) -> str | None:
+def _rank(problem: Problem, front: Front, i: int) -> str | None:
     """Return what a point of a front is, if it lies at an end; the far end of an unfinished front is not known."""
-    if len(front.objectives) > 2:
+    if not problem.is_bi_objective:
         least = [
             name for name in front.objectives if front[i].objectives[name] == min(p.objectives[name] for p in front)
         ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache, partial
 from importlib.resources import files
 from pathlib import Path
@@ -139,10 +139,20 @@ def _range(front: Front, objective: str) -> str:
     return f"{objective} from {number(min(values))} to {number(max(values))}"
 
 
+def _single(front: Front, objectives: Sequence[str] | None) -> str:
+    """Return what is so of the only plan of a front; of one cost and one preference they are not named."""
+    if not front.complete:
+        return "One plan is known; there may be better ones."
+    if objectives is None:
+        return "One plan is best in both: no plan costs less, and no plan is preferred to it."
+    *others, last = objectives
+    return f"One plan is best in all: none has less {', '.join(others)} or {last}."
+
+
 def _trade_off(front: Front, data: Mapping[str, Any]) -> str:
     """Return the difference between the ends of a front in a sentence; empty where there is no plan."""
     if len(front) < 2:
-        return "One plan is best in both: no plan costs less, and no plan is preferred to it." if len(front) else ""
+        return _single(front, data["objectives"]) if len(front) else ""
     if data["objectives"]:
         return f"{len(front)} plans: {'; '.join(map(partial(_range, front), front.objectives))}. Lower is better."
     headline = next(one["headline"] for one in data["plans"][-1]["explanations"] if one["against"] == 0)

@@ -18,7 +18,8 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from experiments.cli.output import number
-from experiments.report.page import write_page
+from experiments.report.data import page_data
+from experiments.report.page import _trade_off, write_page
 from experiments.report.wishes import FOUND, WORDS, wishes
 from prefplan import Front, pareto_front
 from prefplan.exact_costs import Number
@@ -26,6 +27,21 @@ from prefplan.scenario.decode import loads
 
 LARGE = 2**53
 """The next whole number is no double."""
+
+YARD = """
+[model]
+kind = "grid"
+size = [5, 3]
+start = [0, 1]
+cost = { time = 2, energy = 2 }
+[model.terrain]
+mud = { boxes = [[1, 0, 3, 1]], cost = { time = MUD, energy = 5 } }
+[model.regions]
+gate = [4, 1, 4, 1]
+[[tasks]]
+name = "leave"
+formula = "F gate"
+"""
 
 SEA = f"""
 [model]
@@ -201,3 +217,20 @@ def test_of_an_unfinished_front_less_is_said(make: Make) -> None:
     front, _ = make("sea")
     assert wishes(front)["words"] == WORDS and set(FOUND) <= set(WORDS)
     assert wishes(replace(front, ended="time", complete_below=0))["words"] == WORDS | FOUND
+
+
+@pytest.mark.parametrize(
+    ("mud", "ranks", "words"),
+    [
+        (1, ["least time", None, "least energy"], "3 plans: time from 5 to 12; energy from 12 to 17. Lower is better."),
+        (9, ["least time, energy"], "One plan is best in all: none has less time or energy."),
+    ],
+)
+def test_of_two_costs_without_a_preference_none_is_called_preferred(
+    mud: int, ranks: list[str | None], words: str
+) -> None:
+    scenario = loads(YARD.replace("MUD", str(mud)))
+    front = pareto_front(scenario.problem())
+    found = page_data(scenario, front, {})
+    assert [plan["rank"] for plan in found["plans"]] == ranks
+    assert _trade_off(front, found) == words
