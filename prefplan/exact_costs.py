@@ -117,6 +117,12 @@ def inclusive(bound: Number, where: str = "") -> Fraction:
     return halfway
 
 
+def admits(bound: Number, printed: Number) -> bool:
+    """Return whether a value that is printed so, as by `to_number`, may lie within a bound; see `inclusive`."""
+    limit = inclusive(bound)
+    return Fraction(printed) <= limit or printed == to_number(limit)
+
+
 def common_unit(values: Iterable[Fraction]) -> Fraction:
     """Return the largest rational of which all values are whole multiples; 1 if all are zero."""
     numerator, denominator = 0, 1

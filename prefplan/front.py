@@ -205,7 +205,7 @@ class Front(Sequence[Plan]):
         """What stopped the search and how far it got, as a sentence; None if it ran to its end."""
         if self.ended is None:
             return None
-        below = "" if self.complete_below is None else f"; the front is complete below cost {self.complete_below}"
+        below = "" if not self.complete_below else f"; the front is complete below cost {self.complete_below}"
         proven = "" if self.within is None else f"; every best trade-off is within {self.within} % of one of these"
         return f"{stopped_by(self.ended)}{below}{proven}"
 

@@ -15,7 +15,7 @@ from typing import Any, Unpack, cast
 import numpy as np
 
 from prefplan.errors import PreferenceError, PrefplanError, choices
-from prefplan.exact_costs import Number, exact, inclusive, to_number
+from prefplan.exact_costs import Number, admits, exact, inclusive, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.ledger import Ledger
@@ -171,6 +171,9 @@ class Planner:
             **wanted: see `FrontLimits`.
         """
         limits, tolerance = _limits(**wanted), percent(within)
+        if not self.problem.is_bi_objective:
+            # Nothing is left out of a front of more.
+            tolerance = EXACT
         limited = bounded(self.problem, **wanted)
         require_bounds(self.problem, **limited)
         plans: list[Plan] = []
@@ -183,7 +186,7 @@ class Planner:
                 reason = self._why_not(limits, **limited)
         if limits.ended:
             plans += self._draft
-        if (tolerance.value or self._draft) and self.problem.is_bi_objective:
+        if tolerance.value or self._draft:
             plans = _undominated(plans)
         return Front(
             tuple(plans),
@@ -278,7 +281,7 @@ class Planner:
             raise NoPlanError(front.reason)
         best: Plan | None = front[-1] if front else None
         smallest = None if best is None else best.preference
-        if best and max_preference is not None and exact(best.preference) > inclusive(max_preference):
+        if best and max_preference is not None and not admits(max_preference, best.preference):
             best = None
         if front.ended:
             raise UnfinishedError(front.ended, complete_below=front.complete_below, best=best)

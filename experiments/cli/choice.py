@@ -8,7 +8,7 @@ from typing import Unpack, cast
 from experiments.cli import output
 from experiments.cli.status import no_plan
 from prefplan.errors import PrefplanError, choices
-from prefplan.exact_costs import Number, exact, inclusive
+from prefplan.exact_costs import Number, admits
 from prefplan.front import Front, NoPlanError, Plan, UnfinishedError
 from prefplan.models.transition_system import DEFAULT_COST
 from prefplan.planner import Planner
@@ -69,7 +69,7 @@ def choose(
         nearest = front[min(int(wanted), len(front) - 1)] if front else None
         raise UnfinishedError(front.ended, complete_below=front.complete_below, best=nearest)
     plan = plan_at(front, int(wanted), "--plan")
-    if bound is not None and exact(plan.preference) > inclusive(bound):
+    if bound is not None and not admits(bound, plan.preference):
         found = f"its preference penalty is {output.number(plan.preference)}"
         raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan

@@ -14,15 +14,18 @@ from hypothesis import strategies as st
 from prefplan import (
     Deadline,
     Due,
+    Expression,
     ModelError,
+    NoPlanError,
     Order,
     Problem,
     Task,
     TransitionSystem,
     WeightedSum,
     pareto_front,
+    preferred_plan,
 )
-from prefplan.exact_costs import exact, in_common_unit, inclusive, running_totals, to_number
+from prefplan.exact_costs import admits, exact, in_common_unit, inclusive, running_totals, to_number
 from prefplan.preferences.kinds import Preference
 
 
@@ -81,11 +84,21 @@ def test_whole_numbers_are_printed_as_integers() -> None:
 def test_a_bound_admits_just_what_is_printed_as_no_more(value: Fraction) -> None:
     number = to_number(value)
     for bound in (number, Decimal(str(number)), np.float64(number)):
-        assert inclusive(bound) >= value
+        assert inclusive(bound) >= value and admits(bound, number)
     if isinstance(number, float):
         below = math.nextafter(number, 0)
-        assert inclusive(below) < value
+        assert inclusive(below) < value and not admits(below, number)
         assert to_number(inclusive(number)) == number
+
+
+@pytest.mark.parametrize("bound", [2.6666666666666665, Fraction(8, 3), Decimal("2.6666666666666665")])
+def test_the_printed_penalty_of_the_preferred_plan_may_be_used_as_its_bound(bound: float) -> None:
+    system = TransitionSystem.from_transitions([("s", "go", "t", 8)], start="s", labels={"t": ["a"]})
+    problem = Problem(system, [Task("go", "F a")], Expression("go / 3"))
+    assert preferred_plan(problem).preference == 2.6666666666666665
+    assert preferred_plan(problem, max_preference=bound).actions == ("go",)
+    with pytest.raises(NoPlanError):
+        preferred_plan(problem, max_preference=2.666666666666666)
 
 
 @pytest.fixture
