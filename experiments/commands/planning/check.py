@@ -111,8 +111,8 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
         _show_objectives(console, found)
     if found.scene is not None:
         console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
-    if found.places is not None:
-        _show_places(console, found.places)
+    if found.places:
+        _show_places(console, found.places, complete=found.complete)
     table = Table(title="Each task alone", title_justify="left")
     table.add_column("task", style="bold")
     for name in found.costs:
@@ -140,14 +140,16 @@ def _show_objectives(console: Console, found: checkup.Checkup) -> None:
         console.print(f"  preference {one.name}, of {one.of}: {one.contract} contract{needs}", markup=False)
 
 
-def _show_places(console: Console, places: Sequence[PlaceCheck]) -> None:
+def _show_places(console: Console, places: Sequence[PlaceCheck], *, complete: bool) -> None:
     """Print what the arm cannot do with each object at each location; one line if it can do everything."""
     reasons = defaultdict[tuple[str, str], list[str]](list)
     for one in places:
         if one.reason is not None:
             reasons[one.obj, one.reason].append(one.location)
     if not reasons:
-        console.print(f"  it can take and put every object at every place ({len(places)} pairs tried)")
+        count = f"{len(places)} pairs tried"
+        what = f"every object at every place ({count})" if complete else f"the object of each of the {count}"
+        console.print(f"  it can take and put {what}")
         return
     impossible = sum(one.reason is not None for one in places)
     table = Table(title=f"What the arm cannot do: {impossible} of {len(places)} pairs", title_justify="left")
