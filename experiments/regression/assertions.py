@@ -30,7 +30,8 @@ def assert_front(scenario: Given, points: Sequence[Point], *, max_cost: Number |
 
     Args:
         scenario: what is planned.
-        points: (cost, preference penalty) of each; empty if there should be no plan.
+        points: (cost, preference penalty) of each, or every cost and then every preference; empty if there should be
+            no plan.
         max_cost: as in `prefplan.pareto_front`.
 
     Raises:

@@ -10,8 +10,8 @@ from experiments.cli.output import condense, number
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Front, Plan
 
-Point = tuple[Number, Number]
-"""(cost, preference), in the user's units."""
+Point = tuple[Number, ...]
+"""(cost, preference), or every cost and then every preference, in the user's units."""
 
 TOLERANCE = 1e-9
 """Relative tolerance for preference penalties that are doubles, such as thirds. Other values are exact."""
@@ -22,7 +22,7 @@ class Row:
     """A point that is expected, found or both.
 
     Attributes:
-        expected: (cost, preference); None for a point that should not be there.
+        expected: None for a point that should not be there.
         index: of the plan on the front; None for a point that is missing.
         plan: the plan found.
     """
@@ -33,8 +33,8 @@ class Row:
 
     @property
     def found(self) -> Point | None:
-        """(cost, preference) of the plan, if there is one."""
-        return None if self.plan is None else (self.plan.cost, self.plan.preference)
+        """The point of the plan, if there is one."""
+        return None if self.plan is None else _point(self.plan)
 
     @property
     def same(self) -> bool:
@@ -70,18 +70,27 @@ def side_by_side(rows: Sequence[Row]) -> str:
     return "\n".join(f"{mark:1} {one:{wide}}  {other:{wider}}  {plan}".rstrip() for mark, one, other, plan in cells)
 
 
+def _point(plan: Plan) -> Point:
+    return tuple(plan.objectives.values()) or (plan.cost, plan.preference)
+
+
 def _equal(point: Point, plan: Plan) -> bool:
-    if exact(point[0]) != exact(plan.cost):
+    found, costs = _point(plan), len(plan.costs) or 1
+    if len(point) != len(found) or any(exact(a) != exact(b) for a, b in zip(point[:costs], found, strict=False)):
         return False
-    if isinstance(plan.preference, float):
-        return math.isclose(point[1], plan.preference, rel_tol=TOLERANCE)
-    return exact(point[1]) == exact(plan.preference)
+    return all(map(_alike, point[costs:], found[costs:]))
 
 
-def _place(row: Row) -> tuple[float, float]:
-    cost, mu = row.found or row.expected or (0, 0)
-    return float(cost), -float(mu)
+def _alike(penalty: Number, found: Number) -> bool:
+    if isinstance(found, float):
+        return math.isclose(penalty, found, rel_tol=TOLERANCE)
+    return exact(penalty) == exact(found)
+
+
+def _place(row: Row) -> tuple[float, ...]:
+    first, *others = row.found or row.expected or (0,)
+    return float(first), *(-float(value) for value in others)
 
 
 def _word(point: Point | None) -> str:
-    return "" if point is None else f"({number(to_number(exact(point[0])))}, {number(to_number(exact(point[1])))})"
+    return "" if point is None else f"({', '.join(number(to_number(exact(value))) for value in point)})"

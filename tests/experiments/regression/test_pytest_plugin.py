@@ -13,7 +13,17 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.regression.assertions import assert_front, assert_plan
 from experiments.runs import carry_out, evidence  # noqa: F401  # the same
-from prefplan import Expression, Order, PrefplanError, Problem, Task, TransitionSystem
+from prefplan import (
+    Expression,
+    GraphModel,
+    NamedPreference,
+    Order,
+    PrefplanError,
+    Problem,
+    Task,
+    Transition,
+    TransitionSystem,
+)
 
 pytest_plugins = ["pytester"]
 
@@ -49,6 +59,19 @@ def test_the_entry_point_is_the_module_that_has_the_fixtures() -> None:
     plugin = import_module(project["entry-points"]["pytest11"]["prefplan"])
     names = {getattr(one, "_fixture_function_marker", None) and one.name for one in vars(plugin).values()}
     assert {"assert_front", "assert_plan", "assert_completed"} <= names
+
+
+def test_a_point_of_several_costs_has_all_of_them() -> None:
+    edges = (
+        Transition("s", "t", "ride", {"time": 1, "fare": 2.5}),
+        Transition("s", "t", "walk", {"time": 4, "fare": 0}),
+    )
+    system = GraphModel("s", edges, {"t": ["a"]}).transition_system()
+    problem = Problem(system, [Task("go", "F a")], [NamedPreference("soon", Order())])
+    assert_front(problem, [(4, 0, 0), (1, 2.5, 0)])
+    for points in ([(1, 2.5, 0), (4, 0, 1)], [(1, 2.5), (4, 0)]):
+        with pytest.raises(AssertionError, match=r"\+ +\(4, 0, 0\) +plan 1: walk"):
+            assert_front(problem, points)
 
 
 def test_right_outcomes_pass_and_others_are_told(reader: pytest.Pytester) -> None:
