@@ -7,6 +7,7 @@ word that satisfies a co-safe formula reaches the antichain `true` after finitel
 
 As g implies f U g, that obligation is left out beside g, and the set {g} beside the set {f U g}: nested U then have as
 many states as names, not as many as sets of names. No word reaches `true` later for it: g is met no sooner than f U g.
+The same holds for F[0,2] g and F[0,5] g.
 
 Transitions are decision diagrams over the formula's propositions: letters are never listed, so a formula may have
 many propositions.
@@ -18,6 +19,7 @@ A state is *satisfied* when every infinite continuation satisfies the formula, i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -107,16 +109,31 @@ class _Obligations:
         self.formulas: list[Formula] = []
         self._weaker: list[set[int]] = []
         self._weaker_than: dict[Formula, set[int]] = {}
+        self._until: dict[tuple[Formula, Formula, int], list[tuple[float, int]]] = {}
 
     def add(self, formula: Formula) -> int:
         """Return the number of a new obligation."""
         number = len(self.formulas)
         self.formulas.append(formula)
         self._weaker.append(self._weaker_than.setdefault(formula, set()))
-        if isinstance(formula, Until) and formula.low == 0:
+        if isinstance(formula, Until):
+            self._add_until(number, formula)
+        return number
+
+    def _add_until(self, number: int, formula: Until) -> None:
+        """Note what implies an until, and what it implies."""
+        if formula.low == 0:
             for stronger in _stronger(formula.right):
                 self._weaker_than.setdefault(stronger, set()).add(number)
-        return number
+        # What comes soon enough for one bound does for a later one.
+        high = math.inf if formula.high is None else formula.high
+        others = self._until.setdefault((formula.left, formula.right, formula.low), [])
+        for bound, other in others:
+            if bound < high:
+                self._weaker[other].add(number)
+            else:
+                self._weaker[number].add(other)
+        others.append((high, number))
 
     def irredundant(self, clauses: Iterable[frozenset[int]]) -> Antichain:
         """Return the weakest of some sets of obligations, each without what its others imply."""

@@ -47,6 +47,7 @@ def run(dfa: Automaton, *letters: str) -> int:
         ("F(a & X b) | F(a & X !b)", 2),
         ("(a U b) & (b -> a U c) & false", 1),
         ("(!a U b) & (!c U a)", 4),
+        ("F[0,20] (a & F[0,20] b)", 253),
     ],
 )
 def test_number_of_states(formula: str, states: int) -> None:
