@@ -74,13 +74,7 @@ class TaskCheck:
 
 @dataclass(frozen=True)
 class PreferenceCheck:
-    """One of the preferences.
-
-    Attributes:
-        name: the preference's.
-        contract: its own.
-        of: the cost in which it counts what tasks cost.
-    """
+    """Name and contract of a preference, and of which cost what tasks cost is counted in it."""
 
     name: str
     contract: str
