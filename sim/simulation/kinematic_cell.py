@@ -79,14 +79,14 @@ class KinematicCell(Workcell):
         """See `Workcell.collisions`; until something moves, the objects are observed once."""
         state = width is not None, self.contacts.handled, self.contacts.aloft
         if state != self._foreseen or width is None:
-            self.foresight()
+            self.collision_checker()
             self._foreseen = state
         return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
 
-    def foresight(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
-        """See `Workcell.foresight`."""
+    def collision_checker(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
+        """See `Workcell.collision_checker`."""
         self._foreseen = None
-        return super().foresight(held=held, width=width)
+        return super().collision_checker(held=held, width=width)
 
     def _tick(self) -> None:
         """Close or open the hand as it was told to."""

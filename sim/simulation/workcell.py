@@ -309,10 +309,10 @@ class Workcell:
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """Return the bodies in collision with the robot or its load at (n,) joint angles, rad (`CollisionChecker`)."""
-        touches = self.foresight().touches(q, width=width, clearance=clearance)
+        touches = self.collision_checker().touches(q, width=width, clearance=clearance)
         return sorted({other for _, other in touches})
 
-    def foresight(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
+    def collision_checker(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
         """Observe all objects; return the checker of what would be in collision from now on.
 
         Args:

@@ -21,8 +21,8 @@ def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> N
         BlockedError: there is one.
     """
     held = cell.held() is not None
-    foresight = cell.foresight(held=held, width=None if held else cell.width)
-    met = foresight.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
+    checker = cell.collision_checker(held=held, width=None if held else cell.width)
+    met = checker.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
     if met:
         raise BlockedError.on_the_way(met)
 
@@ -41,18 +41,18 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: fl
     Raises:
         BlockedError: none was found.
     """
-    foresight = cell.foresight()
-    near = foresight.touches(cell.reference, clearance=clearance)
-    touched = foresight.touches(cell.reference)
-    steady = touched | {pair for pair in near if foresight.hand_and_load == set(pair)}
+    checker = cell.collision_checker()
+    near = checker.touches(cell.reference, clearance=clearance)
+    touched = checker.touches(cell.reference)
+    steady = touched | {pair for pair in near if checker.hand_and_load == set(pair)}
     known: dict[bytes, set[str]] = {}
 
     def met(q: np.ndarray) -> set[str]:
         if (question := q.tobytes()) not in known:  # searches come back to the ends of their edges
-            close = foresight.touches(q, clearance=clearance)
+            close = checker.touches(q, clearance=clearance)
             found = close - near
             if not found and close - steady:
-                found = foresight.touches(q) - touched
+                found = checker.touches(q) - touched
             known[question] = {other for _, other in found}
         return known[question]
 

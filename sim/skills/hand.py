@@ -172,9 +172,9 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
         BlockedError: bodies are in its way, other than the handled object.
         SimulationError: the arm does not reach it, or has to turn round meanwhile.
     """
-    foresight, obj = cell.foresight(), cell.contacts.handled
+    checker, obj = cell.collision_checker(), cell.contacts.handled
     steps = _followed(cell, q, before, pose)
-    touches = itertools.chain.from_iterable(foresight.touches(q, clearance=FINGER_CLEARANCE_M) for q in steps)
+    touches = itertools.chain.from_iterable(checker.touches(q, clearance=FINGER_CLEARANCE_M) for q in steps)
     met = {other for one, other in touches if obj not in (one, other)}
     if met:
         raise BlockedError.on_the_way(met)
