@@ -14,7 +14,7 @@ from prefplan.models.manipulation.operators import Outcomes
 from sim.skills.hand import HOVER_HEIGHT_M, move_tool
 
 FINGER_M, STEP_M = 0.012, 0.01
-"""Half the width of a finger, and length of one movement while pushing."""
+"""Half the width of a finger, and length of one movement while pushing: short ones are slow, and nothing slides on."""
 
 
 class Push(sim.Skill):
@@ -40,7 +40,6 @@ class Push(sim.Skill):
         cell.contacts.handle(obj)
         cell.grip(0.0, 0.3)
         hand = move_tool(cell, sim.ToolPose.down(centre - 1.3 * behind + up, yaw).either_way())
-        # Short movements are slow ones: pushed faster, the object would slide on.
         pushing = np.linspace(centre - 1.3 * behind, goal - behind, round(np.linalg.norm(goal - centre) / STEP_M))
         for position in (*pushing, goal - behind + up, goal + up):
             move_tool(cell, [sim.ToolPose(position, hand.rotation)])
