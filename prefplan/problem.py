@@ -8,14 +8,12 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 
-from prefplan.errors import FormulaError, PrefplanError, choices
+from prefplan.errors import FormulaError, PrefplanError, choices, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.limits import LimitError
-from prefplan.logic.dfa import Automaton, automaton, first_accepted
+from prefplan.logic.dfa import Automaton, automaton, first_accepted, is_idempotent
 from prefplan.logic.formula import TRUE, Formula, is_temporal, propositions_of
 from prefplan.logic.monitor import watching
 from prefplan.logic.normal_form import parse, parse_rule
-from prefplan.logic.stutter import is_idempotent
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.transition_system import EdgeCosts, TransitionSystem
 from prefplan.names import check_names
@@ -176,10 +174,8 @@ class Problem:
         automata: list[Automaton] = []
         for i, task in enumerate(self.tasks):
             self._check_name(f"tasks[{i}].name", task.name, self.names[:i])
-            try:
+            with prefixed(f"tasks[{i}].formula: ", FormulaError):
                 automata.append(automaton(task.tree, text=task.formula))
-            except FormulaError as error:
-                raise FormulaError(f"tasks[{i}].formula: {error}") from None
             self._check_relaxations(i, task)
         object.__setattr__(self, "automata", tuple(automata))
         object.__setattr__(self, "monitors", tuple(self._monitor(i, rule) for i, rule in enumerate(self.rules)))
@@ -209,10 +205,8 @@ class Problem:
             raise PrefplanError(f"rules[{i}].skip: negative cost {rule.skip}")
         if sum(other.skip is not None for other in self.rules[: i + 1]) > SKIP_LIMIT:
             raise PrefplanError(f"rules[{i}].skip: at most {SKIP_LIMIT} rules may be broken")
-        try:
+        with prefixed(f"rules[{i}].formula: ", FormulaError):
             return automaton(rule.broken, text=rule.formula)
-        except FormulaError as error:
-            raise FormulaError(f"rules[{i}].formula: {error}") from None
 
     def _check_relaxations(self, i: int, task: Task) -> None:
         for k, relaxation in enumerate(task.relax):
@@ -221,12 +215,10 @@ class Problem:
             if relaxation.assume not in self.system.propositions:
                 wrong = relaxation.assume
                 raise PrefplanError(f"{where}.assume: unknown proposition {wrong!r} {choices(wrong, known)}")
-            try:
+            with prefixed(f"{where}.when: ", FormulaError):
                 condition = parse(relaxation.when, propositions=known, temporal=False)
-            except FormulaError as error:
-                raise FormulaError(f"{where}.when: {error}") from None
-            if is_temporal(condition):
-                raise FormulaError(f"{where}.when: '{relaxation.when}' has a temporal operator")
+                if is_temporal(condition):
+                    raise FormulaError(f"'{relaxation.when}' has a temporal operator")
             if exact(relaxation.cost, f"{where}.cost") < 0:
                 raise PrefplanError(f"{where}.cost: negative cost {relaxation.cost}")
         if task.skip is not None and exact(task.skip, f"tasks[{i}].skip") < 0:
@@ -251,13 +243,9 @@ class Problem:
         """The terms of every preference."""
         measures, rules_too = [], self.priced[len(self.tasks) :]
         for named in self.preferences:
-            try:
+            with prefixed(f"{_key_of(named)}."):
                 terms = named.preference.terms(self.names, *((rules_too,) if rules_too else ()))
                 measures.append(Measure.of(terms, len(self.priced)))
-            except LimitError:
-                raise
-            except PrefplanError as error:
-                raise type(error)(f"{_key_of(named)}.{error}") from None
         return tuple(measures)
 
     def _check_claims(self) -> None:
@@ -326,9 +314,7 @@ class Problem:
     def over(self, system: TransitionSystem, tasks: Sequence[int] | None = None) -> Problem:
         """Return the problem over another system that the tasks see as they see this one, in the same units.
 
-        Args:
-            system: the other system.
-            tasks: which of the tasks are kept, all unless given; the preference remains that of all.
+        All tasks are kept unless some are given by number; the preference remains that of all.
         """
         kept = range(len(self.tasks)) if tasks is None else tasks
         followed = range(len(self.priced)) if tasks is None else tasks

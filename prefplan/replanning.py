@@ -11,15 +11,14 @@ from __future__ import annotations
 from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number, whole_numbers
 from prefplan.front import NoPlanError, Plan
-from prefplan.models.generated import GeneratedSystem
-from prefplan.models.on_demand import OnDemand
+from prefplan.models.generated import GeneratedSystem, OnDemand
 from prefplan.models.transition_system import Quotient, Trajectory, TransitionSystem
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
@@ -49,13 +48,7 @@ class Past:
 
 
 def continued(problem: Problem, past: Past, system: TransitionSystem) -> Problem:
-    """Return the problem of which every plan begins with what was done so far.
-
-    Args:
-        problem: the tasks and the preference.
-        past: what was done and observed so far.
-        system: what can be done from now on; its start is the present.
-    """
+    """Return the problem of which every plan begins with the past; the start of `system` is the present."""
     known = problem.system.propositions | system.propositions
     if not past.actions:
         return Problem(system.knowing(known), problem.tasks, problem.preference, rules=problem.rules)
@@ -69,13 +62,7 @@ def continued(problem: Problem, past: Past, system: TransitionSystem) -> Problem
 def continue_cheaply(
     problem: Problem, past: Past, system: TransitionSystem, *, max_preference: Number | None = None
 ) -> Plan:
-    """Return the plan of least total cost that begins with the past, and of least mu among those.
-
-    Args:
-        problem: the tasks and the preference.
-        past: what was done and observed so far.
-        system: what can be done from now on.
-        max_preference: greatest mu.
+    """Return the plan of least total cost, and of least mu among those, that begins with the past.
 
     Raises:
         NoPlanError: there is none.
@@ -99,14 +86,8 @@ def continue_as_preferred(problem: Problem, past: Past, system: TransitionSystem
 
 def damaged(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
     """Return the names of the tasks that, as they are written, nothing can satisfy after some labels."""
-    broken = []
-    for task, dfa in zip(problem.tasks, problem.automata, strict=True):
-        state = 0
-        for label in labels:
-            state = dfa.step(state, label)
-        if state == dfa.dead:
-            broken.append(task.name)
-    return tuple(broken)
+    automata = zip(problem.names, problem.automata, strict=True)
+    return tuple(name for name, dfa in automata if reduce(dfa.step, labels, 0) == dfa.dead)
 
 
 def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
@@ -180,7 +161,7 @@ class _Continuation(GeneratedSystem):
         chain[-1] += ahead.start
         own = dict.fromkeys(past.labels)
         return TransitionSystem(
-            states=OnDemand(length + ahead.size, self.state),
+            states=OnDemand(lambda: length + ahead.size, self.state),
             start=0,
             offsets=np.concatenate([np.arange(length), ahead.offsets + length]).astype(np.int64),
             targets=np.concatenate([chain, ahead.targets + np.int32(length)]),

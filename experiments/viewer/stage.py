@@ -13,7 +13,6 @@ from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
 from experiments.viewer.live_run import Frame
-from experiments.viewer.subtree import Subtree
 from sim.geometry.mjcf import HIDDEN
 from sim.world.materials import Glow, glow_of
 from sim.world.scene import Scene
@@ -23,6 +22,38 @@ LIGHT_CD = 0.6
 
 PULL_COLOUR, PULL_THICKNESS_M = (230, 60, 30), 0.004
 """Of the line from an object to the pointer that pulls it."""
+
+
+class Subtree:
+    """Stands for a server to whoever adds to its scene: every node that is added goes below one.
+
+    Attributes:
+        scene: itself; a server has its scene there.
+        nodes: what was added, by the name that was asked for.
+    """
+
+    def __init__(self, server: viser.ViserServer, root: str, offset: np.ndarray) -> None:
+        """Add the node above all others, such as `/left`; `offset` (3,) is where it is on the page, m."""
+        self.scene = self
+        self.nodes: dict[str, Any] = {}
+        self._server, self._root = server, root
+        self._frame = server.scene.add_frame(root, show_axes=False, position=offset)
+
+    def show(self, visible: bool) -> None:
+        """Show or hide all of it."""
+        self._frame.visible = visible
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what the server or its scene has, with new nodes put where they belong."""
+        found = getattr(self._server.scene, name, None) or getattr(self._server, name)
+        return self._below(found) if name.startswith("add_") else found
+
+    def _below(self, add: Callable[..., Any]) -> Callable[..., Any]:
+        def add_below(name: str, *arguments: Any, **options: Any) -> Any:
+            self.nodes[name] = add(self._root + name, *arguments, **options)
+            return self.nodes[name]
+
+        return add_below
 
 
 class Stage:
@@ -38,14 +69,7 @@ class Stage:
     def __init__(
         self, server: viser.ViserServer, scene: Scene, *, root: str = "/left", offset: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> None:
-        """Set it up.
-
-        Args:
-            server: where to.
-            scene: the scene.
-            root: the node of the page that everything is below.
-            offset: (3,) where its origin is on the page, m.
-        """
+        """Set it up below the node `root` of the page."""
         self.on_knock: Callable[[str], None] = lambda obj: None
         self.on_pull: Callable[[str, np.ndarray], None] = lambda obj, target: None
         self.on_let_go: Callable[[], None] = lambda: None

@@ -24,10 +24,11 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.logic.stutter import is_idempotent
+from prefplan.logic.dfa import is_idempotent
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, ManipulationState
+from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.quotient import Symmetry, View
 from prefplan.models.manipulation.state_space import Generator, ListedStates, reachable
 from prefplan.models.transition_system import TransitionSystem
@@ -286,12 +287,12 @@ class Projected:
         hands = space.digit(np.repeat(found.codes, np.diff(system.offsets)), 0), space.digit(after, 0)
         result = np.zeros(len(system.targets), dtype=np.int64)
         for a, text in enumerate(system.action_names):
-            kind, *names = text.split()
+            action = read_action(text)
             mine = system.actions == a
-            costs = least[KINDS[kind], hands[0][mine], hands[1][mine]]
-            if own is None or (kind != "transit" and names[0] in own):
+            costs = least[KINDS[action.kind], hands[0][mine], hands[1][mine]]
+            if own is None or action.obj in own:
                 result[mine] = costs
-            elif kind == "transit":
+            elif action.kind == "transit":
                 hand, counts = space.digit(after[mine], 0), np.zeros(int(mine.sum()), dtype=bool)
                 single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
                 for o, obj in enumerate(space.objects):

@@ -23,6 +23,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain, combinations
 
 from prefplan.errors import FormulaError
 from prefplan.limits import check_limits
@@ -32,6 +33,9 @@ from prefplan.logic.normal_form import parse
 
 STATE_LIMIT = 20_000
 """Progression stops at this many states: the construction is doubly exponential in the worst case."""
+
+READINGS_TRIED = 2**14
+"""Number of readings, of every label in every state, up to which it is found out."""
 
 Antichain = frozenset[frozenset[int]]
 """Sets of obligations, each a number of a subformula."""
@@ -82,6 +86,22 @@ def first_accepted(dfa: Automaton, labels: Iterable[frozenset[str]]) -> int | No
         if state == dfa.accepting:
             return position
     return None
+
+
+def is_idempotent(dfa: Automaton) -> bool:
+    """Return whether reading any label twice is the same as once; False also if there are too many to try.
+
+    If it is, the automaton's language is closed under stuttering: so are all formulas without X.
+    """
+    if dfa.size << len(dfa.propositions) > READINGS_TRIED:
+        return False
+    sizes = range(len(dfa.propositions) + 1)
+    labels = map(frozenset, chain.from_iterable(combinations(dfa.propositions, k) for k in sizes))
+    return all(
+        dfa.step(after, label) == after
+        for label in labels
+        for after in {dfa.step(state, label) for state in range(dfa.size)}
+    )
 
 
 def automaton(formula: str | Formula, *, text: str = "") -> Automaton:

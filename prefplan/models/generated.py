@@ -3,15 +3,41 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import fields
 from functools import cached_property
-from typing import Any, overload
+from typing import Any, TypeVar, overload
 
 from prefplan.models.transition_system import TransitionSystem
 
+T = TypeVar("T")
+
 LISTS = frozenset(field.name for field in fields(TransitionSystem))
 """Attributes that tell of all states, unless a system has them by itself."""
+
+
+class OnDemand(Sequence[T]):
+    """A sequence that makes its entries."""
+
+    def __init__(self, length: Callable[[], int], make: Callable[[int], T]) -> None:
+        """Take what tells the length, asked only if it matters, and what makes an entry or raises IndexError."""
+        self._length, self._make = length, make
+
+    def __len__(self) -> int:
+        """Return the length."""
+        return self._length()
+
+    @overload
+    def __getitem__(self, index: int) -> T: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[T]: ...
+
+    def __getitem__(self, index: int | slice) -> T | list[T]:
+        """Return an entry, or several."""
+        if isinstance(index, slice):
+            return [self._make(i) for i in range(len(self))[index]]
+        return self._make(index if index >= 0 else range(len(self))[index])
 
 
 class GeneratedSystem(TransitionSystem):
@@ -43,27 +69,4 @@ class GeneratedSystem(TransitionSystem):
     @property
     def states(self) -> Sequence[Hashable]:  # type: ignore[override]
         """See `TransitionSystem`; their number is known once they are listed."""
-        return _States(self)
-
-
-class _States(Sequence[Hashable]):
-    """What the states of a system are called."""
-
-    def __init__(self, system: GeneratedSystem) -> None:
-        self._system = system
-
-    def __len__(self) -> int:
-        return len(self._system.offsets) - 1
-
-    @overload
-    def __getitem__(self, index: int) -> Hashable: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[Hashable]: ...
-
-    def __getitem__(self, index: int | slice) -> Hashable | list[Hashable]:
-        if isinstance(index, slice):
-            return [self._system.state(i) for i in range(len(self))[index]]
-        if index < 0:
-            index = range(len(self))[index]
-        return self._system.state(index)
+        return OnDemand(lambda: len(self.offsets) - 1, self.state)

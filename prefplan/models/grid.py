@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import Number, exact, in_common_unit
+from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory
-from prefplan.models.on_demand import OnDemand
+from prefplan.models.generated import OnDemand
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.names import check_names
@@ -89,12 +89,6 @@ class GridModel:
         """The names of the costs."""
         return names_of(self.cost)
 
-    def cost_of_entering(self, cell: tuple[int, int]) -> Number:
-        """Return the first cost of a move into a cell."""
-        x, y = cell
-        on = [g for g in self.terrain.values() if any(a <= x <= c and b <= y <= d for a, b, c, d in g.boxes)]
-        return amount(on[-1].cost if on else self.cost, self.cost_names[0])
-
     def transition_system(self) -> TransitionSystem:
         """Return the cells that are no obstacle, row by row, as a weighted transition system.
 
@@ -109,8 +103,7 @@ class GridModel:
             raise ModelError(f"size: {width} x {height} cells need more memory than is free")
         free = np.ones((height, width), dtype=bool)
         for boxes in self.obstacles.values():
-            for x0, y0, x1, y1 in boxes:
-                free[y0 : y1 + 1, x0 : x1 + 1] = False
+            _fill(free, boxes, False)
         number = np.cumsum(free.ravel()).reshape(free.shape) - 1
         y, x = np.nonzero(free)
         exists, target = [], []
@@ -126,7 +119,7 @@ class GridModel:
         counts, unit = in_common_unit(costs)
         labels, label_sets = self._labels(free)
         return TransitionSystem(
-            states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
+            states=OnDemand(lambda: len(x), lambda i: (int(x[i]), int(y[i]))),
             start=int(number[self.start[1], self.start[0]]),
             offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
             targets=targets.astype(np.int32),
@@ -148,8 +141,7 @@ class GridModel:
         """Return the terrain of each cell by its number from 1, 0 for none."""
         ground = np.zeros(self.size[::-1], dtype=np.int64)
         for k, terrain in enumerate(self.terrain.values(), start=1):
-            for x0, y0, x1, y1 in terrain.boxes:
-                ground[y0 : y1 + 1, x0 : x1 + 1] = k
+            _fill(ground, terrain.boxes, k)
         return ground
 
     def _labels(self, free: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
@@ -158,13 +150,18 @@ class GridModel:
         sets: list[frozenset[str]] = [frozenset()]
         for name, boxes in self.regions.items():
             within = np.zeros(free.shape, dtype=bool)
-            for x0, y0, x1, y1 in boxes:
-                within[y0 : y1 + 1, x0 : x1 + 1] = True
+            _fill(within, boxes, True)
             for old in np.unique(label[within]):
                 label[within & (label == old)] = len(sets)
                 sets.append(sets[old] | {name})
         used, labels = np.unique(label[free], return_inverse=True)
         return labels.astype(np.int32), tuple(sets[i] for i in used)
+
+
+def _fill(cells: np.ndarray, boxes: Sequence[Box], value: int) -> None:
+    """Set the cells in some boxes of a (height, width) array."""
+    for x0, y0, x1, y1 in boxes:
+        cells[y0 : y1 + 1, x0 : x1 + 1] = value
 
 
 def _check_box(where: str, box: Box, size: tuple[int, int]) -> None:

@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from prefplan.limits import check_limits
+from prefplan.models.generated import OnDemand
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import UNMEASURED
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
@@ -16,7 +17,6 @@ from prefplan.models.manipulation.cost_matrix import CostMatrix, cost_matrices, 
 from prefplan.models.manipulation.description import ManipulationState
 from prefplan.models.manipulation.numbering import Numbering
 from prefplan.models.manipulation.operators import Operator
-from prefplan.models.on_demand import OnDemand
 from prefplan.models.transition_system import EdgeCosts, TransitionSystem
 
 CHUNK = 2**13
