@@ -28,11 +28,7 @@ class Action:
 
 
 def parse_action(text: str, parameters: Mapping[str, Sequence[str]]) -> Action:
-    """Return the action that a text means.
-
-    Args:
-        text: as `str` writes it.
-        parameters: which of `obj` and `location` an action of each kind has.
+    """Return the action that a text means; an action of each kind has some of the parameters `obj` and `location`.
 
     Raises:
         ModelError: the kind is unknown, or the number of names is not that of its parameters.

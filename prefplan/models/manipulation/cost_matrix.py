@@ -75,12 +75,7 @@ def _cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str],
 
 
 def unmeasured(action: str, before: str) -> ModelError:
-    """Return the error of an action that has no measured cost.
-
-    Args:
-        action: as in plans, e.g. `transit left`.
-        before: the hand's pose before it.
-    """
+    """Return the error of an action, such as `transit left`, whose cost was not measured from a pose of the hand."""
     return ModelError(
         f"costs.measured: {action!r} with the hand at {before!r} was not measured; `prefplan measure` measures it"
     )

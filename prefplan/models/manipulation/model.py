@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action import Action, parse_action
+from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import check_costs, cost_names
 from prefplan.models.manipulation.description import Description, Location, ManipulationState, Object
-from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, read_action
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import TransitionSystem
 
@@ -55,12 +55,8 @@ class ManipulationModel(Description):
         return next(operator for operator in self.operators if operator.kind == kind)
 
     def action(self, text: str) -> Action:
-        """Return the action that a text, such as `transport blue san`, means; its names need not be the model's.
-
-        Raises:
-            ModelError: it is written as none of the model's kinds is.
-        """
-        return parse_action(text, {operator.kind: operator.parameters for operator in self.operators})
+        """Return the action that a text means, see `read_action`."""
+        return read_action(text, self.operators)
 
     def effect(self, action: Action) -> frozenset[str]:
         """Return the propositions that an action makes true whenever it succeeds."""

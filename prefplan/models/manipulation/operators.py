@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action import Action, at, holding
+from prefplan.models.manipulation.action import Action, at, holding, parse_action
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
 from prefplan.models.manipulation.description import Description, ManipulationState
 
@@ -156,3 +156,12 @@ class Release(Operator):
 
 STANDARD_OPERATORS: tuple[Operator, ...] = (Transit(), Grasp(), Transport(), Release())
 """The operators of every manipulation model, in the order of their actions."""
+
+
+def read_action(text: str, operators: Iterable[Operator] = STANDARD_OPERATORS) -> Action:
+    """Return the action that a text, such as `transport blue san`, means; its names need not be a model's.
+
+    Raises:
+        ModelError: it is written as none of the operators' actions is.
+    """
+    return parse_action(text, {operator.kind: operator.parameters for operator in operators})

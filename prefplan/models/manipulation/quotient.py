@@ -30,6 +30,7 @@ from prefplan.models.manipulation.action import at, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description, Location, ManipulationState
+from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.state_space import Generator, reachable
 from prefplan.models.several_costs import amount
 from prefplan.models.transition_system import Barred, Quotient, Trajectory
@@ -82,7 +83,8 @@ class ReducedModel:
         self._whole, self._whole_start, self.barred = whole, start, barred
         model = whole.space.model
         self.seen = frozenset(names).union(*(conditions for conditions, _ in barred))
-        told = frozenset(word for _, action in barred for word in action.split()[1:])
+        actions = [read_action(text, whole.operators) for _, text in barred]
+        told = frozenset(name for action in actions for name in (action.obj, action.location))
         view = View(model, self.seen, told, places_alike=not isinstance(model.costs, MeasuredCosts))
         if may_hurry and not barred and _loads_cost(model.costs):
             view, start = view.relevant(start)

@@ -105,7 +105,7 @@ class ListedStates(OnDemand[ManipulationState]):
 
     def __init__(self, space: StateCodes, codes: np.ndarray) -> None:
         """Take the codes, from which states are made when they are asked for."""
-        super().__init__(len(codes), lambda i: space.decode(int(codes[i])))
+        super().__init__(lambda: len(codes), lambda i: space.decode(int(codes[i])))
         self.codes = codes
 
 
