@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 MOST_COMPARED = 10_000
 """Most names among which the nearest is looked for, which takes a second."""
@@ -30,6 +31,34 @@ class PreferenceError(PrefplanError):
 
 class ScenarioError(PrefplanError):
     """A scenario file that cannot be used; the message starts with the file and the key."""
+
+
+class LimitError(PrefplanError):
+    """A limit was reached; `ended` says which: `time`, `memory` or `interrupt`."""
+
+    def __init__(self, ended: str) -> None:
+        """Keep what ended the work."""
+        super().__init__(f"stopped by the {ended} limit")
+        self.ended = ended
+
+
+@contextmanager
+def prefixed(
+    prefix: str, kind: type[PrefplanError] = PrefplanError, *, new: type[PrefplanError] | None = None
+) -> Iterator[None]:
+    """Put the place of a mistake, such as a key, in front of the messages of errors of a kind, but for limits.
+
+    Args:
+        prefix: the place.
+        kind: of the errors.
+        new: the kind that they become; None for that which they are.
+    """
+    try:
+        yield
+    except LimitError:
+        raise
+    except kind as error:
+        raise (new or type(error))(f"{prefix}{error}") from None
 
 
 def choices(wrong: str, valid: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import LimitError, PrefplanError
 from prefplan.exact_costs import Number, exact
 
 T = TypeVar("T")
@@ -30,15 +30,6 @@ NO_INFLATION = 2**60
 
 FIRST_ROUND, ROUND_FACTOR = 100, 10
 """A front within few percent follows on fronts within more, at most the first many, each so many times the next."""
-
-
-class LimitError(PrefplanError):
-    """A limit was reached; `ended` says which: `time`, `memory` or `interrupt`."""
-
-    def __init__(self, ended: str) -> None:
-        """Keep what ended the work."""
-        super().__init__(f"stopped by the {ended} limit")
-        self.ended = ended
 
 
 def available_memory() -> int:

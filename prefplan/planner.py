@@ -14,12 +14,12 @@ from typing import Any, Unpack, cast
 
 import numpy as np
 
-from prefplan.errors import PreferenceError, PrefplanError, choices
+from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, admits, exact, inclusive, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.ledger import Ledger
-from prefplan.limits import EXACT, LimitError, Limits, Percent, available_memory, percent
+from prefplan.limits import EXACT, Limits, Percent, available_memory, percent
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import Quotient
@@ -462,10 +462,7 @@ class Planner:
     def _is_satisfiable(self, tasks: tuple[Task, ...], limits: Limits, rules: tuple[Rule, ...] | None = None) -> bool:
         """Return whether some plan satisfies some of the tasks, as relaxed as they may be, and keeps rules.
 
-        Args:
-            tasks: the tasks.
-            limits: of the search.
-            rules: the rules; None for all of the problem's.
+        Without `rules`, all of the problem's are kept.
 
         Raises:
             LimitError: a limit was reached before that is known.

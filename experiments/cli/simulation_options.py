@@ -7,10 +7,9 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from decimal import Decimal
 
-from prefplan.errors import PrefplanError, choices
+from prefplan.errors import PrefplanError, choices, prefixed
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
-from sim.errors import RenderingError, SimulationError
 from sim.execution.faults import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
@@ -31,10 +30,8 @@ def perturbation_of(text: str | None, *, seed: int | None) -> Perturbation:
         return Perturbation()
     if seed is None:
         raise PrefplanError("--perturb: needs --seed, a number that the random differences are drawn from: --seed 1")
-    try:
+    with prefixed("--perturb: "):
         return read_perturbation(text)
-    except SimulationError as error:
-        raise PrefplanError(f"--perturb: {error}") from None
 
 
 def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
@@ -45,10 +42,8 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
     """
     if not isinstance(scenario.model, ManipulationModel):
         return ()
-    try:
+    with prefixed("--fault "):
         return tuple(read_fault(text, scenario.model) for text in texts)
-    except SimulationError as error:
-        raise PrefplanError(f"--fault {error}") from None
 
 
 def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
@@ -79,9 +74,7 @@ def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:
 def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     """Return the value of `--camera`: a name, or `az,el,dist`.
 
-    Args:
-        name: the value.
-        scene: builds the scene, whose MJCF may have more cameras; called only for a name that not every scene has.
+    The scene, whose MJCF may have more cameras, is built only for a name that not every scene has.
 
     Raises:
         PrefplanError: the scene has no such camera.
@@ -90,10 +83,8 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
         return name
     if "," not in name:
         return checked("--camera", name, camera_names(scene()))
-    try:
+    with prefixed("--camera: "):
         read_view(name)
-    except RenderingError as error:
-        raise PrefplanError(f"--camera: {error}") from None
     return name
 
 

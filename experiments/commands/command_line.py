@@ -14,9 +14,8 @@ from experiments.commands.execution import demo, export, film, measure, report, 
 from experiments.commands.machine import completion, doctor, robots
 from experiments.commands.planning import automaton, check, draw, front, init, plan
 from experiments.commands.planning import list as list_command
-from prefplan.errors import PrefplanError
+from prefplan.errors import LimitError, PrefplanError
 from prefplan.front import UnfinishedError
-from prefplan.limits import LimitError
 
 COMMANDS = (
     init,

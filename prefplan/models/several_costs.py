@@ -25,10 +25,7 @@ def names_of(cost: Cost) -> tuple[str, ...]:
 
 
 def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
-    """Check that all costs of a model have the same names.
-
-    Args:
-        costs: every cost, with its key.
+    """Check that all costs of a model, each given with its key, have the same names.
 
     Raises:
         ModelError: a cost is negative, or has other names than the first; the message begins with the key.
@@ -61,9 +58,7 @@ def _told(cost: Cost) -> str:
 def with_costs(names: tuple[str, ...], build: Callable[[str], TransitionSystem]) -> TransitionSystem:
     """Return a transition system with several costs.
 
-    Args:
-        names: of the costs.
-        build: returns the system with one of them; its states and actions do not depend on which.
+    `build` returns the system with one of them; its states and actions do not depend on which.
     """
     systems = [build(name) for name in names]
     more = tuple(EdgeCosts(name, one.costs, one.unit) for name, one in zip(names[1:], systems[1:], strict=True))

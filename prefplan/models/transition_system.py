@@ -256,18 +256,8 @@ class TransitionSystem:
     ) -> TransitionSystem:
         """Build a system from checked edges in any order; a state's actions keep theirs.
 
-        Args:
-            states: as of the system, like `start`, `unit`, `action_names` and `resolution`.
-            start: see `states`.
-            sources: (E,) state that each edge leaves.
-            targets: (E,) state that it leads to.
-            actions: (E,) index into `action_names`.
-            costs: (E,) multiples of the unit.
-            unit: see `states`.
-            action_names: see `states`.
-            label_of: propositions by state, of the states that have any.
-            propositions: names that may be used although no label carries them.
-            resolution: see `states`.
+        Arguments are called as the attributes are; `sources` are the (E,) states that the edges leave, and `label_of`
+        has the propositions by state, of the states that have any.
 
         Raises:
             ModelError: a proposition is no proper name.

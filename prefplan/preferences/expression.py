@@ -92,10 +92,7 @@ def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]
 
     Without a division all its constants are whole, so that it gives whole numbers.
 
-    Args:
-        tree: the expression, over costs in the user's units.
-        cost: unit of costs.
-        price: unit of violation costs.
+    The units are those of costs and of violation costs.
     """
     match tree:
         case Constant(value):

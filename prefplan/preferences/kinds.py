@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Protocol
 
-from prefplan.errors import ModelError, PreferenceError, choices
+from prefplan.errors import ModelError, PreferenceError, choices, prefixed
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
@@ -221,11 +221,9 @@ class Sum:
             raise PreferenceError("terms: a sum needs at least one")
         found: list[Term | Fraction] = []
         for k, (part, number) in enumerate(self.parts):
-            try:
+            with prefixed(f"terms[{k}].", PreferenceError):
                 weight = _weight("weight", number)
                 found += [_weighted(term, weight) for term in part.terms(tasks, *([rules] if rules else []))]
-            except PreferenceError as error:
-                raise PreferenceError(f"terms[{k}].{error}") from None
         return found
 
 
@@ -254,10 +252,8 @@ def _weights(
 
 
 def _weight(where: str, weight: Number) -> Fraction:
-    try:
+    with prefixed("", ModelError, new=PreferenceError):
         number = exact(weight, where)
-    except ModelError as error:
-        raise PreferenceError(str(error)) from None
     if number < 0:
         raise PreferenceError(f"{where}: must not be negative, but is {weight}")
     return number

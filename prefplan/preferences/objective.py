@@ -132,12 +132,7 @@ class Measure:
         return any(formula.tree is not None and divides(formula.tree) for formula in compared)
 
     def unit(self, cost: Fraction, price: Fraction) -> Fraction:
-        """Return a unit of mu in which all terms but those with functions or divisions are whole, given those of costs.
-
-        Args:
-            cost: unit of costs.
-            price: unit of violation costs.
-        """
+        """Return a unit of mu in which all terms without functions or divisions are whole, given those of costs."""
         amounts = [weight * cost for rate in self.rate_terms for weight in rate.steps]
         amounts += [weight * cost for term in self.maxima for weight in term.weights]
         for late in self.tardiness:

@@ -10,9 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from prefplan.errors import PrefplanError, ScenarioError
+from prefplan.errors import ModelError, ScenarioError, prefixed
 from prefplan.exact_costs import Number
-from prefplan.limits import LimitError
 from prefplan.models.graph import GraphModel
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.grid import GridModel
@@ -63,19 +62,11 @@ class Scenario:
 
     @cached_property
     def _problem(self) -> Problem:
-        try:
+        with prefixed(f"{self.path}: model.", new=ScenarioError):
             system = self.model.transition_system()
-        except LimitError:
-            raise
-        except PrefplanError as error:
-            raise ScenarioError(f"{self.path}: model.{error}") from None
-        try:
+        with prefixed(f"{self.path}: ", new=ScenarioError):
             preferences = self.preference if self.preferences is None else self.preferences
             return Problem(system, self.tasks, preferences, rules=self.rules)
-        except LimitError:
-            raise
-        except PrefplanError as error:
-            raise ScenarioError(f"{self.path}: {error}") from None
 
     def problem(self) -> Problem:
         """Return the planning problem, building the model's transition system at the first call.
@@ -140,32 +131,23 @@ def from_dict(
 ) -> Scenario:
     """Return a scenario from the contents of a file, as a TOML reader gives them.
 
-    Args:
-        data: the contents.
-        name: what the scenario is called.
-        path: where it was read; measurements are looked for beside it.
-        measured: as in `load`.
+    Arguments are those of `loads`.
 
     Raises:
         ScenarioError: as in `load`.
         LimitError: a limit was reached while files were read.
     """
     path = path or Path(name)
-    try:
+    with prefixed(f"{path}: ", ScenarioError):
         file = decode_table(_File, dict(data), "")
-        model = _model(file.model, path.parent)
-        if measured and isinstance(model, ManipulationModel):
-            model = with_measured_costs(model, path)
+        with prefixed("model.", ModelError, new=ScenarioError):
+            model = _model(file.model, path.parent)
+            if measured and isinstance(model, ManipulationModel):
+                model = with_measured_costs(model, path)
+            known = model.known_propositions
         preferences = _preferences(file)
         if not preferences and len(model.cost_names) == 1:
             raise ScenarioError("preference: missing")
-        known = model.known_propositions
-    except ScenarioError as error:
-        raise ScenarioError(f"{path}: {error}") from None
-    except LimitError:
-        raise
-    except PrefplanError as error:
-        raise ScenarioError(f"{path}: model.{error}") from None
     tasks = tuple(replace(task, known=known) for task in file.tasks)
     rules = tuple(replace(rule, known=known) for rule in file.rules)
     first = preferences[0].preference if preferences else WeightedSum({})

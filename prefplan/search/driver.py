@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from prefplan.errors import LimitError
 from prefplan.front import Plan, Stats
 from prefplan.heuristics.lagrangian import least_sum, weights_along
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import EXACT, LimitError, Limits, Percent
+from prefplan.limits import EXACT, Limits, Percent
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.moves import scratch_digits
 from prefplan.product.product_automaton import Product, Start

@@ -11,7 +11,7 @@ from experiments.cli.options import add_options
 from experiments.cli.overview import kind_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
-from prefplan.errors import ScenarioError
+from prefplan.errors import ScenarioError, prefixed
 from prefplan.logic.dfa import automaton
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
@@ -61,10 +61,8 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     if map_of(scenario) is not None:
         plans.draw(scenario, front, path)
         return DONE
-    try:
+    with prefixed(f"{scenario.path}: ", system.SystemSizeError):
         route.draw(scenario.problem().system, front, path)
-    except system.SystemSizeError as error:
-        raise ScenarioError(f"{scenario.path}: {error}") from None
     return DONE
 
 
@@ -79,10 +77,8 @@ def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> in
 def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     from experiments.figures.diagrams import node_link, system
 
-    try:
+    with prefixed(f"{scenario.path}: model: ", system.SystemSizeError):
         diagram = system.diagram(scenario.problem().system)
-    except system.SystemSizeError as error:
-        raise ScenarioError(f"{scenario.path}: model: {error}") from None
     node_link.draw({scenario.name: diagram}, path)
     return DONE
 

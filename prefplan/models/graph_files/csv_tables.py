@@ -19,15 +19,12 @@ def read_edges(file: BinaryIO, sink: Sink) -> None:
     Raises:
         ModelError: the file is no such table, or the sink refuses something; the message begins with the line.
     """
-    rows = _rows(file)
-    _, header = next(rows, (1, []))
-    _check_header(header, required=("from", "to"))
+    rows = _rows(file, required=("from", "to"))
+    header = next(rows)[1]
     source, target = header.index("from"), header.index("to")
     wanted = [(k, name) for k, name in enumerate(header) if k not in (source, target) and sink.wants(name)]
     for line, row in rows:
         try:
-            if len(row) != len(header):
-                raise ModelError(f"{len(row)} columns, where the first line names {len(header)}")
             sink.edge(row[source], row[target], {name: row[k] for k, name in wanted})
         except ModelError as error:
             raise ModelError(f"line {line}: {error}") from None
@@ -39,37 +36,35 @@ def read_nodes(file: BinaryIO, sink: Sink) -> None:
     Raises:
         ModelError: as `read_edges`.
     """
-    rows = _rows(file)
-    _, header = next(rows, (1, []))
-    _check_header(header, required=("node",))
+    rows = _rows(file, required=("node",))
+    header = next(rows)[1]
     for name in header:
         if name not in NODE_COLUMNS:
             raise ModelError(f"line 1: unknown column {name!r} {choices(name, NODE_COLUMNS)}")
     for line, row in rows:
+        columns = dict(zip(header, row, strict=True))
         try:
-            if len(row) != len(header):
-                raise ModelError(f"{len(row)} columns, where the first line names {len(header)}")
-            columns = dict(zip(header, row, strict=True))
             sink.node(columns.pop("node"), columns)
         except ModelError as error:
             raise ModelError(f"line {line}: {error}") from None
 
 
-def _rows(file: BinaryIO) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line and the fields of every row that is not empty."""
+def _rows(file: BinaryIO, *, required: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
+    """Yield the line and the fields of every row that is not empty, first the names of the columns."""
     rows = csv.reader(TextIOWrapper(file, encoding="utf-8-sig", newline=""), skipinitialspace=True, strict=True)
     try:
-        for row in rows:
-            if row:
-                yield rows.line_num, row
+        filled = ((rows.line_num, row) for row in rows if row)
+        line, header = next(filled, (1, []))
+        for name in required:
+            if name not in header:
+                raise ModelError(f"line 1: no column {name!r} (columns: {', '.join(header) or 'none'})")
+        twice = [name for name in header if header.count(name) > 1]
+        if twice:
+            raise ModelError(f"line 1: two columns {twice[0]!r}")
+        yield line, header
+        for line, row in filled:
+            if len(row) != len(header):
+                raise ModelError(f"line {line}: {len(row)} columns, where the first line names {len(header)}")
+            yield line, row
     except csv.Error as error:
         raise ModelError(f"line {rows.line_num}: not CSV: {error}") from None
-
-
-def _check_header(header: list[str], *, required: tuple[str, ...]) -> None:
-    for name in required:
-        if name not in header:
-            raise ModelError(f"line 1: no column {name!r} (columns: {', '.join(header) or 'none'})")
-    twice = [name for name in header if header.count(name) > 1]
-    if twice:
-        raise ModelError(f"line 1: two columns {twice[0]!r}")

@@ -5,12 +5,11 @@ from __future__ import annotations
 import gzip
 import math
 import zlib
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, choices, prefixed
 from prefplan.models.graph_files import csv_tables, dimacs, graphml, node_link
 from prefplan.models.graph_files.network import CostReader, Network, NetworkBuilder, Sink, number_of
 
@@ -41,12 +40,7 @@ def read_network(
 ) -> Network:
     """Read a graph.
 
-    Args:
-        folder: in which the files are.
-        file: of the edges; several `.gr` files by the names of the costs in them.
-        nodes: file of the nodes' coordinates and labels, where that of the edges has none.
-        cost: which attribute of an edge is its cost, or which ones are by the names of the costs; of several files the
-            one that is read. None if there is only one attribute that can be, or for the costs of all files.
+    Arguments are as the attributes of `GraphFileModel`.
 
     Raises:
         ModelError: a file cannot be read or has a mistake; the message begins with the key and names file and line.
@@ -64,10 +58,10 @@ def read_network(
     for other in others:
         more = CostReader(builder, DEFAULT_COST, first=name)
         _read(folder, other, EDGE_READERS, "file", more)
-        with _naming("file", other):
+        with prefixed(f"file: {other}: ", ModelError):
             more.check_complete()
         builder.add_costs(more.costs)
-    with _naming("file", name):
+    with prefixed(f"file: {name}: ", ModelError):
         return builder.network()
 
 
@@ -166,7 +160,7 @@ def _read(folder: Path, name: str, readers: Mapping[str, Reader], key: str, sink
     if reader is None:
         raise ModelError(f"{key}: {name}: must end in {', '.join(readers)}, or in one of these and {COMPRESSED}")
     try:
-        with _naming(key, name), _opened(folder / name) as file:
+        with prefixed(f"{key}: {name}: ", ModelError), _opened(folder / name) as file:
             reader(file, sink)
     except FileNotFoundError:
         raise ModelError(f"{key}: {name}: no such file beside the scenario") from None
@@ -176,15 +170,6 @@ def _read(folder: Path, name: str, readers: Mapping[str, Reader], key: str, sink
         raise ModelError(f"{key}: {name}: not UTF-8: {error}") from None
     except OSError as error:
         raise ModelError(f"{key}: {name}: cannot be read ({error.strerror})") from None
-
-
-@contextmanager
-def _naming(key: str, name: str) -> Iterator[None]:
-    """Put the key and the file in front of the message of a mistake."""
-    try:
-        yield
-    except ModelError as error:
-        raise ModelError(f"{key}: {name}: {error}") from None
 
 
 def _opened(path: Path) -> BinaryIO:
