@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -14,9 +13,10 @@ from rich.table import Table
 
 from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
+from experiments.cli.progress import Tell
 from experiments.sweep.job import Record, Sweep
-from experiments.sweep.recorded import RECORDS, Tell, Workload, define, work
-from experiments.sweep.summary import share, wilson
+from experiments.sweep.recorded import RECORDS, Workload, define, work
+from experiments.sweep.summary import failed_by_class, share, wilson
 from prefplan.scenario.decode import Scenario
 from sim.world.randomization import KEYS
 
@@ -67,12 +67,7 @@ class BoundarySearch:
     def __init__(self, scenario: Scenario, job: Sweep, key: str, workload: Workload, *, tell: Tell) -> None:
         """Begin without a trial.
 
-        Args:
-            scenario: of the plan.
-            job: its sweep, with the perturbations that stay as they are; its folder holds the results.
-            key: one of `sim.world.randomization.KEYS`.
-            workload: rollouts of each amount, and where they are carried out.
-            tell: told of progress.
+        The job has the perturbations that stay as they are, and the folder of the results; the key is one of `KEYS`.
         """
         self._scenario, self._job, self._key, self._workload, self._tell = scenario, job, key, workload, tell
         self.trials: dict[float, list[Record]] = {}
@@ -143,14 +138,13 @@ def fails(records: Sequence[Record], rollouts: int) -> bool:
 
 def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str, Any]:
     completed = sum(record["completed"] for record in records)
-    reasons = Counter(record["class"] for record in records if not record["completed"])
     return {
         "amount": amount,
         "completed": completed,
         "rollouts": len(records),
         "interval": wilson(completed, len(records)),
         "holds": not fails(records, rollouts) if decided(records, rollouts) else None,
-        "failures": [{"class": name, "count": count} for name, count in reasons.most_common()],
+        "failures": [{"class": name, "count": len(failed)} for name, failed in failed_by_class(records).items()],
     }
 
 

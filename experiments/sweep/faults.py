@@ -27,11 +27,7 @@ ANY = "random"
 def random_faults(model: ManipulationModel, actions: int, *, seed: int, kind: str = ANY) -> tuple[Fault, ...]:
     """Return one to three faults of any kind, or one of one kind, each at any action of a plan.
 
-    Args:
-        model: its objects can be moved, to its locations.
-        actions: length of the plan, at least 1.
-        seed: of the rollout.
-        kind: one of `sim.execution.faults.SPELLINGS`, or `ANY`.
+    Movable objects of the model are moved, to its locations; the plan has at least one action.
     """
     rng = np.random.default_rng([seed, STREAM])
     objects = [obj.name for obj in model.objects if not obj.fixed]

@@ -13,15 +13,13 @@ from typing import Any
 from joblib import cpu_count
 
 from experiments.cli.journal import Journal
+from experiments.cli.progress import Tell
 from experiments.sweep import workers
 from experiments.sweep.job import Record, Sweep
 from prefplan.scenario.decode import Scenario
 
 RECORDS = "rollouts.jsonl"
 """File of the records in the folder of a sweep."""
-
-Tell = Callable[[str, int, int, str], None]
-"""Called with a stage, the number of rollouts done, of all rollouts, and how it goes."""
 
 
 @dataclass(frozen=True)
@@ -71,16 +69,7 @@ def work(
     stage: str = "sweeping",
     enough: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Carry out every rollout that has no record yet.
-
-    Args:
-        job: the sweep.
-        records: where its records are kept.
-        workload: how many rollouts, and where.
-        tell: told of progress.
-        stage: what it is told that this is.
-        enough: whether the records suffice; asked before each rollout.
-    """
+    """Carry out every rollout that has no record yet, until the records are `enough`; tell of it as a stage."""
     wanted = range(workload.rollouts)
     missing = [number for number in wanted if number not in records.done]
     done, good = len(wanted) - len(missing), sum(records.done[i]["completed"] for i in wanted if i in records.done)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -20,12 +19,12 @@ from experiments.cli.choice import choose
 from experiments.cli.files import make_folder, write_bytes, write_json
 from experiments.cli.journal import Journal
 from experiments.cli.options import add_options
-from experiments.cli.progress import Bars
+from experiments.cli.progress import Bars, Tell
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 from experiments.sweep.boundary import BoundarySearch, boundary_words
 from experiments.sweep.job import Record, Sweep, pack
-from experiments.sweep.recorded import RECORDS, Tell, Workload, define, work
-from experiments.sweep.summary import share, wilson
+from experiments.sweep.recorded import RECORDS, Workload, define, work
+from experiments.sweep.summary import failed_by_class, share, wilson
 from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
@@ -91,16 +90,7 @@ def names() -> list[str]:
 
 
 def measure(name: str, robot: str | None, workload: Workload, folder: Path, found: Results, *, tell: Tell) -> None:
-    """Add what is found of one scenario.
-
-    Args:
-        name: of the scenario.
-        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        workload: rollouts of each sweep, and where they are carried out.
-        folder: where the records are kept.
-        found: what was found so far.
-        tell: told of progress.
-    """
+    """Add what is found of one scenario, whose records are kept in a folder."""
     scenario = scenarios.find(name)
     planner = Planner(scenario.problem())
     packed = pack(scenario)
@@ -130,9 +120,7 @@ def summary(name: str, job: Sweep, records: Sequence[Record]) -> dict[str, Any]:
     """Return how many rollouts were completed; with a fault, of those in which it happened."""
     counted = [record for record in records if job.faults is None or record.get("happened")]
     completed = sum(record["completed"] for record in counted)
-    failed = [record for record in counted if not record["completed"]]
-    first = {record["class"]: record["replay"] for record in reversed(failed)}
-    reasons = Counter(record["class"] for record in failed)
+    failed = failed_by_class(counted)
     return {
         "scenario": name,
         "plan": job.which,
@@ -141,7 +129,7 @@ def summary(name: str, job: Sweep, records: Sequence[Record]) -> dict[str, Any]:
         "rollouts": len(counted),
         "completed": completed,
         "interval": wilson(completed, len(counted)),
-        "failures": [{"class": why, "count": n, "replay": first[why]} for why, n in reasons.most_common()],
+        "failures": [{"class": why, "count": len(of), "replay": of[0]["replay"]} for why, of in failed.items()],
     }
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from statistics import NormalDist, median
+from statistics import median
 from typing import Any
 
 from rich.console import Console
@@ -16,8 +15,6 @@ from rich.text import Text
 
 from experiments.sweep.job import Record
 
-CONFIDENCE = 0.95
-
 SHOWN = 5
 """Most rollouts of one class of failures that a summary names."""
 
@@ -26,19 +23,14 @@ def wilson(count: int, total: int) -> list[float] | None:
     """Return Wilson's score interval of a share, [low, high] at 95 %; None of nothing."""
     if not total:
         return None
-    z = NormalDist().inv_cdf((1 + CONFIDENCE) / 2)
-    centre, half = count + z**2 / 2, z * math.sqrt(count * (total - count) / total + z**2 / 4)
-    return [round((centre + sign * half) / (total + z**2), 6) for sign in (-1, 1)]
+    from scipy.stats import binomtest  # takes a second to load
+
+    interval = binomtest(count, total).proportion_ci(0.95, "wilson")
+    return [round(float(end), 6) for end in interval]
 
 
 def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts: int) -> dict[str, Any]:
-    """Return the statistics of a sweep as the documented JSON object.
-
-    Args:
-        header: the definition of the sweep.
-        records: the finished rollouts.
-        rollouts: number of rollouts asked for.
-    """
+    """Return the statistics of a sweep, of the rollouts asked for, as the documented JSON object."""
     done, completed = len(records), sum(record["completed"] for record in records)
     ran = [record for record in records if "sim_seconds" in record]
     cpu, simulated = sum(record["cpu_seconds"] for record in ran), sum(record["sim_seconds"] for record in ran)
@@ -91,22 +83,26 @@ def _spread(values: list[float]) -> dict[str, float | None]:
     return {"median": round(median(values), 3), "max": max(values)} if values else {"median": None, "max": None}
 
 
+def failed_by_class(records: Sequence[Record]) -> dict[str, list[Record]]:
+    """Return the rollouts that were not completed by their class, the most frequent one first."""
+    found = defaultdict[str, list[Record]](list)
+    for record in records:
+        if not record["completed"]:
+            found[record["class"]].append(record)
+    return dict(sorted(found.items(), key=lambda entry: -len(entry[1])))
+
+
 def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """Return the classes of failures, the most frequent first, with the first rollouts of each."""
-    failed = [record for record in records if not record["completed"]]
-    classes = Counter(record["class"] for record in failed)
+    """Return the classes of failures, with the first rollouts of each."""
+    told = ("rollout", "seed", "reason", "replay")
     return [
         {
             "class": name,
-            "count": count,
-            "interval": wilson(count, len(records)),
-            "rollouts": [
-                {key: record[key] for key in ("rollout", "seed", "reason", "replay")}
-                for record in failed
-                if record["class"] == name
-            ][:SHOWN],
+            "count": len(failed),
+            "interval": wilson(len(failed), len(records)),
+            "rollouts": [{key: record[key] for key in told} for record in failed[:SHOWN]],
         }
-        for name, count in classes.most_common()
+        for name, failed in failed_by_class(records).items()
     ]
 
 

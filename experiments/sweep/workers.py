@@ -33,11 +33,7 @@ def on_this_machine(
     When a process is killed, the rollouts under way are tried again one at a time, so that the one that kills its
     process is known: it is recorded as crashed.
 
-    Args:
-        sweep: what is swept.
-        numbers: of the rollouts.
-        jobs: number of processes.
-        enough: whether no more rollouts are wanted; asked before each is begun.
+    No more are begun once there are `enough`.
     """
     # joblib warns of a process that it replaces because it has grown, and of rollouts that are given up.
     warnings.filterwarnings("ignore", category=UserWarning, module="joblib")
@@ -93,11 +89,6 @@ def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generat
 
     The scheduler gives a rollout whose worker is lost to another worker, up to `allowed-failures` times. (joblib's own
     Dask backend waits forever for such a rollout.)
-
-    Args:
-        sweep: what is swept.
-        numbers: of the rollouts.
-        address: of the scheduler, e.g. `tcp://127.0.0.1:8786`.
 
     Raises:
         PrefplanError: Dask is not installed, no cluster with a worker answers, or it went away.
