@@ -13,13 +13,13 @@ from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
-from experiments.cli.progress import Bars
+from experiments.cli.progress import Bars, Tell
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from experiments.paper.arm import ABOUT, TITLE, compare_plans
 from experiments.paper.study import Study
 from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
-from experiments.runs.carry_out import Tell, carry_out, scene_of
+from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.outcome import Outcome, show_outcome
 from prefplan import Plan, Scenario, pareto_front
 from sim.rendering.clips import compose
@@ -32,12 +32,7 @@ OUT = Path("out", SCENARIO)
 
 
 def main(out: Path = OUT, *, quiet: bool = False) -> int:
-    """Plan, carry both plans out, and return the exit status.
-
-    Args:
-        out: folder for the videos and the report, made if missing.
-        quiet: show results without progress.
-    """
+    """Plan, carry both plans out with videos and a report in a folder, and return the exit status."""
     console = Console(highlight=False)
     scenario = scenarios.find(SCENARIO)
     front = pareto_front(scenario.problem())

@@ -6,9 +6,7 @@ import io
 import sys
 
 from experiments.cli.start import loading
-
-FAILED = 4
-"""As in `experiments.cli.status`, which takes longer to load."""
+from experiments.cli.status import FAILED
 
 
 def main() -> int:

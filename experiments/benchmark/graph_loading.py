@@ -17,9 +17,6 @@ from typing import Any
 from experiments.benchmark.road_network import Roads, arcs_text, coordinates_text, road_network
 from prefplan.models.graph_files.model import GraphFileModel
 
-MEBIBYTE = 1024
-"""Kibibytes, in which Linux gives memory."""
-
 
 def main() -> None:
     """Print a row of a table for each format."""
@@ -49,9 +46,9 @@ def load(folder: Path, keys: dict[str, Any], edges: int) -> tuple[float, float, 
     read = time.process_time()
     model.transition_system()
     built = time.process_time()
-    # What `resource` tells counts the process that this one was made by.
+    # In KiB. What `resource` tells counts the process that this one was made by.
     peak = re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())
-    return read - began, built - read, int(peak[1]) / MEBIBYTE if peak else math.nan
+    return read - began, built - read, int(peak[1]) / 1024 if peak else math.nan
 
 
 def write_dimacs(roads: Roads, folder: Path) -> dict[str, Any]:

@@ -148,11 +148,7 @@ def plan_runs(sizes: range, seeds: int) -> list[BenchmarkRun]:
 
 
 def carry_out_all(runs: Sequence[BenchmarkRun], path: Path) -> dict[BenchmarkRun, Timing]:
-    """Carry runs out one after the other, except those that an interrupted benchmark finished.
-
-    Args:
-        runs: what to time.
-        path: the journal of finished runs.
+    """Carry runs out one after the other, except those in the journal of an interrupted benchmark.
 
     Raises:
         PrefplanError: the journal is one of other runs, another planner or another machine.

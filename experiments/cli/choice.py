@@ -15,7 +15,7 @@ from prefplan.planner import Planner
 from prefplan.preferences.objective import DEFAULT_PREFERENCE
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
-from prefplan.search.bounds import PlanLimits
+from prefplan.search.bounds import FrontLimits, PlanLimits
 
 
 def chosen_plan(planner: Planner, options: argparse.Namespace, *, keep_on_interrupt: bool = False) -> Plan:
@@ -56,13 +56,8 @@ def choose(
         name = objective_name(planner.problem, wanted)
         return planner.best(name, keep_on_interrupt=keep_on_interrupt, **limits)
     bound = limits.get("max_preference")
-    front = planner.front(
-        max_cost=limits.get("max_cost"),
-        at_most=limits.get("at_most"),
-        max_seconds=limits.get("max_seconds"),
-        max_memory=limits.get("max_memory"),
-        keep_on_interrupt=keep_on_interrupt,
-    )
+    others = {name: limits.get(name) for name in FrontLimits.__annotations__}
+    front = planner.front(keep_on_interrupt=keep_on_interrupt, **cast(FrontLimits, others))
     if front.reason:
         raise NoPlanError(front.reason)
     if front.ended and not _is_settled(front, int(wanted)):

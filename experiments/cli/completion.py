@@ -14,6 +14,18 @@ from prefplan.preferences.objective import DEFAULT_PREFERENCE
 SHELLS = ("bash", "zsh", "fish", "tcsh")
 
 
+class Suggestions(tuple[str, ...]):
+    """Choices that completion offers; any other value is one, too."""
+
+    def __contains__(self, value: object) -> bool:
+        """Take every value."""
+        return True
+
+
+OBJECTIVES = Suggestions((DEFAULT_COST, DEFAULT_PREFERENCE))
+"""Names of costs and preferences: every scenario has these."""
+
+
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """Return the script with which one of `SHELLS` completes the arguments of a program."""
     return shtab.complete(parser, shell=shell)
@@ -22,9 +34,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
 def complete(argument: argparse.Action, how: Any) -> None:
     """Set how an argument is completed.
 
-    Args:
-        argument: the value of `add_argument`.
-        how: from this module or `shtab`: `shtab.FILE`, `shtab.DIRECTORY`, `shtab.glob("*.npz")`.
+    Beside what is here there are `shtab.FILE`, `shtab.DIRECTORY`, and `shtab.glob("*.npz")` and its like.
     """
     argument.complete = how  # type: ignore[attr-defined]
 
@@ -58,21 +68,4 @@ end
         "fish": "(_prefplan_scenarios)",
         "tcsh": f"({names})",
         "preamble": {"bash": bash, "zsh": zsh, "fish": fish},
-    }
-
-
-def objectives() -> dict[str, Any]:
-    """Return how the name of a cost or a preference is completed: by those that every scenario has."""
-    names = f"{DEFAULT_COST} {DEFAULT_PREFERENCE}"
-    bash = f"""
-_prefplan_objectives() {{
-  compgen -W "{names}" -- "$1"
-}}
-"""
-    return {
-        "bash": "_prefplan_objectives",
-        "zsh": f"({names})",
-        "fish": names,
-        "tcsh": f"({names})",
-        "preamble": {"bash": bash},
     }

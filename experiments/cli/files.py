@@ -24,6 +24,12 @@ def make_folder(path: Path) -> None:
         raise PrefplanError(f"{path}: cannot be written to")
 
 
+def check_new(path: Path, *, force: bool = False, mend: str = "--force replaces it") -> None:
+    """Raise PrefplanError if there is something at a path that must not be replaced."""
+    if path.exists() and not force:
+        raise PrefplanError(f"{path}: already exists; {mend}")
+
+
 def write_bytes(path: Path, data: bytes) -> None:
     """Write a file atomically: it appears only when it is complete.
 

@@ -23,10 +23,8 @@ class Journal(AbstractContextManager["Journal"]):
     def __init__(self, path: Path, header: dict[str, Any], *, key: str) -> None:
         """Open a file or begin it; a last line that was cut off is dropped.
 
-        Args:
-            path: the file.
-            header: everything that defines the results, JSON-ready; it has an entry `prefplan`.
-            key: the entry of a result that is its number.
+        The header, JSON-ready and with an entry `prefplan`, is all that defines the results; a result's number is its
+        entry `key`.
 
         Raises:
             PrefplanError: the file has another header, is in use, is damaged, or cannot be written.
@@ -87,11 +85,7 @@ class Journal(AbstractContextManager["Journal"]):
 
 
 def read_journal(path: Path, *, key: str) -> tuple[dict[str, Any], dict[int, dict[str, Any]]]:
-    """Return the header of a file of results, and the finished results by number.
-
-    Args:
-        path: the file; a last line that was cut off does not count.
-        key: the entry of a result that is its number.
+    """Return the header of a file of results, and the finished results by number, their entry `key`.
 
     Raises:
         PrefplanError: it cannot be read or is damaged.

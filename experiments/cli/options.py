@@ -117,15 +117,13 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--jobs": {"type": positive, "metavar": "N", "help": "number of processes (default: one per core)"},
 }
 
-OTHER_NAMES = {"--no-open": ("--no-browser",)}
-
 
 def add_options(parser: argparse._ActionsContainer, *names: str, **texts: str) -> None:
     """Add some of `OPTIONS` to a parser, in this order; `texts` take the place of some of `TEXTS` in their help."""
     for name in names:
         option = OPTIONS[name]
         told = option["help"].format(**TEXTS | texts)
-        argument = parser.add_argument(name, *OTHER_NAMES.get(name, ()), **option | {"help": told})
+        argument = parser.add_argument(name, **option | {"help": told})
         if name == "scenario":
             complete(argument, scenario_files())
 

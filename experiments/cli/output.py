@@ -35,6 +35,13 @@ def condense(actions: Sequence[str]) -> str:
     return ", ".join(action if n == 1 else f"{n} x {action}" for action, n in runs)
 
 
+def worth(plan: Plan, *, penalty: str = "preference penalty") -> str:
+    """Return the objectives of a plan in words; `penalty` is what the only preference is called."""
+    if len(plan.costs) > 1 or len(plan.preferences) != len(plan.costs):
+        return ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())
+    return f"cost {number(plan.cost)}, {penalty} {number(plan.preference)}"
+
+
 def plan_json(plan: Plan) -> dict[str, Any]:
     """Return one point of a front as in the documented JSON."""
     return {
@@ -178,11 +185,9 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
 
 def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     """Print one plan with its costs and the cost of each task."""
-    worth, counted = f"cost {number(plan.cost)}, preference penalty {number(plan.preference)}", "cost"
-    if not scenario.problem().is_bi_objective:
-        worth = ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())
-        counted = scenario.problem().cost_names[0]
-    console.print(f"{scenario.name}: {worth}", style="bold")
+    several = not scenario.problem().is_bi_objective
+    counted = scenario.problem().cost_names[0] if several else "cost"
+    console.print(f"{scenario.name}: {worth(plan)}", style="bold")
     skipped = {bought.task for bought in plan.relaxations if bought.assume is None and not bought.rule}
     for name, cost in plan.task_costs.items():
         what = "not satisfied" if name in skipped else f"satisfied at {counted} {number(cost)}"

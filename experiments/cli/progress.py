@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import TracebackType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+Tell = Callable[[str, int, int, str], None]
+"""Shows a stage, how many of its parts are done, of how many (0: unknown), and the next part."""
 
 
 class Bars:
@@ -38,7 +42,7 @@ class Bars:
         self._progress.stop()
 
     def __call__(self, stage: str, done: int, total: int, what: str) -> None:
-        """Show that `done` of `total` parts of a stage are done (0: unknown), and the name of the next part."""
+        """Show progress, see `Tell`."""
         if stage not in self._stages:
             self._stages[stage] = self._progress.add_task(stage, count="", what="")
         count = f"{done} of {total}" if total else ""

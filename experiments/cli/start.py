@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-INTERRUPTED = 130
-"""As in `experiments.cli.status`, which takes longer to load."""
+from experiments.cli.status import INTERRUPTED
 
 
 def tell_if_compiling(*, quiet: bool = False) -> None:

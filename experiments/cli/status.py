@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING
 
-from prefplan.front import Reason
+if TYPE_CHECKING:
+    # The programs look here before they load anything else.
+    from prefplan.front import Reason
 
 DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
 

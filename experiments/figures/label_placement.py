@@ -49,11 +49,7 @@ def place(labels: Sequence[Label], frame: np.ndarray, obstacles: Obstacles, *, l
 
     Labels that have little space are placed first, each at the place of the least penalty that is left.
 
-    Args:
-        labels: to place.
-        frame: (4,) rectangle in which they stay.
-        obstacles: in the same coordinates.
-        line: height of a line of text.
+    All is in the coordinates of the (4,) frame, in which they stay; `line` is the height of a line of text.
     """
     taken: list[np.ndarray] = []
     places: list[np.ndarray | None] = [None] * len(labels)

@@ -71,12 +71,8 @@ def write_names(
 ) -> None:
     """Write names on a map whose axes have their final place, where there is space.
 
-    Args:
-        axes: of the map.
-        named: the names.
-        dots: (4,) rectangles that names should not cover.
-        path: (P, 2) points that they should not cover.
-        font_size: of the text, points.
+    They cover neither `dots`, (4,) rectangles, nor the (P, 2) points of a path, if they can; the font size is in
+    points.
     """
     to_pixels = axes.transData.transform
     texts = [_write(axes, one.text, one.kind, font_size) for one in named]

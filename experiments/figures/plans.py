@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from experiments.cli.output import number, relaxed
+from experiments.cli.output import relaxed, worth
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
 from experiments.figures.maps import map_of
 from prefplan.errors import PrefplanError
-from prefplan.front import Front, Plan
+from prefplan.front import Front
 from prefplan.scenario.decode import Scenario
 
 PANEL = 3.1
@@ -46,7 +46,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         for i, (axes, plan) in enumerate(zip(panels, front, strict=False)):
             plan_map.draw(axes, plan)
             axes.set_xlabel("\n".join(line.strip() for line in relaxed(plan)), fontsize=7.5)
-            axes.set_title(f"{i}: {_worth(scenario, plan)}")
+            axes.set_title(f"{i}: {worth(plan, penalty='μ =')}")
         draw_front(panels[len(front)], scenario, front, brief=True)
         panels[len(front)].set_title("Pareto front")
         for axes in panels[len(front) + 1 :]:
@@ -55,9 +55,3 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         for axes, plan in zip(panels, front, strict=False):
             plan_map.label(axes, plan)
         write_figure(figure, path)
-
-
-def _worth(scenario: Scenario, plan: Plan) -> str:
-    if scenario.problem().is_bi_objective:
-        return f"cost {number(plan.cost)}, μ = {number(plan.preference)}"
-    return ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())

@@ -76,10 +76,7 @@ class Study:
     def compare_front(self, figure: str, published: Sequence[Point], front: Front) -> None:
         """Add every point that is published or found, and the plans found.
 
-        Args:
-            figure: its name in the paper, with a letter for each point.
-            published: points in the order of the figure.
-            front: the front found.
+        Published points are in the order of the figure's panels, which have letters.
         """
         for row in compare(published, front):
             panel = f"{figure} ({'abcdefgh'[published.index(row.expected)]})" if row.expected else "not in the paper"

@@ -43,12 +43,7 @@ class Row:
 
 
 def compare(expected: Sequence[Point], front: Front) -> list[Row]:
-    """Return every point that is expected or found, in order of rising cost.
-
-    Args:
-        expected: points, in any order.
-        front: what was found.
-    """
+    """Return every point that is expected or found, in order of rising cost."""
     missing = list(expected)
     rows = []
     for index, plan in enumerate(front):

@@ -39,13 +39,7 @@ MAX_PAIRED = 20
 
 
 def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recording]) -> dict[str, Any]:
-    """Return the page's data, JSON-ready.
-
-    Args:
-        scenario: what was planned.
-        front: its front.
-        recordings: of some of the plans, by their number on the front.
-    """
+    """Return the page's data, JSON-ready; some of the plans have recordings, by number."""
     problem = scenario.problem()
     plan_map = map_of(scenario)
     named = titles(scenario)
@@ -76,10 +70,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
 def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> tuple[Check, ...]:
     """Check a plan's costs, tasks, relaxations and preference by their definitions.
 
-    Args:
-        problem: what was planned.
-        plan: what the search says.
-        ledger: gives the labels and the costs of the plan's actions; its automata are not used.
+    The ledger gives the labels and the costs of the plan's actions; its automata are not used.
     """
     exists = Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
     if not problem.is_bi_objective:

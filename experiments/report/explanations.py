@@ -55,13 +55,7 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
 
 
 def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanation:
-    """Explain why a plan costs more than a cheaper one of the same front, and what it gains.
-
-    Args:
-        scenario: of both plans.
-        plan: the plan of higher cost.
-        other: the cheaper one, of a greater preference penalty.
-    """
+    """Explain why a plan costs more than a cheaper one of the same front, `other`, and what it gains."""
     name = titles(scenario)
     if not scenario.problem().is_bi_objective:
         return _explain_several(scenario, plan, other, name)

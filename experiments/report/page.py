@@ -58,12 +58,8 @@ def write_page(
 ) -> Path:
     """Write a report's page and all that it needs besides videos and logs; return its path.
 
-    Args:
-        scenario: what was planned.
-        front: its front.
-        recordings: of some of its plans, by number; their files lie in the folder.
-        folder: where to.
-        notices: for the reader, each a sentence.
+    Recordings are of some of the plans, by number, and their files lie in the folder; notices are sentences for the
+    reader.
 
     Raises:
         PrefplanError: a file cannot be written.

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from experiments.cli.files import write_json
-from experiments.runs.carry_out import Tell, carry_out, scene_of
+from experiments.cli.progress import Tell
+from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.evidence import prove
 from experiments.runs.outcome import Outcome, outcome_json
 from prefplan.front import Plan
@@ -58,15 +59,8 @@ def record_all(
 ) -> tuple[dict[int, Recording], tuple[str, ...], bool]:
     """Carry plans out and render their videos, up to the first that the user interrupts.
 
-    Args:
-        scenario: a manipulation scenario, read from a file.
-        plans: of its front, by number.
-        folder: of the results, `plan_I` with several endings; it exists.
-        seed: None for the nominal world.
-        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        video: whether to render videos.
-        tell: told of progress.
-        **look: of the videos.
+    The plans are given by their numbers on the front. Results go to an existing folder, as `plan_I` with several
+    endings. The rest is as of `carry_out`.
 
     Returns:
         The recordings by the plans' numbers, notices for the reader, and whether the user ended it early.
@@ -128,13 +122,8 @@ def _record(
 def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:
     """Write the log of an outcome, its certificate and, when these are complete, its record.
 
-    Args:
-        scenario: read from a file.
-        scene: what was simulated.
-        plan: the first plan.
-        outcome: of carrying it out; its video, if there is one, lies at `path` with the ending `.mp4`.
-        path: of the results, without an ending: `.npz`, `.certificate.json` and `.json` are added.
-        **look: of the video.
+    They lie at `path` with the endings `.npz`, `.certificate.json` and `.json`, where a video lies at `.mp4`. The plan
+    is the first one.
 
     Raises:
         PrefplanError: a file cannot be written.

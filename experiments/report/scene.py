@@ -28,10 +28,6 @@ LIBRARY_END = "THREE.GLTFLoader=GLTFLoader;})();"
 def write_scene(recordings: Mapping[int, Recording], folder: Path) -> bool:
     """Write the scene of some runs and the library that shows it; return whether the library could be had.
 
-    Args:
-        recordings: of the runs, one at least, by the plans' numbers.
-        folder: of the page's parts.
-
     Raises:
         PrefplanError: a file cannot be written.
     """

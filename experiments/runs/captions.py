@@ -22,10 +22,6 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
     """Return a caption for every action, with the costs at its start, and one for the time before and after them.
 
     The first action of a new plan says so, and so does an action that is tried again.
-
-    Args:
-        outcome: what happened.
-        model: of the scenario, whose names describe the tasks.
     """
     rollout, plan = outcome.rollout, outcome.plan
     wanted = {task.name: goal_words(task, model) for task in outcome.ledger.problem.tasks}

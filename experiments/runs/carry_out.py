@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypedDict, Unpack
 
+from experiments.cli.progress import Tell
 from experiments.runs.captions import captions
 from experiments.runs.outcome import Outcome, ledger_of
 from prefplan.errors import ScenarioError
@@ -28,9 +29,6 @@ from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.video import render_video
 from sim.world.randomization import Perturbation, camera_bias, perturbed
 from sim.world.scene import Scene, build_scene, initial_state
-
-Tell = Callable[[str, int, int, str], None]
-"""Called with a stage (`executing` or `rendering`), the number of parts done, of all parts, and the next part."""
 
 
 class Conditions(TypedDict, total=False):

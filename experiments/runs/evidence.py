@@ -26,12 +26,7 @@ def prove(
 ) -> Outcome:
     """Write the log of an outcome and the certificate that the written file gets; return the outcome with both.
 
-    Args:
-        scenario: read from a file.
-        scene: what was simulated.
-        outcome: what came of it.
-        path: of the log, `NAME.npz`; the certificate, `NAME.certificate.json`, lies beside it.
-        key: signs the log; None to leave it unsigned.
+    The log is `NAME.npz`; the certificate, `NAME.certificate.json`, lies beside it. Without a key it is not signed.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -45,13 +40,7 @@ def prove(
 
 
 def evidence(scenario: Scenario, scene: Scene, outcome: Outcome) -> Log:
-    """Return the log of an outcome, from which `sim.evidence.certificate` can check all that is said of it.
-
-    Args:
-        scenario: read from a file.
-        scene: what was simulated.
-        outcome: what came of it.
-    """
+    """Return the log of an outcome, from which `sim.evidence.certificate` can check all that is said of it."""
     claims, setting = claims_of(outcome), outcome.setting
     return log_of(scene, outcome.rollout, claims, scenario=scenario.name, text=scenario.text, setting=setting)
 

@@ -66,7 +66,7 @@ def goal_words(task: Task, model: Model) -> str:
             phrases |= {at(obj.name, place.name): about + at_words(place.name, model) for place in model.locations}
             phrases |= {marked(obj.name, mark): about + mark for mark in model.marks}
     words = _goal_words(formula, phrases)
-    return _words(formula) if words is None else f"{subject}: {words}" if subject else words
+    return words_of(formula) if words is None else f"{subject}: {words}" if subject else words
 
 
 def at_words(place: str, model: Model) -> str:
@@ -102,10 +102,6 @@ def words_of(formula: Formula) -> str:
 
     It is in negation normal form: `a -> b` becomes `no a or b`.
     """
-    return _words(formula)
-
-
-def _words(formula: Formula) -> str:
     match formula:
         case Truth(value):
             return "anything" if value else "the impossible"
@@ -131,19 +127,15 @@ def _steps(low: int, high: int | None) -> str:
     """Return the bounds of a counting operator in words; nothing if it has none."""
     if high is None:
         return f"after at least {low} actions" if low else ""
-    return (
-        f"after {low} actions"
-        if low == high
-        else f"within {high} actions"
-        if not low
-        else f"{low} to {high} actions later"
-    )
+    if low == high:
+        return f"after {low} actions"
+    return f"{low} to {high} actions later" if low else f"within {high} actions"
 
 
 def _part(formula: Formula) -> str:
     """Return a part of a formula, in brackets where it would be ambiguous without."""
     alone = isinstance(formula, Truth | Literal | Next) or (isinstance(formula, Until) and formula.left == TRUE)
-    return _words(formula) if alone else f"({_words(formula)})"
+    return words_of(formula) if alone else f"({words_of(formula)})"
 
 
 def _members(formula: Formula, kind: type[And] | type[Or]) -> list[Formula]:

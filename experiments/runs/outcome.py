@@ -85,10 +85,7 @@ class Outcome:
 def ledger_of(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Ledger:
     """Return the ledger of the actions that were carried out, from what was observed after each of them.
 
-    Args:
-        problem: the tasks, over the model's transition system.
-        plan: what was carried out, from the state that was observed first; its relaxations apply to the observations.
-        steps: the actions that were carried out.
+    The plan begins with the state that was observed first; its relaxations apply to the observations.
     """
     start = cast(ManipulationState, plan.states[0])
     return Ledger.of(

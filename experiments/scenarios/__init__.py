@@ -19,9 +19,7 @@ def names() -> list[str]:
 def find(scenario: str, *, measured: bool = True) -> Scenario:
     """Read a scenario by the name of one that ships, or by a path; the path's `.toml` may be left out.
 
-    Args:
-        scenario: its name or path; a name that ships comes first.
-        measured: as in `prefplan.load`.
+    A name that ships comes first; `measured` is as in `prefplan.load`.
 
     Raises:
         ScenarioError: there is no such scenario, or it has a mistake.

@@ -8,10 +8,5 @@ KINDS = ("grid", "manipulation", "graph")
 
 
 def starter(kind: str, *, file: str) -> str:
-    """Return the text of a scenario that plans as it is.
-
-    Args:
-        kind: one of `KINDS`.
-        file: name of the new file, for its first comment and the calls in it.
-    """
+    """Return the text of a scenario of one of `KINDS` that plans as it is, and names its file."""
     return files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8").replace("@FILE@", file)

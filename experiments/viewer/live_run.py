@@ -98,13 +98,7 @@ class LiveRun(threading.Thread):
     """
 
     def __init__(self, problem: Problem, begin: Begin, *, until: float = np.inf) -> None:
-        """Prepare the thread.
-
-        Args:
-            problem: what was planned.
-            begin: called in the thread.
-            until: simulated time at which to wait for `allow`, s.
-        """
+        """Prepare the thread, which calls `begin`, and from the simulated time `until` on, s, waits for `allow`."""
         super().__init__(daemon=True)
         self.problem = problem
         self.frames: list[Frame] = []
@@ -146,13 +140,7 @@ class LiveRun(threading.Thread):
             self._changed.notify()
 
     def meddle(self, kind: str, *, target: str = "", amount: float = 0.0) -> None:
-        """Let a fault happen as soon as the simulation goes on; if it cannot, the news say so. The end is the end.
-
-        Args:
-            kind: as of a `Fault`.
-            target: as of a `Fault`.
-            amount: as of a `Fault`.
-        """
+        """Let a `Fault` happen as soon as the simulation goes on; if it cannot, the news say so. The end is the end."""
         if not (self.statuses and self.statuses[-1].ended):
             self.waiting.append(Fault(kind, 1, target, amount))
 

@@ -11,7 +11,7 @@ from typing import Any
 import jinja2
 import viser
 
-from experiments.cli.output import number
+from experiments.cli.output import number, worth
 from experiments.viewer.live_run import Status
 from experiments.viewer.playback import Playback
 from prefplan.front import Plan
@@ -68,16 +68,7 @@ class Panel:
         objects: Sequence[str],
         actions: Actions,
     ) -> None:
-        """Put it up.
-
-        Args:
-            server: where to.
-            title: what is carried out.
-            playback: what the buttons act on.
-            plans: the front.
-            objects: names of those that can be knocked over.
-            actions: what the buttons do besides.
-        """
+        """Put it up."""
         self._playback, self._plans = playback, plans
         gui = self._gui = server.gui
         # Sharing would publish the page through another server.
@@ -169,7 +160,7 @@ def _set(handle: Any, **properties: Any) -> None:
 
 def plan_label(index: int, plan: Plan) -> str:
     """Return a plan of the front in a few words."""
-    return f"{index}: cost {number(plan.cost)}, preference penalty {number(plan.preference)}"
+    return f"{index}: {worth(plan)}"
 
 
 def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:
@@ -199,14 +190,8 @@ def status_html(
 ) -> str:
     """Return the status of a run as HTML.
 
-    Args:
-        tasks: the problem's.
-        status: of the run.
-        time: simulated, s.
-        state: whether it plays or is paused; at the end, why the run ended is shown instead.
-        heading: what the run is called, where there are several.
-        colour: of the heading.
-        waiting: kinds of faults that happen as soon as the run goes on.
+    `state` is whether it plays or is paused; at the end, why the run ended is shown instead. `waiting` are kinds of
+    faults that happen as soon as the run goes on.
     """
     return _template("panel.html").render(
         tasks=tasks,

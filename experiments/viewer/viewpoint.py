@@ -33,11 +33,7 @@ class Viewpoint:
 
     @classmethod
     def of(cls, scene: Scene, camera: str) -> Viewpoint:
-        """Return that of a camera at the start of a run.
-
-        Args:
-            scene: what it looks at.
-            camera: as for `sim.rendering.cameras.Camera`.
+        """Return that of a camera, as for `sim.rendering.cameras.Camera`, at the start of a run.
 
         Raises:
             RenderingError: there is no such camera.

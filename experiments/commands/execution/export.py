@@ -10,7 +10,7 @@ import shtab
 from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.completion import complete
-from experiments.cli.files import make_folder, write_bytes
+from experiments.cli.files import check_new, make_folder, write_bytes
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
 from prefplan.errors import PrefplanError
@@ -54,7 +54,7 @@ def export(options: argparse.Namespace) -> int:
     path: Path = options.out or run.with_suffix(".glb")
     if path.suffix.lower() != ".glb":
         raise PrefplanError(f"{path}: the file's name ends in .glb")
-    _check_new(path, options)
+    check_new(path, force=options.force)
     with loading():
         from sim.evidence.log import read_log
         from sim.export.gltf import encode_glb
@@ -69,7 +69,7 @@ def export(options: argparse.Namespace) -> int:
 def _export_scene(options: argparse.Namespace) -> int:
     scenario = scenarios.find(options.source)
     folder: Path = options.out or Path("out", scenario.name, "mjcf")
-    _check_new(folder, options)
+    check_new(folder, force=options.force)
     with loading():
         from experiments.runs.carry_out import scene_of
         from sim.export.mjcf import encode_mjcf
@@ -80,8 +80,3 @@ def _export_scene(options: argparse.Namespace) -> int:
         write_bytes(folder / name, data)
     print(folder / name)
     return DONE
-
-
-def _check_new(path: Path, options: argparse.Namespace) -> None:
-    if path.exists() and not options.force:
-        raise PrefplanError(f"{path}: already exists; --force replaces it")

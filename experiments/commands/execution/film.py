@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from experiments.cli.arguments import Commands, add_command, number, positive
-from experiments.cli.files import make_folder
+from experiments.cli.files import check_new, make_folder
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
 from prefplan.errors import PrefplanError
@@ -48,8 +48,7 @@ def film(options: argparse.Namespace) -> int:
         raise PrefplanError(f"{path}: videos are written to files that end in {', '.join(FPS)}, not {ending!r}")
     if path.resolve() in [video.resolve() for video in options.videos]:
         raise PrefplanError(f"{path}: is one of the videos to read; write to another file")
-    if path.exists() and not options.force:
-        raise PrefplanError(f"{path}: already exists; --force replaces it")
+    check_new(path, force=options.force)
     speed = SPEED[ending] if options.speed is None else float(options.speed)
     if speed == 0:
         raise PrefplanError("--speed 0: the video would not move; 1 is real time")

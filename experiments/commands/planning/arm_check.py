@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from experiments.cli.progress import Tell
 from experiments.cli.start import loading
+from prefplan.errors import LimitError
 from prefplan.front import UnfinishedError
-from prefplan.limits import LimitError, Limits, check_limits, interruptible
+from prefplan.limits import Limits, check_limits, interruptible
 from prefplan.models.manipulation.action import at
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import Barred, TransitionSystem
@@ -18,9 +20,6 @@ from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck
-
-Tell = Callable[[str, int, int, str], None]
-"""Shows a stage, how much of it is done, out of how much, and what is done now."""
 
 Achievable = Callable[[TransitionSystem, Task], bool]
 """Tells whether a task alone can be satisfied in a system, or else relaxed or skipped.
@@ -62,12 +61,7 @@ def _arm_model(scenario: Scenario) -> ManipulationModel | None:
 def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: bool, tell: Tell) -> SceneCheck:
     """Check what the arm can do in a scenario's scene.
 
-    Args:
-        scenario: what to check; only a manipulation model has a scene.
-        limits: time after which what is still unknown is left unknown.
-        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        quick: leave out what it can do with each object at each location.
-        tell: shows progress.
+    Arguments are those of `checkup.check`; what is unknown after the limits is left unknown.
 
     Raises:
         RobotError: the robot is unknown or cannot be had.
@@ -113,11 +107,7 @@ def tasks_out_of_reach(
 ) -> Iterator[str]:
     """Yield a fault, which begins with the key, for each task that needs what the arm cannot do.
 
-    Args:
-        problem: the tasks.
-        wanted: for each task whether it could be achieved by an arm that can do everything.
-        places: what the arm can do.
-        achievable: tells whether a task alone can be achieved.
+    `wanted` tells for each task whether it could be achieved by an arm that can do everything.
     """
     unusable = [found for found in places if not (found.take and found.put)]
     if not unusable:

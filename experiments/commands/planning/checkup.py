@@ -8,18 +8,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from experiments.cli.overview import kind_of
-from experiments.commands.planning.arm_check import SceneCheck, Tell, check_arm, load_simulation, tasks_out_of_reach
-from prefplan.errors import ModelError
+from experiments.cli.progress import Tell
+from experiments.commands.planning.arm_check import SceneCheck, check_arm, load_simulation, tasks_out_of_reach
+from prefplan.errors import LimitError, ModelError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
-from prefplan.limits import LimitError, Limits, available_memory, check_limits, interruptible
+from prefplan.limits import Limits, available_memory, check_limits, interruptible
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
@@ -128,16 +129,6 @@ class Checkup:
         return tuple(task.name for task in self.tasks if task.achievable is False)
 
 
-@dataclass(frozen=True)
-class _Size:
-    """How large a transition system is, as in `Checkup`."""
-
-    states: int | None
-    reachable: int | None
-    edges: int | None
-    propositions: dict[str, int | None]
-
-
 def check(
     scenario: Scenario,
     *,
@@ -172,16 +163,11 @@ def check(
         problem, [task.achievable is True for task in tasks], arm.places or (), partial(is_achievable, limits=limits)
     )
     size = _size(problem.system, limits)
-    carried = size.propositions
     return Checkup(
         kind=kind_of(scenario.model),
         interrupted=limits.ended == "interrupt",
-        complete=size.states is not None and arm.complete and all(task.achievable is not None for task in tasks),
-        states=size.states,
-        reachable=size.reachable,
-        edges=size.edges,
+        complete=size["states"] is not None and arm.complete and all(task.achievable is not None for task in tasks),
         dropped=scenario.model.network.dropped if isinstance(scenario.model, GraphFileModel) else 0,
-        propositions=carried,
         tasks=tasks,
         contract=problem.measure.contract,
         preferences=tuple(
@@ -190,20 +176,23 @@ def check(
         costs=problem.cost_names,
         scene=None if arm.faults is None else not arm.faults,
         faults=(*(arm.faults or ()), *needs),
-        warnings=(*arm.warnings, *_warnings(problem, carried, tasks)),
+        warnings=(*arm.warnings, *_warnings(problem, size["propositions"], tasks)),
         places=arm.places,
+        **size,
     )
 
 
-def _size(system: TransitionSystem, limits: Limits) -> _Size:
-    """Return how large a system is, if all its states can be listed within some limits and `LIST_TIMEOUT_S`."""
+def _size(system: TransitionSystem, limits: Limits) -> dict[str, Any]:
+    """Return what a `Checkup` says of a system's size; it is known if all states can be listed within limits."""
     try:
         with interruptible(limits), Limits(LIST_TIMEOUT_S):
             check_limits()
             reached = reachable(system)
     except (LimitError, ModelError):
-        return _Size(None, None, None, dict.fromkeys(sorted(system.propositions)))
-    return _Size(system.size, len(reached), len(system.targets), dict(carriers(system, reached)))
+        unknown = dict.fromkeys(sorted(system.propositions))
+        return {"states": None, "reachable": None, "edges": None, "propositions": unknown}
+    counts = {"states": system.size, "reachable": len(reached), "edges": len(system.targets)}
+    return counts | {"propositions": carriers(system, reached)}
 
 
 def reachable(system: TransitionSystem) -> np.ndarray:

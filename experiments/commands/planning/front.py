@@ -9,7 +9,7 @@ from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.choice import objective_name
-from experiments.cli.completion import complete, objectives
+from experiments.cli.completion import OBJECTIVES
 from experiments.cli.console import Console
 from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.start import loading, tell_if_compiling
@@ -31,13 +31,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser = add_command(commands, front, summary, *examples)
     add_options(parser, "scenario", "--json", "--plot", "--max-cost", "--max-preference", "--at-most")
-    objective = parser.add_argument(
+    parser.add_argument(
         "--objective",
         action="append",
+        choices=OBJECTIVES,
         metavar="NAME",
         help="a cost or a preference by its name; given once or more, the front is that of these alone (default: all)",
     )
-    complete(objective, objectives())
     add_options(parser, "--within", *LIMITS, found="the front so far")
 
 

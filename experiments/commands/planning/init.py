@@ -6,10 +6,9 @@ import argparse
 from pathlib import Path
 
 from experiments.cli.arguments import Commands, add_command
-from experiments.cli.files import make_folder, write_bytes
+from experiments.cli.files import check_new, make_folder, write_bytes
 from experiments.cli.status import DONE
 from experiments.starters import KINDS, starter
-from prefplan.errors import PrefplanError
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -25,8 +24,7 @@ def init(options: argparse.Namespace) -> int:
     file: Path = options.name
     if file.suffix != ".toml":
         file = file.with_name(f"{file.name}.toml")
-    if file.exists():
-        raise PrefplanError(f"{file}: already exists; choose another name, or remove it first")
+    check_new(file, mend="choose another name, or remove it first")
     make_folder(file.parent)
     write_bytes(file, starter(options.kind, file=file.name).encode())
     print(f"Wrote {file}. Next: prefplan check {file}, then prefplan front {file}")

@@ -9,7 +9,7 @@ from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.choice import chosen_plan, show_no_plan
-from experiments.cli.completion import complete, objectives
+from experiments.cli.completion import OBJECTIVES
 from experiments.cli.console import Console
 from experiments.cli.options import LIMITS, PLAN, add_options, limits_of
 from experiments.cli.start import tell_if_compiling
@@ -36,14 +36,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser = add_command(commands, plan, summary, *examples, more=MORE)
     add_options(parser, "scenario", "--json", *PLAN)
-    objective = parser.add_argument(
+    parser.add_argument(
         "--objective",
         dest="plan",
+        choices=OBJECTIVES,
         metavar="NAME",
         help="the plan of the least value of a cost or a preference by its name; cost and preference are the first "
         "of each",
     )
-    complete(objective, objectives())
     add_options(parser, "--at-most", *LIMITS, found="the best plan so far")
 
 

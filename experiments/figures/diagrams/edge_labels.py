@@ -13,11 +13,7 @@ MOST_LINES = 6
 
 
 def edge_labels(labels: Iterable[tuple[str, bool]]) -> tuple[list[tuple[str, ...]], list[str]]:
-    """Return each label in lines, and the notes; equal labels share a note.
-
-    Args:
-        labels: each with whether its edge is a self-loop.
-    """
+    """Return labels, each with whether its edge is a loop, in lines, and the notes; equal labels share a note."""
     notes: dict[str, str] = {}
     found = []
     for label, loop in labels:

@@ -136,10 +136,7 @@ class Diagram:
 def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | None = None) -> Diagram:
     """Lay out a diagram in which every node can be reached from the first.
 
-    Args:
-        nodes: its nodes.
-        edges: between them.
-        widest: width from which on it goes downwards, if that is narrower and no edge is a loop; None for never.
+    From the width `widest` on it goes downwards, if that is narrower and no edge is a loop.
     """
     diagram = _arranged(nodes, edges, down=False)
     if widest is None or diagram.size[0] <= widest or any(edge.source == edge.target for edge in edges):
@@ -207,9 +204,7 @@ def svg(diagram: Diagram, *, title: str) -> str:
 
     A node has the classes `node`, its kind and its name; an edge has `edge` and its nodes' names with a hyphen between.
 
-    Args:
-        diagram: the diagram.
-        title: what it shows, for those who cannot see it.
+    The title says what it shows, for those who cannot see it.
     """
     with drawing(size=(diagram.size[0] / POINTS, diagram.size[1] / POINTS)) as figure:
         _draw(figure.add_axes((0, 0, 1, 1)), diagram)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from experiments.cli.output import number
+from experiments.cli.output import number, worth
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Edge, Node
 from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
@@ -89,7 +89,7 @@ def draw(system: TransitionSystem, front: Front, path: Path) -> None:
     diagrams = {}
     for i, plan in enumerate(front):
         found = route(system, plan)
-        title = f"{i}: cost {number(plan.cost)}, μ = {number(plan.preference)}"
+        title = f"{i}: {worth(plan, penalty='μ =')}"
         diagrams[f"{title}. {found.note}" if found.note else title] = node_link.arrange(found.nodes, found.edges)
     node_link.draw(diagrams, path)
 

@@ -42,7 +42,7 @@ def cup(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def server(cup: Path) -> Iterator[subprocess.Popen[str]]:
-    command = [*PROGRAM, "view", str(cup), "--port", "0", "--no-browser"]
+    command = [*PROGRAM, "view", str(cup), "--port", "0", "--no-open"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     yield process
     process.kill()
@@ -142,7 +142,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     assert ended(server) == (0, "", "")
 
 
-@pytest.mark.parametrize(("display", "options", "opened"), [(":0", [], 1), (":0", ["--no-browser"], 0), ("", [], 0)])
+@pytest.mark.parametrize(("display", "options", "opened"), [(":0", [], 1), (":0", ["--no-open"], 0), ("", [], 0)])
 def test_a_browser_is_opened_where_there_is_a_screen(
     display: str,
     options: list[str],
@@ -165,7 +165,7 @@ def test_a_browser_is_opened_where_there_is_a_screen(
 def test_a_port_that_is_taken_is_reported(cup: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
-        told = refuse(capsys, str(cup), "--port", port, "--no-browser")
+        told = refuse(capsys, str(cup), "--port", port, "--no-open")
     assert told == f"prefplan: --port {port}: it is not free; --port 0 takes any free port\n"
 
 
@@ -196,7 +196,7 @@ def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
         (["cup.toml", "--port=65536"], "'65536' is not a port, 0 to 65535"),
         (["cup.toml", "--port=http"], "'http' is not a port, 0 to 65535"),
         (["case_study_3", "--camera=wirst"], "--camera: unknown name 'wirst' (did you mean 'wrist'?)"),
-        (["case_study_1", "--no-browser"], "only a manipulation model can be carried out"),
+        (["case_study_1", "--no-open"], "only a manipulation model can be carried out"),
     ],
 )
 def test_bad_input_is_told_in_a_sentence(
