@@ -85,13 +85,7 @@ def judge(
 ) -> Verdict:
     """Check claims by their definitions.
 
-    Args:
-        claims: of K actions.
-        tasks: the problem's.
-        preference: the problem's.
-        trace: (K + 1,) what holds at the start and after each action.
-        costs: (K,) of each action.
-        rules: the problem's.
+    After K actions, `trace` (K + 1,) is what held at the start and after each, and `costs` (K,) what each cost.
     """
     broken = {rule.name: satisfied_at(rule.broken, trace) for rule in rules}
     offered = _check_relaxations(claims, tasks, trace, {rule.name: (rule, broken[rule.name]) for rule in rules})

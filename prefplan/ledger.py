@@ -73,13 +73,7 @@ class Ledger:
     ) -> Ledger:
         """Return the ledger of some actions; each task's automaton reads the labels as the relaxations allow.
 
-        Args:
-            problem: the tasks and the preference.
-            actions: (K,) in order.
-            costs: (K,) of each action.
-            labels: (K + 1,) what holds at the start and after each action.
-            relaxations: what is bought.
-            more_costs: (K,) of each action, by name, of the costs beside the first; None for none.
+        Arguments are as the attributes.
         """
         states: dict[str, tuple[int, ...] | None] = {}
         for task, automaton in zip(problem.tasks, problem.automata, strict=True):

@@ -49,12 +49,7 @@ _Obligations = frozenset[Formula]
 
 
 def satisfied_at(formula: Formula, trace: Sequence[Label]) -> int | None:
-    """Return the first position whose label makes the trace up to it satisfy a formula, or None.
-
-    Args:
-        formula: from `prefplan.logic.formula.parse`.
-        trace: the labels read, the start's first.
-    """
+    """Return the first position whose label makes the trace up to it satisfy a formula, or None."""
     # Whatever continues a good prefix is one too.
     position = bisect_left(range(len(trace)), True, key=lambda k: is_satisfied(formula, trace[: k + 1]))
     return position if position < len(trace) else None
@@ -101,9 +96,7 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
 def _passed_on(obligations: _Obligations, label: Label | None) -> Iterator[_Obligations]:
     """Yield what is left to falsify at the next position, for every way to falsify some formulas at this one.
 
-    Args:
-        obligations: the formulas.
-        label: what holds at this position; None for whatever suits.
+    Its label is what holds there, None for whatever suits.
     """
     pending = [(tuple(obligations), frozenset[Literal](), frozenset[Formula]())]
     met = set(pending)

@@ -100,10 +100,7 @@ def split(name: str, known: Collection[str] | None) -> tuple[str, str] | None:
 def read(text: str, *, propositions: Sequence[str] | None, temporal: bool = True) -> Part:
     """Return the tree of a formula.
 
-    Args:
-        text: the formula, on one line.
-        propositions: the only names that may be used, sorted; None for any.
-        temporal: read `Fa` as `F a` unless `Fa` is known.
+    Arguments are those of `normal_form.parse`; the text is on one line, and the names are sorted.
 
     Raises:
         FormulaError: for a syntax error or an unknown name, with the column.
