@@ -67,33 +67,28 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
     }
 
 
-def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> tuple[Check, ...]:
-    """Check a plan's costs, tasks, relaxations and preference by their definitions.
+def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
+    """Check a plan's costs, tasks, relaxations and preferences by their definitions, and yield the checks.
 
-    The ledger gives the labels and the costs of the plan's actions; its automata are not used.
+    The ledger gives the labels and the costs of the plan's actions; what tasks cost in other costs than the first one
+    is known from it alone.
     """
-    exists = Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
-    if not problem.is_bi_objective:
-        return exists, *_check_several(problem, plan, ledger)
-    said = {key: plan_json(plan)[key] for key in ("cost", "preference", "task_costs", "violation_costs")}
-    claims = Claims(completed=True, relaxations=plan.relaxations, **said)
-    verdict = judge(claims, problem.tasks, problem.preference, ledger.labels, ledger.costs, rules=problem.rules)
-    return exists, *verdict.checks
-
-
-def _check_several(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
-    """Yield the checks of each cost, and of each preference in the cost that it counts in."""
+    yield Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
     columns = [ledger.costs, *ledger.more_costs.values()]
-    for d, (name, cost) in enumerate(plan.costs.items()):
-        own = [(o, n.preference) for o, n in zip(problem.objectives, problem.preferences, strict=True) if o.cost == d]
+    bound = list(zip(problem.objectives, problem.preferences, strict=True))
+    for d, name in enumerate(problem.cost_names):
         unweighed: list[tuple[PreferenceObjective | None, Preference]] = [(None, WeightedSum({}))]
-        for k, (objective, preference) in enumerate(own or unweighed):
+        own = [(objective, named.preference) for objective, named in bound if objective.cost == d] or unweighed
+        for k, (objective, preference) in enumerate(own):
+            mu = plan.preferences[objective.name] if objective else 0
+            if objective and objective is problem.objectives[0]:
+                mu = plan.preference
             claims = Claims(
                 completed=True,
-                cost=cast(float, cost),
-                task_costs=cast("dict[str, int | float]", ledger.task_costs(d)),
+                cost=cast(float, plan.costs[name] if d else plan.cost),
+                task_costs=cast("dict[str, int | float]", ledger.task_costs(d) if d else plan.task_costs),
                 violation_costs=cast("dict[str, int | float]", plan.violation_costs),
-                preference=cast(float, plan.preferences[objective.name]) if objective else 0,
+                preference=cast(float, mu),
                 relaxations=plan.relaxations,
             )
             verdict = judge(claims, problem.tasks, preference, ledger.labels, columns[d], rules=problem.rules)
