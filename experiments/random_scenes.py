@@ -214,13 +214,9 @@ def markdown(records: Sequence[Record], seed: int) -> str:
             *(["What is refused:", ""] if refusals else []),
             *(f"- {count} x {why}" for why, count in refusals.most_common()),
             *([*([""] if refusals else []), "What failed:", ""] if failures else []),
-            *(f"- {_failure(record)}: `{record['replay']}`" for record in failures),
+            *(f"- {record['reason'] or '; '.join(record['refuted'])}: `{record['replay']}`" for record in failures),
         ]
     )
-
-
-def _failure(record: Record) -> str:
-    return record["reason"] or "; ".join(record["refuted"])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 MOST_COMPARED = 10_000
@@ -70,3 +70,11 @@ def choices(wrong: str, valid: Iterable[str]) -> str:
     if len(valid) > MOST_LISTED:
         return f"(valid: {', '.join(valid[:MOST_LISTED])} and {len(valid) - MOST_LISTED} more)"
     return f"(valid: {', '.join(valid)})" if valid else "(there are none)"
+
+
+def check_known(
+    where: str, noun: str, name: object, valid: Collection[str], kind: type[PrefplanError] = ModelError
+) -> None:
+    """Raise an error, with a key in front, unless a name of what the noun says is a valid one."""
+    if name not in valid:
+        raise kind(f"{where}: unknown {noun} {name!r} {choices(str(name), valid)}")

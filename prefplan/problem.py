@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 
-from prefplan.errors import FormulaError, PrefplanError, choices, prefixed
+from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.dfa import Automaton, automaton, first_accepted, is_idempotent
 from prefplan.logic.formula import TRUE, Formula, is_temporal, propositions_of
@@ -212,9 +212,7 @@ class Problem:
         for k, relaxation in enumerate(task.relax):
             where = f"tasks[{i}].relax[{k}]"
             known = sorted(self.system.propositions)
-            if relaxation.assume not in self.system.propositions:
-                wrong = relaxation.assume
-                raise PrefplanError(f"{where}.assume: unknown proposition {wrong!r} {choices(wrong, known)}")
+            check_known(f"{where}.assume", "proposition", relaxation.assume, known, PrefplanError)
             with prefixed(f"{where}.when: ", FormulaError):
                 condition = parse(relaxation.when, propositions=known, temporal=False)
                 if is_temporal(condition):
@@ -234,8 +232,8 @@ class Problem:
             check_names([named.name], where=f"{where}.name")
             if named.name in taken:
                 raise PrefplanError(f"{where}.name: {named.name!r} is used twice (names so far: {', '.join(taken)})")
-            if named.of is not None and named.of not in self.cost_names:
-                raise PrefplanError(f"{where}.of: unknown cost {named.of!r} {choices(named.of, self.cost_names)}")
+            if named.of is not None:
+                check_known(f"{where}.of", "cost", named.of, self.cost_names, PrefplanError)
             taken.append(named.name)
 
     @cached_property

@@ -14,7 +14,7 @@ from sphinx.application import Sphinx
 
 from experiments import scenarios
 from experiments.cli.output import number
-from experiments.cli.overview import introduction, kind_of
+from experiments.cli.overview import introduction
 from experiments.figures import maps, plans
 from experiments.runs.carry_out import carry_out, scene_of
 from prefplan import Front, Scenario, pareto_front
@@ -48,10 +48,10 @@ def main() -> None:
     for name in scenarios.names():
         scenario = scenarios.find(name)
         front = front_of(scenario)
-        if kind_of(scenario.model) == "manipulation":
+        if scenario.model.kind == "manipulation":
             scene = scene_of(scenario)
             picture = taken(scenario, scene, carry_out(scenario, scene, front[-1]))
-        elif kind_of(scenario.model) == "graph":
+        elif scenario.model.kind == "graph":
             picture = _preferred(scenario, front)
         else:
             picture = _maps(scenario, front)
@@ -87,7 +87,7 @@ def section(scenario: Scenario) -> str:
     for i, plan in enumerate(front):
         rows.append([str(i), *map(number, (*plan.objectives.values(), *plan.task_costs.values()))])
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
-    commands = COMMANDS[kind_of(scenario.model)].format(name)
+    commands = COMMANDS[scenario.model.kind].format(name)
     return (
         f"## {name}\n\n{introduction(scenario.text)}\n\n![{name}](gallery/{name}.webp)\n\n{table}\n\n"
         f"```sh\nprefplan front {name}\n{commands}\n```\n"

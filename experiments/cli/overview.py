@@ -5,21 +5,6 @@ from __future__ import annotations
 import re
 from itertools import dropwhile, takewhile
 
-from prefplan.models.graph import GraphModel
-from prefplan.models.graph_files.model import GraphFileModel
-from prefplan.models.grid import GridModel
-from prefplan.scenario.decode import Model
-
-
-def kind_of(model: Model) -> str:
-    """Return a model's kind as scenario files call it."""
-    match model:
-        case GraphModel() | GraphFileModel():
-            return "graph"
-        case GridModel():
-            return "grid"
-    return "manipulation"
-
 
 def first_sentence(text: str) -> str:
     """Return the first sentence of a file's introduction."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from decimal import Decimal
 
-from prefplan.errors import PrefplanError, choices, prefixed
+from prefplan.errors import PrefplanError, check_known, prefixed
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
 from sim.execution.faults import Fault, read_fault
@@ -103,6 +103,5 @@ def checked(option: str, name: str, valid: Collection[str]) -> str:
     Raises:
         PrefplanError: it names none.
     """
-    if name not in valid:
-        raise PrefplanError(f"{option}: unknown name {name!r} {choices(name, valid)}")
+    check_known(option, "name", name, valid, PrefplanError)
     return name

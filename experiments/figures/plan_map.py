@@ -61,11 +61,6 @@ class Named(NamedTuple):
     inside: bool
 
 
-def task_lines(tasks: Sequence[str]) -> str:
-    """Return the names of tasks, some on each line."""
-    return textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
-
-
 def write_names(
     axes: Axes, named: Sequence[Named], *, dots: Sequence[np.ndarray], path: np.ndarray, font_size: float
 ) -> None:
@@ -182,7 +177,10 @@ class PlanMap(ABC):
         No label overlaps another one or leaves the map; one for which no space is left is not written.
         """
         path, goals = self.path(plan), self.goals(plan)
-        done = [Named(task_lines(tasks), "task", square(path[step], self.mark), False) for step, tasks in goals.items()]
+        done = []
+        for step, tasks in goals.items():
+            lines = textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
+            done.append(Named(lines, "task", square(path[step], self.mark), False))
         named = self._names({plan.states[step] for step in goals}, done)
         dots = [one.target for one in named if not one.inside]
         start = square(self._start(plan), START_SIZE * self.mark)

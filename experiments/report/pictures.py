@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from experiments.cli.files import write_bytes
-from experiments.cli.overview import kind_of
 from experiments.figures import maps
 from experiments.figures.diagrams import automaton, route
 from experiments.figures.diagrams.guards import AutomatonSizeError
@@ -71,7 +70,7 @@ def _automaton(found: Automaton) -> str:
 
 
 def _route(scenario: Scenario, plan: Plan) -> Route | None:
-    if kind_of(scenario.model) != "graph":
+    if scenario.model.kind != "graph":
         return None
     try:
         return route.route(scenario.problem().system, plan)

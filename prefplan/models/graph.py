@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, check_known
 from prefplan.exact_costs import Number
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
@@ -36,6 +37,8 @@ class GraphModel:
         ModelError: (on construction) for a start or label that names no state.
     """
 
+    kind: ClassVar[str] = "graph"
+
     start: str
     transitions: tuple[Transition, ...]
     labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -45,12 +48,11 @@ class GraphModel:
     def __post_init__(self) -> None:
         """Check that every state named exists, and every transition is well formed."""
         states = dict.fromkeys(name for edge in self.transitions for name in (edge.source, edge.target))
-        if self.transitions and self.start not in states:
-            raise ModelError(f"start: unknown state {self.start!r} {choices(self.start, states)}")
+        if self.transitions:
+            check_known("start", "state", self.start, states)
         states[self.start] = None
         for name in self.labels:
-            if name not in states:
-                raise ModelError(f"labels: unknown state {name!r} {choices(name, states)}")
+            check_known("labels", "state", name, states)
         seen: set[tuple[str, str]] = set()
         for i, edge in enumerate(self.transitions):
             action = (edge.source, edge.action or edge.target)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -54,6 +55,8 @@ class GridModel:
         ModelError: (on construction) for a box or start outside the grid, a start in an obstacle, or a negative cost.
             The message starts with the key as in a scenario file.
     """
+
+    kind: ClassVar[str] = "grid"
 
     size: tuple[int, int]
     start: tuple[int, int]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Protocol
 
-from prefplan.errors import ModelError, PreferenceError, choices, prefixed
+from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
@@ -66,7 +66,7 @@ class Order:
         for entry in tasks if self.order is None else self.order:
             group = (entry,) if isinstance(entry, str) else tuple(entry)
             for name in group:
-                _check_task("order", name, tasks)
+                check_known("order", "task", name, tasks, PreferenceError)
                 if name in named:
                     raise PreferenceError(f"order: {name!r} is named twice")
                 named.append(name)
@@ -140,7 +140,7 @@ class Deadline:
         found = []
         names = _weighed(tasks, rules, self.over)
         for name, due in self.deadlines.items():
-            _check_task("deadlines", name, names)
+            check_known("deadlines", "task", name, names, PreferenceError)
             weight = _weight(f"deadlines.{name}.weight", due.weight)
             found.append(Tardiness(names.index(name), _weight(f"deadlines.{name}.by", due.by), weight))
         if not _over_violation(self.over):
@@ -246,7 +246,7 @@ def _weights(
     """Return the weight of each task and rule; those not named have the default."""
     names = _weighed(tasks, rules, over)
     for name in weights:
-        _check_task("weights", name, names)
+        check_known("weights", "task", name, names, PreferenceError)
     found = [_weight(f"weights.{name}", weights[name]) if name in weights else default for name in names]
     return (*found, *[Fraction(0)] * (len(tasks) + len(rules) - len(found)))
 
@@ -257,11 +257,6 @@ def _weight(where: str, weight: Number) -> Fraction:
     if number < 0:
         raise PreferenceError(f"{where}: must not be negative, but is {weight}")
     return number
-
-
-def _check_task(where: str, name: str, tasks: Sequence[str]) -> None:
-    if name not in tasks:
-        raise PreferenceError(f"{where}: unknown task {name!r} {choices(name, tasks)}")
 
 
 def _over_violation(over: str) -> bool:

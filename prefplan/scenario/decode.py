@@ -24,7 +24,7 @@ from prefplan.scenario.tables import chosen, decode, decode_table
 
 Model = GraphModel | GraphFileModel | GridModel | ManipulationModel
 
-MODELS: dict[str, type[Model]] = {"graph": GraphModel, "grid": GridModel, "manipulation": ManipulationModel}
+MODELS: dict[str, type[Model]] = {model.kind: model for model in (GraphModel, GridModel, ManipulationModel)}
 
 PREFERENCES: dict[str, type[Preference]] = {
     "order": Order,

@@ -14,7 +14,7 @@ from decimal import Decimal
 from functools import cache
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from prefplan.errors import ScenarioError, choices
+from prefplan.errors import ScenarioError, check_known, choices
 from prefplan.exact_costs import Number
 
 T = TypeVar("T")
@@ -53,8 +53,7 @@ def chosen(kinds: Mapping[str, T], table: Any, where: str) -> T:
     if "kind" not in _typed(Mapping, table, where):
         raise ScenarioError(f"{where}.kind: missing {choices('', kinds)}")
     kind = table["kind"]
-    if kind not in list(kinds):
-        raise ScenarioError(f"{where}.kind: unknown kind {kind!r} {choices(str(kind), kinds)}")
+    check_known(f"{where}.kind", "kind", kind, list(kinds), ScenarioError)
     return kinds[kind]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypedDict, Unpack
 
-from prefplan.errors import PreferenceError, PrefplanError, choices
+from prefplan.errors import PreferenceError, PrefplanError, check_known, choices
 from prefplan.exact_costs import Number, inclusive
 from prefplan.problem import Problem
 
@@ -59,8 +59,7 @@ def bounded(
             raise PrefplanError(f"max_preference: there is no preference {choices('', names)}")
         given.append((preference.name, max_preference))
     for name, bound in given:
-        if name not in names:
-            raise PrefplanError(f"at_most: unknown objective {name!r} {choices(name, names)}")
+        check_known("at_most", "objective", name, names, PrefplanError)
         if bound is not None and (name not in bounds or inclusive(bound, name) < inclusive(bounds[name])):
             bounds[name] = bound
     limits: PlanLimits = {"max_seconds": max_seconds, "max_memory": max_memory}

@@ -14,7 +14,6 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
-from experiments.cli.overview import kind_of
 from experiments.cli.progress import Tell
 from experiments.commands.planning.arm_check import SceneCheck, check_arm, load_simulation, tasks_out_of_reach
 from prefplan.errors import LimitError, ModelError
@@ -164,7 +163,7 @@ def check(
     )
     size = _size(problem.system, limits)
     return Checkup(
-        kind=kind_of(scenario.model),
+        kind=scenario.model.kind,
         interrupted=limits.ended == "interrupt",
         complete=size["states"] is not None and arm.complete and all(task.achievable is not None for task in tasks),
         dropped=scenario.model.network.dropped if isinstance(scenario.model, GraphFileModel) else 0,

@@ -8,7 +8,6 @@ from pathlib import Path
 from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.options import add_options
-from experiments.cli.overview import kind_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
 from prefplan.errors import ScenarioError, prefixed
@@ -49,7 +48,7 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     from experiments.figures.diagrams import route, system
     from experiments.figures.maps import map_of
 
-    if kind_of(scenario.model) == "manipulation":
+    if scenario.model.kind == "manipulation":
         raise ScenarioError(
             f"{scenario.path}: model.kind: only the plans of a grid or graph model can be drawn; "
             "`prefplan report` shows those of any model"

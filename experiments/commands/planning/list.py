@@ -13,7 +13,7 @@ from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import UNLIMITED, Console
 from experiments.cli.options import add_options
-from experiments.cli.overview import first_sentence, kind_of
+from experiments.cli.overview import first_sentence
 from experiments.cli.status import DONE
 from prefplan.preferences.objective import Measure
 from prefplan.scenario.decode import Scenario
@@ -50,7 +50,7 @@ def _entry(scenario: Scenario) -> dict[str, Any]:
     names = [task.name for task in scenario.tasks]
     return {
         "name": scenario.name,
-        "kind": kind_of(scenario.model),
+        "kind": scenario.model.kind,
         "tasks": len(names),
         "contract": Measure.of(scenario.preference.terms(names), len(names)).contract,
         "summary": first_sentence(scenario.text),

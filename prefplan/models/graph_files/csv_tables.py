@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from io import TextIOWrapper
 from typing import BinaryIO
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, check_known
 from prefplan.models.graph_files.network import Sink
 
 NODE_COLUMNS = ("node", "x", "y", "labels")
@@ -39,8 +39,7 @@ def read_nodes(file: BinaryIO, sink: Sink) -> None:
     rows = _rows(file, required=("node",))
     header = next(rows)[1]
     for name in header:
-        if name not in NODE_COLUMNS:
-            raise ModelError(f"line 1: unknown column {name!r} {choices(name, NODE_COLUMNS)}")
+        check_known("line 1", "column", name, NODE_COLUMNS)
     for line, row in rows:
         columns = dict(zip(header, row, strict=True))
         try:

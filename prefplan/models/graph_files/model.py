@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, check_known
 from prefplan.exact_costs import Number, exact, exact_floats
 from prefplan.models.graph_files.network import Network
 from prefplan.models.graph_files.reading import attributes_by_key, may_have_labels, read_network
@@ -32,6 +32,8 @@ class GraphFileModel:
         propositions: names that may be used in formulas although no node carries them.
         resolution: of what costs are rounded to a multiple, as in `TransitionSystem.from_transitions`.
     """
+
+    kind: ClassVar[str] = "graph"
 
     folder: Path = field(metadata={"key": None})
     file: str | Mapping[str, str]
@@ -86,12 +88,10 @@ class GraphFileModel:
         """
         network = self.network
         index = {name: i for i, name in enumerate(network.states)}
-        if str(self.start) not in index:
-            raise ModelError(f"start: unknown state {str(self.start)!r} {choices(str(self.start), index)}")
+        check_known("start", "state", str(self.start), index)
         label_of = dict(network.labels)
         for name, names in self.labels.items():
-            if name not in index:
-                raise ModelError(f"labels: unknown state {name!r} {choices(name, index)}")
+            check_known("labels", "state", name, index)
             label_of[index[name]] = label_of.get(index[name], frozenset()) | frozenset(names)
         resolution = None if self.resolution is None else exact(self.resolution, "resolution")
         rows = dict(zip(self.cost_names, network.costs, strict=True))

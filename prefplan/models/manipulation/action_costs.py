@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, check_known, choices
 from prefplan.models.several_costs import Cost, check_costs_agree, names_of
 from prefplan.models.transition_system import DEFAULT_COST
 
@@ -63,18 +63,15 @@ def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
         if not costs.quantities:
             raise ModelError(f"costs.measured: names no quantity {choices('', QUANTITIES)}")
         for quantity in costs.quantities:
-            if quantity not in QUANTITIES:
-                raise ModelError(f"costs.measured: unknown quantity {quantity!r} {choices(quantity, QUANTITIES)}")
+            check_known("costs.measured", "quantity", quantity, QUANTITIES)
             if costs.quantities.count(quantity) > 1:
                 raise ModelError(f"costs.measured: {quantity!r} is there twice")
         for pair in costs.entries:
-            if pair[0] not in kinds:
-                raise ModelError(f"costs.measured: unknown action {pair[0]!r} {choices(pair[0], kinds)}")
+            check_known("costs.measured", "action", pair[0], kinds)
         check_costs_agree((f"costs.measured: {_described(pair)}", cost) for pair, cost in costs.entries.items())
         return
     for kind in costs:
-        if kind not in kinds:
-            raise ModelError(f"costs: unknown action {kind!r} {choices(kind, kinds)}")
+        check_known("costs", "action", kind, kinds)
     for kind in kinds:
         if kind not in costs:
             raise ModelError(f"costs: no cost for {kind!r}")

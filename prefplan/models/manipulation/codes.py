@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, check_known, choices
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.description import Description, ManipulationState
 from prefplan.models.manipulation.slots import free_slot, hand_poses, location_of, pose, slots_at_start
@@ -129,8 +129,8 @@ class StateCodes:
             ModelError: it mentions what the model does not have, or leaves an object without a place.
         """
         places = state.place | ({state.held: None} if state.held else {})
-        for obj in places.keys() - set(self.objects):
-            raise ModelError(f"{where}: unknown object {obj!r} {choices(obj, self.objects)}")
+        for obj in places:
+            check_known(where, "object", obj, self.objects)
         for obj in self.objects:
             if obj not in places:
                 raise ModelError(f"{where}: {obj!r} is neither at a location nor in the hand")

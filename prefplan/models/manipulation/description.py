@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, check_known
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.surroundings import (
@@ -223,12 +223,9 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
         elif (place.at is None) == (not place.on):
             raise ModelError(f"{where}: needs exactly one of 'at' (a point on the table) and 'on' (its supports)")
         for support in place.on:
-            if support not in names or support == place.name:
-                others = [name for name in names if name != place.name]
-                raise ModelError(f"{where}.on: unknown location {support!r} {choices(support, others)}")
+            check_known(f"{where}.on", "location", support, [name for name in names if name != place.name])
         for other in place.clear_of:
-            if other not in names:
-                raise ModelError(f"{where}.clear_of: unknown location {other!r} {choices(other, names)}")
+            check_known(f"{where}.clear_of", "location", other, names)
         if place.capacity < 1:
             raise ModelError(f"{where}.capacity: must be at least 1, not {place.capacity}")
         if place.marks is not None:
@@ -255,8 +252,7 @@ def _check_objects(model: Description) -> None:
         where = f"objects.{obj.name}"
         if [other.name for other in model.objects].count(obj.name) > 1:
             raise ModelError(f"{where}: defined twice")
-        if obj.start not in resting:
-            raise ModelError(f"{where}.start: unknown location {obj.start!r} {choices(obj.start, names)}")
+        check_known(f"{where}.start", "location", obj.start, names)
         if obj.rgba is not None and not all(0 <= part <= 1 for part in obj.rgba):
             raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(obj.rgba)}")
         _check_matter(obj, where)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action
@@ -29,6 +30,8 @@ class ManipulationModel(Description):
         ModelError: (on construction) as `Description`; for two operators of one kind, and for missing, unknown or
             negative costs.
     """
+
+    kind: ClassVar[str] = "manipulation"
 
     operators: tuple[Operator, ...] = STANDARD_OPERATORS
 

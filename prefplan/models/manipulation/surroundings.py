@@ -7,7 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from prefplan.errors import ModelError, choices
+from prefplan.errors import ModelError, check_known
 from prefplan.names import check_names
 
 Point = tuple[float, float, float]
@@ -135,8 +135,7 @@ def check_fixtures(fixtures: tuple[Fixture, ...], taken: Collection[str]) -> Non
         where = f"fixtures.{fixture.name}"
         if fixture.name in taken:
             raise ModelError(f"{where}: an object or a location has this name")
-        if fixture.kind not in FIXTURES:
-            raise ModelError(f"{where}.kind: unknown kind {fixture.kind!r} {choices(fixture.kind, FIXTURES)}")
+        check_known(f"{where}.kind", "kind", fixture.kind, FIXTURES)
         check_point(fixture.at, f"{where}.at")
         if not all(math.isfinite(length) and length > 0 for length in fixture.size):
             raise ModelError(f"{where}.size: must be positive lengths, not {list(fixture.size)}")
@@ -210,8 +209,7 @@ def _check_own(robot: RobotSetup) -> None:
 
 def _check_gripper(gripper: GripperSetup) -> None:
     where = "robot.gripper"
-    if gripper.kind not in GRIPPERS:
-        raise ModelError(f"{where}.kind: unknown kind {gripper.kind!r} {choices(gripper.kind, GRIPPERS)}")
+    check_known(f"{where}.kind", "kind", gripper.kind, GRIPPERS)
     if not (math.isfinite(gripper.force) and gripper.force > 0):
         raise ModelError(f"{where}.force: must be positive, N, not {gripper.force}")
     if gripper.kind == "parallel":

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from experiments import scenarios
-from experiments.cli.overview import kind_of
 from experiments.commands import command_line
 
 PLANNING = ("front", "plan", "automaton", "draw", "list", "check")
@@ -50,7 +49,7 @@ def test_every_example_is_a_call_of_its_command_with_a_scenario_that_it_can_take
         assert program == "prefplan"
         options = command_line.parser().parse_args(arguments)
         if getattr(options, "scenario", None):
-            kind = kind_of(scenarios.find(options.scenario, measured=False).model)
+            kind = scenarios.find(options.scenario, measured=False).model.kind
             assert name not in SIMULATED or kind == "manipulation"
     assert f"prefplan {name}" in line
 
