@@ -258,7 +258,7 @@ def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
     problem = loads(ISLAND).problem()
     limits = Limits(bytes=10**8)
     limits._in_use_before -= 2 * 10**8
-    assert checkup._size(problem.system, limits).states is None
+    assert checkup._size(problem.system, limits)["states"] is None
     with pytest.raises(UnfinishedError, match="memory"):
         checkup.is_achievable(problem.system, problem.tasks[0], limits)
 
