@@ -248,7 +248,9 @@ class Planner:
         plan: Plan | None = None
         with _stopped_by(limits, interrupts=keep_on_interrupt):
             if self.problem.measure.contract == "general" and wanted.get("max_preference") is None:
-                self._require_feasible(limits)
+                reason = self._infeasible(limits)
+                if reason is not None:
+                    raise NoPlanError(reason)
             plan = next(self._search(limits, single=True, **wanted), None)
             if plan is None and not limits.ended:
                 raise NoPlanError(self._why_not(limits, **wanted))
@@ -486,11 +488,6 @@ class Planner:
         if left.ended:
             raise LimitError(left.ended)
         return found
-
-    def _require_feasible(self, limits: Limits) -> None:
-        reason = self._infeasible(limits)
-        if reason is not None:
-            raise NoPlanError(reason)
 
 
 @contextmanager

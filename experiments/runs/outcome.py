@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -21,7 +21,20 @@ from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import Certificate
 from sim.execution.closed_loop import Pursuit
 from sim.execution.faults import Fault
-from sim.simulation.rollout import Rollout, Step
+from sim.simulation.rollout import Event, Rollout, Step
+
+NEWS = {
+    "fault": "fault {fault}",
+    "refused": "not now: {fault}: {reason}",
+    "turned over": "{object} turned over: no single grasp sets it upright",
+    "set aside": "{object} set aside: where it lay, no single grasp set it upright",
+    "drawn free": "{object} drawn free: beside it the fingers had no room",
+    "retry": "{reason}: tried again",
+    "unaffected": "{reason}: what is left of the plan is not affected",
+    "replan": "{reason}: planned again, cost {cost}, preference penalty {preference}: {plan}",
+    "ended": "given up: {reason}",
+}
+"""The events to show, and their words."""
 
 
 @dataclass(frozen=True)
@@ -173,24 +186,25 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 
 def _surprises(outcome: Outcome) -> list[str]:
     """Return a line for every fault and every surprise."""
-    lines = []
-    for event in outcome.rollout.events:
-        at, detail = f"{event.time:6.1f} s", event.detail
-        if event.kind == "fault":
-            lines.append(f"{at}  fault {detail['fault']}")
-        elif event.kind == "retry":
-            lines.append(f"{at}  {detail['reason']}: tried again")
-        elif event.kind == "unaffected":
-            lines.append(f"{at}  {detail['reason']}: what is left of the plan is not affected")
-        elif event.kind == "replan":
-            ahead = condense(detail["plan"]) or "nothing is left to do"
-            worth = f"cost {number(detail['cost'])}, preference penalty {number(detail['preference'])}"
-            lines.append(f"{at}  {detail['reason']}: planned again, {worth}: {ahead}")
-            lines += [f"          {name} is violated as it is written" for name in detail.get("violated", ())]
+    lines = news_of(event for event in outcome.rollout.events if event.kind != "ended")
     lines += [f"fault {fault} never happened: the run ended before" for fault, time in outcome.faults if time is None]
     if outcome.faults:
         lines.append(f"seed of the faults {outcome.seed or 0}")
     return lines
+
+
+def news_of(events: Iterable[Event]) -> list[str]:
+    """Return a line for each event that is news."""
+    return [f"{event.time:6.1f} s  {_in_words(event)}" for event in events if event.kind in NEWS]
+
+
+def _in_words(event: Event) -> str:
+    detail = dict(event.detail)
+    if event.kind == "replan":
+        detail |= {key: number(detail[key]) for key in ("cost", "preference")}
+        detail["plan"] = condense(detail["plan"]) or "nothing is left to do"
+        detail["plan"] += "".join(f"; {name} is violated as it is written" for name in detail.get("violated", ()))
+    return NEWS[event.kind].format(**detail)
 
 
 def no_outcome_json() -> dict[str, Any]:

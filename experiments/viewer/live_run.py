@@ -10,34 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from experiments.cli.output import condense, number
-from experiments.runs.outcome import ledger_of
+from experiments.runs.outcome import NEWS, ledger_of, news_of
 from prefplan.front import Plan
 from prefplan.ledger import Entry
 from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
-from sim.simulation.rollout import FRAME_RATE, Event
+from sim.simulation.rollout import FRAME_RATE
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a surprise is not interrupted."""
-
-REFUSED = "refused"
-"""The kind of the event that somebody meddled in vain."""
-
-NEWS = {
-    "fault": "fault: {fault}",
-    REFUSED: "not now: {fault}: {reason}",
-    "turned over": "{object} turned over: no single grasp sets it upright",
-    "set aside": "{object} set aside: where it lay, no single grasp set it upright",
-    "drawn free": "{object} drawn free: beside it the fingers had no room",
-    "retry": "tried again: {reason}",
-    "unaffected": "{reason}: what is left of the plan is not affected",
-    "replan": "planned again: {reason}. New plan, cost {cost}, preference penalty {preference}: {plan}",
-    "ended": "given up: {reason}",
-}
-"""The events to show, and their words."""
 
 WHY_REFUSED = {"slip": "nothing hangs in the hand", "knock": "the hand holds it", "move": "the hand holds it"}
 """Why a fault cannot happen, by its kind."""
@@ -195,7 +178,7 @@ class LiveRun(threading.Thread):
         while self.waiting:
             fault = replace(self.waiting.popleft(), action=action)
             if not injector.inject(fault):
-                refuse(REFUSED, fault=str(fault), reason=WHY_REFUSED.get(fault.kind, "it cannot happen now"))
+                refuse("refused", fault=str(fault), reason=WHY_REFUSED.get(fault.kind, "it cannot happen now"))
         pulled = self._pulled
         if pulled is None:
             injector.let_go()
@@ -211,16 +194,3 @@ class LiveRun(threading.Thread):
         costs = ledger_of(self.problem, plan, run.steps).final
         news = tuple(news_of(run.cell.events))
         self.statuses.append(Status(float(run.cell.data.time), plan, len(run.steps), costs, news, ended))
-
-
-def news_of(events: list[Event]) -> list[str]:
-    """Return a line for each event that is news."""
-    return [f"{event.time:.1f} s: {_in_words(event)}" for event in events if event.kind in NEWS]
-
-
-def _in_words(event: Event) -> str:
-    detail = dict(event.detail)
-    if event.kind == "replan":
-        detail |= {key: number(detail[key]) for key in ("cost", "preference")}
-        detail["plan"] = condense(detail["plan"]) or "nothing is left to do"
-    return NEWS[event.kind].format(**detail)

@@ -211,16 +211,18 @@ class View:
         kept = tuple(p for p in model.locations if p.name not in self.neutral or p.name in wanted)
         if not kept:
             return self, start
-        names = {place.name for place in kept}
         objects = tuple(
             replace(obj, start=places.get(obj.name, kept[0].name)) for obj in model.objects if obj.name not in idle
         )
-        begin = replace(start, places=tuple((obj, place) for obj, place in start.places if obj not in idle))
-        smaller = replace(model, locations=kept, objects=objects, begin=begin, propositions=model.propositions)
-        marks = {(obj, mark) for obj, mark in start.marks if obj not in idle and mark in smaller.marks}
-        begin = replace(begin, marks=frozenset(marks))
-        assert all(place in names for _, place in begin.places)
-        return View(replace(smaller, begin=begin), self._seen, self._told), begin
+        left = {place.marks for place in kept}
+        begin = replace(
+            start,
+            places=tuple((obj, place) for obj, place in start.places if obj not in idle),
+            marks=frozenset((obj, mark) for obj, mark in start.marks if obj not in idle and mark in left),
+        )
+        assert {place for _, place in begin.places} <= {place.name for place in kept}
+        smaller = replace(model, locations=kept, objects=objects, begin=begin)
+        return View(smaller, self._seen, self._told), begin
 
 
 class Symmetry:

@@ -152,15 +152,15 @@ def test_faults_are_told() -> None:
     end = run.statuses[-1]
     assert end.ended == "completed"
     told = "\n".join(end.news)
-    assert re.search(r"s: fault: miss:1@1\n.* s: tried again: after `grasp cup`", told), told
+    assert re.search(r"s  fault miss:1@1\n.* s  after `grasp cup`.*: tried again", told), told
 
 
 def test_what_the_arm_does_to_reach_an_object_is_told() -> None:
     kinds = ("drawn free", "grasped", "turned over")
     told = news_of([Event(1.0, kind, {"object": "cup"}) for kind in kinds])
     assert [line.partition(": no")[0].partition(": beside")[0] for line in told] == [
-        "1.0 s: cup drawn free",
-        "1.0 s: cup turned over",
+        "   1.0 s  cup drawn free",
+        "   1.0 s  cup turned over",
     ]
 
 
