@@ -78,12 +78,7 @@ def cheapest_plan(problem: Problem, *, options: Options | None = None, **limits:
 
 
 def preferred_plan(problem: Problem, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
-    """Return the plan of least mu, and of least total cost among those.
-
-    Args:
-        problem: what to plan.
-        options: how to search; cost and mu do not depend on it.
-        **limits: those of `pareto_front`, and `max_preference`, see `PlanLimits`.
+    """Return the plan of least mu, and of least total cost among those; arguments are those of `cheapest_plan`.
 
     Raises:
         NoPlanError: if there is none, or its mu exceeds the bound.
@@ -98,11 +93,7 @@ def best_plan(
 ) -> Plan:
     """Return the plan of the least value of one cost or preference; of several, that of the least other values in turn.
 
-    Args:
-        problem: what to plan.
-        objective: name of the cost or preference.
-        options: how to search; what the plan is worth does not depend on it.
-        **limits: those of `pareto_front`, and `max_preference`, see `PlanLimits`.
+    The objective is named; the other arguments are those of `cheapest_plan`.
 
     Raises:
         NoPlanError: if there is none within the bounds.

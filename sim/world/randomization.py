@@ -95,14 +95,6 @@ class Perturbation:
         amounts = (f"{name}={value / KEYS[name].scale:.12g}" for name, value in vars(self).items() if value)
         return ",".join(amounts) or "none"
 
-    def with_amount(self, name: str, amount: float) -> Perturbation:
-        """Return it with another amount of a key, in the unit in which it is written down.
-
-        Raises:
-            SimulationError: for an amount out of bounds.
-        """
-        return replace(self, **{name: amount * KEYS[name].scale})
-
 
 NONE = Perturbation(position=0.0, angle=0.0)
 """The nominal world."""
