@@ -42,17 +42,19 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_command(
-    commands: Commands[argparse.ArgumentParser], command: Command, summary: str, *examples: str, more: str = ""
+    commands: Commands[argparse.ArgumentParser], command: Command, *examples: str, more: str = ""
 ) -> argparse.ArgumentParser:
     """Add a command with the name of its function, without a `_` at the end, and return its parser.
+
+    The first line of the function's docstring is what the help says of it.
 
     Args:
         commands: where it is added.
         command: carries it out.
-        summary: one sentence for the help.
         examples: calls that work, two at least.
         more: text at the end of the help, in lines of at most 120 characters.
     """
+    summary = (command.__doc__ or "").partition("\n")[0]
     lines = "".join(f"\n  {example}" for example in examples)
     parser = commands.add_parser(
         command.__name__.rstrip("_"),

@@ -14,14 +14,13 @@ from experiments.cli.status import INTERRUPTED
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Plan the paper's manipulation case study, carry out both ends of its front, and open a page about it."
     more = "It takes about two minutes on two cores. Both videos and the page are in one folder."
-    parser = add_command(commands, demo, summary, "prefplan demo", "prefplan demo --no-open --out demo", more=more)
+    parser = add_command(commands, demo, "prefplan demo", "prefplan demo --no-open --out demo", more=more)
     add_options(parser, "--out", "--no-open", out="out/case_study_3")
 
 
 def demo(options: argparse.Namespace) -> int:
-    """Carry out `prefplan demo`."""
+    """Plan the paper's manipulation case study, carry out both ends of its front, and open a page about it."""
     with loading():
         from experiments import case_study_3
         from experiments.report.page import INDEX

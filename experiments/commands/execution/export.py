@@ -20,7 +20,6 @@ FORMATS = ("glb", "mjcf")
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Write a run as an animated 3-D scene for Blender, or a scenario's scene for MuJoCo."
     examples = (
         "prefplan run case_study_3 --no-video && prefplan export out/case_study_3/cost.npz --to glb",
         "prefplan export out/case_study_3/preference.npz --to glb --out arm.glb --force",
@@ -31,7 +30,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "mjcf: the scene that is simulated, a folder with scene.xml and its meshes; keyframe `start` is its start.\n"
         "      It opens with: python -m mujoco.viewer --mjcf=out/case_study_3/mjcf/scene.xml"
     )
-    parser = add_command(commands, export, summary, *examples, more=more)
+    parser = add_command(commands, export, *examples, more=more)
     source = parser.add_argument(
         "source",
         metavar="RUN_OR_SCENARIO",
@@ -47,7 +46,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def export(options: argparse.Namespace) -> int:
-    """Carry out `prefplan export`."""
+    """Write a run as an animated 3-D scene for Blender, or a scenario's scene for MuJoCo."""
     if options.to == "mjcf":
         return _export_scene(options)
     run = Path(options.source)

@@ -23,12 +23,11 @@ HEIGHT = {".mp4": 540, ".gif": 270, ".webp": 270}
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Put finished videos side by side, or make a short GIF or WebP of them."
     examples = (
         "prefplan film out/tidy/cost.mp4 out/tidy/preference.mp4 both.mp4",
         "prefplan film out/tidy/cost.mp4 short.webp --speed 6",
     )
-    parser = add_command(commands, film, summary, *examples)
+    parser = add_command(commands, film, *examples)
     parser.add_argument(
         "videos", nargs="+", metavar="VIDEO", type=Path, help="a finished video, or several to put side by side"
     )
@@ -39,7 +38,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def film(options: argparse.Namespace) -> int:
-    """Carry out `prefplan film`."""
+    """Put finished videos side by side, or make a short GIF or WebP of them."""
     with loading():
         from sim.rendering.clips import compose
     ending = options.file.suffix.lower()

@@ -36,12 +36,11 @@ if TYPE_CHECKING:
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Measure time, travel and energy of each action in simulation, for scenarios with measured costs."
     examples = (
         "prefplan measure case_study_3_energy --jobs 4",
         "prefplan measure case_study_3_energy --out measured.json",
     )
-    parser = add_command(commands, measure, summary, *examples)
+    parser = add_command(commands, measure, *examples)
     add_options(parser, "scenario", "--json")
     parser.add_argument(
         "--out",
@@ -53,7 +52,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def measure(options: argparse.Namespace) -> int:
-    """Carry out `prefplan measure`; measurements of an earlier run of the same scene and skills are kept."""
+    """Measure time, travel and energy of each action in simulation, for scenarios with measured costs.
+
+    Measurements of an earlier run of the same scene and skills are kept.
+    """
     with loading():
         from joblib import cpu_count
 

@@ -21,7 +21,6 @@ from prefplan.planner import Planner
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Make a page of the front, its plans and their videos."
     more = (
         "Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with\n"
         "the same options in the same folder are used again: an interrupted report goes on."
@@ -29,7 +28,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = add_command(
         commands,
         report,
-        summary,
         "prefplan report case_study_1",
         "prefplan report case_study_3 --size 960x540 --out pages",
         more=more,
@@ -45,7 +43,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def report(options: argparse.Namespace) -> int:
-    """Carry out `prefplan report`."""
+    """Make a page of the front, its plans and their videos."""
     with loading():
         from experiments.report.page import write_page
 

@@ -29,13 +29,12 @@ if TYPE_CHECKING:
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Carry a plan out in simulation and render a video of it."
     examples = (
         "prefplan run case_study_3 --plan preference",
         "prefplan run case_study_3 --plan 0 --seed 7 --no-video --json",
         "prefplan run case_study_3 --no-video --key private.pem",
     )
-    parser = add_command(commands, run, summary, *examples)
+    parser = add_command(commands, run, *examples)
     add_options(
         parser, "scenario", "--json", *PLAN, "--out", "--seed", "--perturb", "--fault", starts="as --perturb says"
     )
@@ -45,7 +44,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Carry out `prefplan run`."""
+    """Carry a plan out in simulation and render a video of it."""
     # MuJoCo takes a second to load.
     with loading():
         from experiments.runs.outcome import no_outcome_json, outcome_json, show_outcome

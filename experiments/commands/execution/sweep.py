@@ -32,14 +32,13 @@ if TYPE_CHECKING:
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Carry a plan out many times with random differences, and say how often it succeeds."
     examples = (
         "prefplan sweep case_study_3 --rollouts 20",
         "prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10",
         "prefplan sweep case_study_3 --find-boundary bias --rollouts 40",
         "prefplan sweep case_study_3 --replay 17 --camera wrist",
     )
-    parser = add_command(commands, sweep, summary, *examples)
+    parser = add_command(commands, sweep, *examples)
     add_options(parser, "scenario", "--json")
     parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="number of runs (default: 100)")
     add_options(parser, "--jobs", *PLAN)
@@ -76,7 +75,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def sweep(options: argparse.Namespace) -> int:
-    """Carry out `prefplan sweep`."""
+    """Carry a plan out many times with random differences, and say how often it succeeds."""
     with loading():
         from experiments.cli.simulation_options import checked, perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of

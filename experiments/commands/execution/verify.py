@@ -19,13 +19,12 @@ from experiments.cli.status import DONE, FAILED
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Check the claims of a run again, from its log alone."
     examples = (
         "prefplan run case_study_3 --no-video && prefplan verify out/case_study_3/cost.npz",
         "prefplan verify out/case_study_3/preference.npz --json",
         "prefplan verify out/case_study_3/cost.npz --scenario case_study_3 --resimulate --key public.pem",
     )
-    parser = add_command(commands, verify, summary, *examples)
+    parser = add_command(commands, verify, *examples)
     log = parser.add_argument("log", type=Path, metavar="LOG", help="log that `prefplan run` wrote, an .npz file")
     complete(log, shtab.glob("*.npz"))
     scenario = parser.add_argument("--scenario", metavar="FILE", help="also check that the log is of this scenario")
@@ -38,7 +37,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def verify(options: argparse.Namespace) -> int:
-    """Carry out `prefplan verify`."""
+    """Check the claims of a run again, from its log alone."""
     with loading():
         from experiments.runs.certificates import certificate_json, show_certificate
         from sim.evidence.certificate import certify

@@ -32,12 +32,11 @@ FRONT_TIMEOUT_S = 20.0
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Carry plans out live in the browser, and meddle. Ctrl-C ends it, with status 0."
     examples = (
         "prefplan view case_study_3 --plan preference",
         "prefplan view case_study_3 --fault slip@3 --camera wrist --port 0",
     )
-    parser = add_command(commands, view, summary, *examples)
+    parser = add_command(commands, view, *examples)
     add_options(parser, "scenario", *PLAN, "--seed", "--fault", "--robot", "--camera")
     parser.add_argument(
         "--port",
@@ -49,7 +48,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def view(options: argparse.Namespace) -> int:
-    """Carry out `prefplan view`."""
+    """Carry plans out live in the browser, and meddle. Ctrl-C ends it, with status 0."""
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():

@@ -19,16 +19,15 @@ Write it to a file that the shell reads as it starts:
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Print the script that lets a shell complete commands, options and scenarios."
     examples = (
         "prefplan completion bash > ~/.prefplan.bash",
         "prefplan completion fish > ~/.config/fish/completions/prefplan.fish",
     )
-    parser = add_command(commands, completion, summary, *examples, more=SWITCHED_ON)
+    parser = add_command(commands, completion, *examples, more=SWITCHED_ON)
     parser.add_argument("shell", choices=SHELLS, metavar="SHELL", help=f"one of {', '.join(SHELLS)}")
 
 
 def completion(options: argparse.Namespace) -> int:
-    """Carry out `prefplan completion`."""
+    """Print the script that lets a shell complete commands, options and scenarios."""
     print(script(options.program, options.shell))
     return DONE

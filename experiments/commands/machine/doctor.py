@@ -23,14 +23,13 @@ GAP = "  "
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Check what works on this machine, and name the command that mends what does not."
     more = "The exit status is 4 if something needed does not work. What is optional and missing is a warning."
-    parser = add_command(commands, doctor, summary, "prefplan doctor", "prefplan doctor --json", more=more)
+    parser = add_command(commands, doctor, "prefplan doctor", "prefplan doctor --json", more=more)
     add_options(parser, "--json")
 
 
 def doctor(options: argparse.Namespace) -> int:
-    """Carry out `prefplan doctor`."""
+    """Check what works on this machine, and name the command that mends what does not."""
     found: list[Diagnosis] = []
     checks = list(diagnosis.CHECKS)
     with Bars(quiet=options.quiet) as bars:

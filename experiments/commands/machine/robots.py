@@ -20,14 +20,13 @@ if TYPE_CHECKING:
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "List the robots that can carry plans out, and which of them can be had on this machine."
     more = '`--robot NAME`, or `robot = "NAME"` under `[model]` in a scenario file, chooses one.'
-    parser = add_command(commands, robots, summary, "prefplan robots", "prefplan robots --json", more=more)
+    parser = add_command(commands, robots, "prefplan robots", "prefplan robots --json", more=more)
     add_options(parser, "--json")
 
 
 def robots(options: argparse.Namespace) -> int:
-    """Carry out `prefplan robots`."""
+    """List the robots that can carry plans out, and which of them can be had on this machine."""
     from sim.robots.catalogue import ROBOTS
 
     found: list[dict[str, Any]] = []

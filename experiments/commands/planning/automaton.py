@@ -15,12 +15,11 @@ from prefplan.logic.dfa import automaton as minimal_automaton
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Print a task's automaton."
     examples = (
         "prefplan automaton 'F (grocer & F p2)'",
         "prefplan automaton '!pizza U cheese' --format dot",
     )
-    parser = add_command(commands, automaton, summary, *examples)
+    parser = add_command(commands, automaton, *examples)
     parser.add_argument("formula", metavar="FORMULA", help="a co-safe formula, as Spot, Owl, SPIN or LTLf2DFA write it")
     parser.add_argument(
         "--format",
@@ -32,7 +31,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def automaton(options: argparse.Namespace) -> int:
-    """Carry out `prefplan automaton`."""
+    """Print a task's automaton."""
     found = minimal_automaton(options.formula)
     if options.plot is not None:
         with loading():

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Check a scenario without planning: its size, each task alone, and what the arm can do in its scene."
     more = (
         "Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults\n"
         "are told) or a task needs what it cannot do, and 3 if a task cannot be satisfied even alone."
@@ -39,7 +38,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = add_command(
         commands,
         check,
-        summary,
         "prefplan check example",
         "prefplan check case_study_3 --robot fetch --quick",
         more=more,
@@ -52,7 +50,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def check(options: argparse.Namespace) -> int:
-    """Carry out `prefplan check`."""
+    """Check a scenario without planning: its size, each task alone, and what the arm can do in its scene."""
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options) as limits:
         scenario = scenarios.find(options.scenario)

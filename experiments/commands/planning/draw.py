@@ -18,9 +18,8 @@ from prefplan.scenario.decode import Scenario
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Draw a scenario's plans, its tasks' automata or its transition system."
     examples = ("prefplan draw plans case_study_1 plans.pdf", "prefplan draw automata case_study_2 automata.svg")
-    parser = add_command(commands, draw, summary, *examples)
+    parser = add_command(commands, draw, *examples)
     parser.add_argument(
         "what",
         metavar="WHAT",
@@ -33,7 +32,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def draw(options: argparse.Namespace) -> int:
-    """Carry out `prefplan draw`."""
+    """Draw a scenario's plans, its tasks' automata or its transition system."""
     with loading():
         from experiments.figures.figures import picture_file
     path = picture_file(options.file)

@@ -20,7 +20,6 @@ from prefplan.preferences.objective import DEFAULT_PREFERENCE
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Print the Pareto front of total cost and preference penalty, or of several of each."
     examples = (
         "prefplan front example",
         "prefplan front example --max-cost 8 --json",
@@ -29,7 +28,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan front case_study_1 --plot front.pdf",
         "prefplan front rover --objective time --objective energy",
     )
-    parser = add_command(commands, front, summary, *examples)
+    parser = add_command(commands, front, *examples)
     add_options(parser, "scenario", "--json", "--plot", "--max-cost", "--max-preference", "--at-most")
     parser.add_argument(
         "--objective",
@@ -42,7 +41,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def front(options: argparse.Namespace) -> int:
-    """Carry out `prefplan front`."""
+    """Print the Pareto front of total cost and preference penalty, or of several of each."""
     plot = None
     if options.plot is not None:
         with loading():

@@ -13,14 +13,13 @@ from experiments.starters import KINDS, starter
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Write a commented scenario to start from; it plans as it is."
-    parser = add_command(commands, init, summary, "prefplan init rooms", "prefplan init desk --kind manipulation")
+    parser = add_command(commands, init, "prefplan init rooms", "prefplan init desk --kind manipulation")
     parser.add_argument("name", metavar="NAME", type=Path, help="name or path of the new file; .toml may be left out")
     parser.add_argument("--kind", choices=KINDS, default="grid", help="kind of model (default: grid)")
 
 
 def init(options: argparse.Namespace) -> int:
-    """Carry out `prefplan init`."""
+    """Write a commented scenario to start from; it plans as it is."""
     file: Path = options.name
     if file.suffix != ".toml":
         file = file.with_name(f"{file.name}.toml")

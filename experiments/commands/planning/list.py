@@ -21,14 +21,13 @@ from prefplan.scenario.decode import Scenario
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "List the scenarios that ship, and what each is about."
     more = "Every other command takes these names. `prefplan init` starts a scenario of your own."
-    parser = add_command(commands, list_, summary, "prefplan list", "prefplan list --json", more=more)
+    parser = add_command(commands, list_, "prefplan list", "prefplan list --json", more=more)
     add_options(parser, "--json")
 
 
 def list_(options: argparse.Namespace) -> int:
-    """Carry out `prefplan list`."""
+    """List the scenarios that ship, and what each is about."""
     found = [_entry(scenarios.find(name, measured=False)) for name in scenarios.names()]
     if options.json:
         output.print_json({"scenarios": found})

@@ -27,14 +27,13 @@ cases."""
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    summary = "Print one plan: the cheapest, the preferred, or the cheapest that is good enough."
     examples = (
         "prefplan plan example --plan preference",
         "prefplan plan case_study_1 --max-preference 24",
         "prefplan plan case_study_1 --max-seconds 10 --json",
         "prefplan plan rover --objective energy --at-most time=80",
     )
-    parser = add_command(commands, plan, summary, *examples, more=MORE)
+    parser = add_command(commands, plan, *examples, more=MORE)
     add_options(parser, "scenario", "--json", *PLAN)
     parser.add_argument(
         "--objective",
@@ -48,7 +47,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def plan(options: argparse.Namespace) -> int:
-    """Carry out `prefplan plan`."""
+    """Print one plan: the cheapest, the preferred, or the cheapest that is good enough."""
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options):
         scenario = scenarios.find(options.scenario)
