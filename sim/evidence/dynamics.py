@@ -25,9 +25,6 @@ NEAR_M = 0.002
 """Shapes nearer than this may touch: contacts flicker."""
 
 FLIGHT_SAMPLES = 33
-"""Number of poses between two states at which an object in flight is looked at: at 2 m/s they are 2 mm apart."""
-
-FLIGHT_SAMPLES = 33
 """Number of poses at which an object in flight is looked at between two states: at 2 m/s they are 2 mm apart."""
 
 SAME_STATE = 1e-6

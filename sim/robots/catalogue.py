@@ -8,7 +8,7 @@ import numpy as np
 
 from prefplan.errors import choices
 from prefplan.models.manipulation.surroundings import RobotSetup
-from sim.errors import RobotError
+from sim.errors import RobotError, SimulationError
 from sim.robots.fetch import FETCH
 from sim.robots.menagerie.gen3 import GEN3
 from sim.robots.menagerie.panda import MENAGERIE_PANDA
@@ -44,11 +44,14 @@ def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
     """Return the robot that a scenario sets up, or one of another name in its place.
 
     Raises:
-        RobotError: it is unknown.
-        SimulationError: one of one's own is not as its table says; the message begins with the key.
+        RobotError: the other name is unknown, or the robot cannot be had.
+        SimulationError: the scenario's is unknown, or one of one's own is not as its table says; the message begins
+            with the key.
     """
     if setup.mjcf is not None and name is None:
         return placed(own_robot(setup), setup)
+    if name is None and setup.name not in ROBOTS:
+        raise SimulationError(f"robot: unknown name {setup.name!r} {choices(setup.name, ROBOTS)}")
     return placed(robot_named(name or setup.name), setup)
 
 

@@ -41,7 +41,7 @@ def own_robot(setup: RobotSetup) -> Robot:
     tool = data.site(PREFIX + str(setup.tool))
     if -tool.xmat[8] < DOWN_COSINE:
         raise SimulationError(f"robot.home: the z axis of the site {setup.tool!r} does not point down there")
-    return Robot(
+    robot = Robot(
         name=setup.name if setup.name != RobotSetup().name else Path(str(setup.mjcf)).stem,
         title=f"of {setup.mjcf}",
         mjcf=partial(_spec, setup),
@@ -54,6 +54,32 @@ def own_robot(setup: RobotSetup) -> Robot:
         tool=PREFIX + str(setup.tool),
         gripper=gripper,
     )
+    if inside := _links_inside_each_other(robot, model):
+        one, other = map(_plain, inside)
+        raise SimulationError(
+            f"robot.home: the links {one!r} and {other!r} are inside each other there; "
+            "if they always are, add an `exclude` to `contact` in the MJCF"
+        )
+    return robot
+
+
+def _links_inside_each_other(robot: Robot, model: mujoco.MjModel) -> tuple[str, str] | None:
+    """Return the names of two links that overlap at home, the hand open or closed; None if there are none.
+
+    A log of such a robot is refuted from the start. Neighbours may overlap, and so may the fingers.
+    """
+    robot.let_links_collide(model)
+    is_robot, is_finger = robot.bodies(model)[model.geom_bodyid], robot.fingers(model)
+    data = mujoco.MjData(model)
+    for width in (robot.gripper.opening_m, 0.0):
+        robot.put(data, robot.home, width=width)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        for pair, depth in zip(data.contact.geom, data.contact.dist, strict=True):
+            if depth < 0 and is_robot[pair].all() and not is_finger[pair].all():
+                one, other = model.geom_bodyid[pair].tolist()
+                return str(model.body(one).name), str(model.body(other).name)
+    return None
 
 
 def _spec(setup: RobotSetup, meshes: bool | None = None) -> mujoco.MjSpec:

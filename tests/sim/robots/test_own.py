@@ -113,3 +113,18 @@ def test_what_does_not_fit_the_mjcf_is_told(setup: RobotSetup, change: dict[str,
     rest = {key: value for key, value in change.items() if key not in hand}
     with pytest.raises(SimulationError, match=words):
         robot_for(replace(setup, gripper=replace(setup.gripper, **hand), **rest))
+
+
+def test_links_inside_each_other_at_home_are_told(setup: RobotSetup, tmp_path: Path) -> None:
+    mjcf = (setup.folder / "crane.xml").read_text()
+    for before, after in (('size="0.05 0.05 0.4"', 'size="0.5 0.05 0.4"'), ("<body pos", '<body name="left" pos')):
+        assert before in mjcf
+        mjcf = mjcf.replace(before, after, 1)
+    (tmp_path / "crane.xml").write_text(mjcf)
+    with pytest.raises(SimulationError, match="robot.home: the links 'column' and 'left' are inside each other there"):
+        robot_for(replace(setup, folder=tmp_path))
+
+
+def test_an_unknown_name_in_a_scenario_is_told_with_its_key() -> None:
+    with pytest.raises(SimulationError, match=r"^robot: unknown name 'pandda' \(did you mean 'panda'\?\)"):
+        robot_for(RobotSetup("pandda"))
