@@ -86,6 +86,18 @@ def cheaper(log: Log) -> Log:
     return claiming(telling(log, actions=actions), cost=total, task_costs={"tidy": total})
 
 
+def left_out(*numbers: int) -> Callable[[Log], Log]:
+    """Return a forgery that leaves actions out, counted from 1, and claims the lower costs."""
+
+    def forge(log: Log) -> Log:
+        for number in sorted(numbers, reverse=True):
+            log = without_action(log, number)
+        total = sum(a.cost for a in log.about.actions)
+        return claiming(log, cost=total, task_costs={"tidy": total})
+
+    return forge
+
+
 def in_turn(*forgeries: Callable[[Log], Log]) -> Callable[[Log], Log]:
     def forge(log: Log) -> Log:
         for each in forgeries:
@@ -203,6 +215,16 @@ PLAIN = (
         "rest",
     ),
     Forgery("an action left out", lambda log: without_action(log, 1), "total cost"),
+    Forgery("a transit left out", left_out(1), "hand"),
+    Forgery("a transport left out", left_out(3), "hand"),
+    Forgery(
+        "a transit left out after a surprise that there was not",
+        in_turn(
+            lambda log: telling(log, events=(Event(0.0, "replan", {}), *log.about.events)),
+            left_out(1),
+        ),
+        "hand",
+    ),
     Forgery("frames cut out", frames_cut_out, "recording"),
     Forgery("frames cut off", lambda log: cut(log, 3.0), "recording"),
     Forgery("a cheaper task claimed", lambda log: claiming(log, task_costs={"tidy": 3}), "task cost tidy"),

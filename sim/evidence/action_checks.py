@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from prefplan.claims import Check
 from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.action import Action, at
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, RecordedWorld
 from sim.simulation.rollout import FRAME_RATE, Event
@@ -18,6 +19,12 @@ POINTED_M = np.linspace(0, 0.12, 13)
 
 NEARER_M = 0.005
 """The hand is over a location if no other one is nearer by more than this."""
+
+NEAR_M = 2 * AT_LOCATION_M
+"""After a surprise the hand may go on from a location that is nearer than this."""
+
+ELSEWHERE = ""
+"""Where the hand is if it is over no location of the scenario."""
 
 ARRIVAL_S = 0.35
 """A movement ends at most this long after its action: meanwhile the next one may begin."""
@@ -44,38 +51,83 @@ SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "unaffected", "ended")
 """The event of an action that did not do what was predicted, and the events of which one follows it."""
 
 
-def check_hand(log: Log, world: RecordedWorld) -> Check:
-    """Check that every transit and transport that succeeded ended with the hand over its location."""
-    name = "hand"
-    centres = {
-        place: np.array([np.mean([slot.position[:2] for slot in row], axis=0), *(slot.position[:2] for slot in row)])
-        for place, row in world.scene.slots.items()
-    }
-    checked = 0
+def check_hand(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
+    """Check that the hand went where the actions say, and that none that a grasp or a release needs is left out.
+
+    Every transit and transport that succeeded ended with the hand over its location. An object is taken from the
+    location to which the hand was brought, and released there; after a surprise also where frames show the hand.
+    """
+    answers = [event.time for event in log.about.events if event.kind in ANSWERS]
+    over, since, checked = {world.model.start}, -math.inf, 0
     for k, action in enumerate(log.about.actions, 1):
-        symbolic = world.action(action.action)
-        if symbolic is None or not world.model.operator(symbolic.kind).travels or _surprise(log, action):
+        now = action.start + ROUNDING_S
+        for time in answers:
+            if since < time <= now:
+                over |= {ELSEWHERE, *_near(world, time if k > 1 else 0.0)}
+        since, objection, symbolic = now, None, world.action(action.action)
+        if symbolic is None:
             continue
-        if symbolic.location not in centres:
-            # After a surprise an object may lie off every location: the place where it is has a name of its own.
-            if any(event.kind in ANSWERS and event.time <= action.start + ROUNDING_S for event in log.about.events):
-                continue
-            return Check(name, False, f"action {k} `{action.action}`: there is no location {symbolic.location}")
-        checked += 1
-        hands = []
-        for frame in range(world.frame_at(action.end), world.frame_at(action.end + ARRIVAL_S) + 1):
-            world.show(frame)
-            hands.append(world.tool() + POINTED_M[:, None] * world.tool_axis())
-        # A tilted hand is over what it points at.
-        points = np.array(hands)[:, :, None, :2]
-        far = {place: np.linalg.norm(points - row, axis=-1).min(axis=(1, 2)) for place, row in centres.items()}
-        least = np.min([*far.values()], axis=0)
-        if np.all(far[symbolic.location] > np.minimum(least + NEARER_M, AT_LOCATION_M)):
-            nearest = min(far, key=lambda place: float(far[place][0]))
-            where = f"the hand is {1000 * far[symbolic.location][0]:.0f} mm from {symbolic.location}"
-            words = f"action {k} `{action.action}`: {where}, {1000 * far[nearest][0]:.0f} from {nearest}"
-            return Check(name, False, words)
-    return Check(name, True, f"over the location of each of {checked} actions")
+        if symbolic.kind in ("grasp", "release"):
+            objection = _objection_to_hand(world, symbolic, over, trace[k - 1])
+        elif world.model.operator(symbolic.kind).travels:
+            over = {symbolic.location}
+            if symbolic.location not in world.scene.slots:
+                # After a surprise an object may lie off every location: the place where it is has a name of its own.
+                objection = None if min(answers, default=math.inf) <= now else "there is no such location"
+            elif not _surprise(log, action):
+                checked += 1
+                objection = _objection_to_end(world, action, symbolic.location)
+        if objection:
+            return Check("hand", False, f"action {k} `{action.action}`: {objection}")
+    return Check("hand", True, f"over the location of each of {checked} actions")
+
+
+def _objection_to_hand(world: RecordedWorld, action: Action, over: set[str], label: Label) -> str | None:
+    """Return why a grasp or a release cannot follow the actions before it, or None.
+
+    Args:
+        world: of the log.
+        action: the grasp or release.
+        over: where the hand may be.
+        label: what the frames show before it.
+    """
+    obj, places = action.obj, world.scene.slots.keys()
+    needed = action.location or next((place for place in places if at(obj, place) in label), None)
+    if needed is None:  # an object off every location, or one that the scenario does not have
+        known = any(obj == other.name for other in world.model.objects)
+        return f"no action before it brings the hand to where {obj} is" if known and over <= places else None
+    return None if needed in over else f"no action before it brings the hand to {needed}"
+
+
+def _distances(world: RecordedWorld, frames: Sequence[int]) -> dict[str, np.ndarray]:
+    """Return for each location how far what the hand points at is from its middle or the nearest slot, by frame, m."""
+    hands = []
+    for frame in frames:
+        world.show(frame)
+        hands.append(world.tool() + POINTED_M[:, None] * world.tool_axis())
+    # A tilted hand is over what it points at.
+    points = np.array(hands)[:, :, None, :2]
+    far = {}
+    for place, slots in world.scene.slots.items():
+        row = np.array([slot.position[:2] for slot in slots])
+        far[place] = np.linalg.norm(points - [row.mean(axis=0), *row], axis=-1).min(axis=(1, 2))
+    return far
+
+
+def _near(world: RecordedWorld, time: float) -> list[str]:
+    """Return the locations near which the hand is at a time, s."""
+    far = _distances(world, [world.frame_at(time)])
+    return [place for place, distance in far.items() if distance[0] < NEAR_M]
+
+
+def _objection_to_end(world: RecordedWorld, action: LoggedAction, location: str) -> str | None:
+    """Return where the hand is as an action ends that was to bring it to a location, or None if it is there."""
+    far = _distances(world, range(world.frame_at(action.end), world.frame_at(action.end + ARRIVAL_S) + 1))
+    least = np.min([*far.values()], axis=0)
+    if not np.all(far[location] > np.minimum(least + NEARER_M, AT_LOCATION_M)):
+        return None
+    nearest = min(far, key=lambda place: float(far[place][0]))
+    return f"the hand is {1000 * far[location][0]:.0f} mm from {location}, {1000 * far[nearest][0]:.0f} from {nearest}"
 
 
 def _surprise(log: Log, action: LoggedAction) -> bool:

@@ -123,7 +123,7 @@ def _certify(log: Log, scenario: Scenario | None, again: bool, more: Sequence[Ch
         *([check_scenario(log, scenario)] if scenario else []),
         check_start(log, world) or _check_start(world, trace[0]),
         *effects,
-        check_hand(log, world),
+        check_hand(log, world, trace),
         check_rest(log, world),
         check_events(log, world, trace),
         check_action_costs(log, world, trace),

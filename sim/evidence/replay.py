@@ -274,11 +274,9 @@ def _built(
         moving = _robot(model, robot)
         others = joints - len(moving.joints + moving.gripper.joints) - len(model.objects)
         spares = min(max(0, others), MAX_UNKNOWN_OBJECTS)
-        try:
-            known = moving if moving.name == robot else robot
-            scene = build_scene(model, robot=known, spares=spares, meshes=None if meshes else False)
-        except RobotError:
-            scene = build_scene(model, robot=DEFAULT, spares=spares, meshes=False)
+        scene = build_scene(model, robot=moving, spares=spares, meshes=None if meshes else False)
+    except RobotError as error:
+        raise LogError(f"the log cannot be checked: {error}") from None
     except PrefplanError as error:
         raise LogError(f"the scenario in the log cannot be used: {error}") from None
     if scene.robot.name != DEFAULT:
@@ -287,11 +285,16 @@ def _built(
 
 
 def _robot(model: ManipulationModel, name: str) -> Robot:
-    """Return the robot of a log: one of the catalogue, or the scenario's own; the usual one if it is unknown."""
-    try:
-        return robot_named(name)
-    except RobotError:
-        return robot_for(model.robot_setup) if model.robot_setup.mjcf and name not in ROBOTS else ROBOTS[DEFAULT]
+    """Return the robot of a log: the scenario's own, or one of the catalogue.
+
+    Raises:
+        RobotError: it is unknown, or cannot be had here.
+    """
+    if model.robot_setup.mjcf is not None and name not in ROBOTS:
+        own = robot_for(model.robot_setup)
+        if own.name == name:
+            return own
+    return robot_named(name)
 
 
 def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:

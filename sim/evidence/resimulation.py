@@ -6,7 +6,6 @@ import mujoco
 import numpy as np
 
 from prefplan.claims import Check
-from sim.errors import LogError
 from sim.evidence.log import DECIMALS, RATE_DECIMALS, Log, versions
 from sim.evidence.replay import RecordedWorld
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder, model_hash
@@ -30,9 +29,6 @@ def resimulate(log: Log, world: RecordedWorld) -> Check:
     With the log's version of MuJoCo on its kind of machine, every recorded digit must come out again. Otherwise two
     simulations drift apart: each frame is then simulated from the one before it, and its positions must agree within
     `FRAME_TOLERANCE`.
-
-    Raises:
-        LogError: the robot of the log is not available here.
     """
     objection = _objection(log, world)
     if objection:
@@ -63,14 +59,8 @@ def resimulate(log: Log, world: RecordedWorld) -> Check:
 
 
 def _objection(log: Log, world: RecordedWorld) -> str | None:
-    """Return why the commands of a log cannot be simulated, or None.
-
-    Raises:
-        LogError: the robot of the log is not available here.
-    """
+    """Return why the commands of a log cannot be simulated, or None."""
     model, about = world.mujoco, log.about
-    if world.robot.name != about.robot:
-        raise LogError(f"the log cannot be simulated: its robot {about.robot!r} is not available here")
     joints = {model.joint(i).name: int(model.joint(i).qposadr[0]) for i in range(model.njnt)}
     if about.joints != joints or log.qpos.shape[1] != model.nq or log.qvel.shape[1] != model.nv:
         return "its joints are not those of its scenario"

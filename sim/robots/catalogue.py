@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -49,7 +50,10 @@ def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
             with the key.
     """
     if setup.mjcf is not None and name is None:
-        return placed(own_robot(setup), setup)
+        own = own_robot(setup)
+        if own.name in ROBOTS:  # logs tell robots apart by their names
+            own = replace(own, name=Path(setup.mjcf).name)
+        return placed(own, setup)
     if name is None and setup.name not in ROBOTS:
         raise SimulationError(f"robot: unknown name {setup.name!r} {choices(setup.name, ROBOTS)}")
     return placed(robot_named(name or setup.name), setup)

@@ -125,6 +125,11 @@ def test_links_inside_each_other_at_home_are_told(setup: RobotSetup, tmp_path: P
         robot_for(replace(setup, folder=tmp_path))
 
 
+def test_its_name_is_none_of_the_catalogue(setup: RobotSetup, tmp_path: Path) -> None:
+    shutil.copy(setup.folder / "crane.xml", tmp_path / "fetch.xml")
+    assert robot_for(replace(setup, mjcf="fetch.xml", folder=tmp_path)).name == "fetch.xml"
+
+
 def test_an_unknown_name_in_a_scenario_is_told_with_its_key() -> None:
     with pytest.raises(SimulationError, match=r"^robot: unknown name 'pandda' \(did you mean 'panda'\?\)"):
         robot_for(RobotSetup("pandda"))
