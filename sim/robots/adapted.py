@@ -45,6 +45,7 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
     for option in (name for name in dir(whole.option) if not name.startswith("_")):
         setattr(spec.option, option, getattr(whole.option, option))  # the scene has its own
     whole.worldbody.add_frame().attach_body(root, PREFIX, "")
+    _name(whole)
     names = [PREFIX + name for name in joints]
     kept = {joint.name for joint in _joints_below(whole.joint(names[-1]).parent)}
     for joint in list(whole.joints):
@@ -52,7 +53,6 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
             whole.delete(joint)
     for body in whole.bodies[1:]:
         body.gravcomp = 1
-    _name(whole)
     _let_turn(whole, whole.joint(names[0]).parent)
     for name, torque in zip(names, torques, strict=True):
         _set_motor(whole, name, float(torque))
@@ -96,10 +96,13 @@ def _let_turn(spec: mujoco.MjSpec, link: mujoco.MjsBody) -> None:
 
 
 def _name(spec: mujoco.MjSpec) -> None:
-    """Give every body and geom a name, and let those that collide touch the world and not each other."""
+    """Give every body, joint and geom a name, and let shapes that collide touch the world and not each other."""
     numbers = count(1)
     for body in spec.bodies[1:]:
         body.name = body.name if body.name.removeprefix(PREFIX) else f"{PREFIX}link {next(numbers)}"
+    turns = (f"{PREFIX}joint {number}" for number in count(1))
+    for joint in spec.joints:
+        joint.name = joint.name or next(turns)
     names = (f"{PREFIX}shape {number}" for number in count(1))
     for geom in spec.geoms:
         geom.name = geom.name or next(names)

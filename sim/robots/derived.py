@@ -41,6 +41,9 @@ MAX_PALM_M = 0.06
 USUAL_PALM_M = 0.05
 """Height of the palm over the tool of a hand without shapes above."""
 
+RIGID_PRESS_M = 0.0003
+"""How far the hand goes on after the lip of a cup without a spring has met an object: a millimetre throws it off."""
+
 CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
 
@@ -173,7 +176,9 @@ def suction_gripper(
     firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
     gripper = SuctionGripper(actuator, joints, (lips[0],), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, 0, 0, 0, 0, 0)
     sizes = _dimensions(model, [data], gripper, tool)
-    return replace(gripper, **sizes | {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0})
+    press = SuctionGripper.press_m if spec.body(motor.target).joints else RIGID_PRESS_M
+    cup = {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "press_m": press}
+    return replace(gripper, **sizes | cup)
 
 
 def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:

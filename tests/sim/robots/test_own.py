@@ -14,7 +14,7 @@ from skill_runs import contacts
 
 from prefplan.claims import Claims
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.manipulation.surroundings import RobotSetup
+from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup
 from prefplan.scenario.decode import load
 from sim.errors import SimulationError
 from sim.evidence.log import log_of
@@ -23,6 +23,7 @@ from sim.execution.executor import execute
 from sim.robots.adapted import PREFIX, adapted
 from sim.robots.catalogue import robot_for
 from sim.robots.derived import derived_gripper
+from sim.robots.gripper import SuctionGripper
 from sim.robots.panda import MJCF, PANDA
 from sim.world.scene import build_scene
 
@@ -123,6 +124,20 @@ def test_links_inside_each_other_at_home_are_told(setup: RobotSetup, tmp_path: P
     (tmp_path / "crane.xml").write_text(mjcf)
     with pytest.raises(SimulationError, match="robot.home: the links 'column' and 'left' are inside each other there"):
         robot_for(replace(setup, folder=tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("spring", "press"), [("", 0.0003), ('<joint type="slide" axis="0 0 1" stiffness="500"/>', 0.003)]
+)
+def test_a_cup_is_pressed_as_far_as_it_gives_way(setup: RobotSetup, tmp_path: Path, spring: str, press: float) -> None:
+    """Joints of the hand need no name."""
+    mjcf = (setup.folder / "crane.xml").read_text().replace('mass="0.02" contype="0" conaffinity="0"', 'mass="0.02"')
+    mjcf = mjcf.replace('<body name="cup" pos="0.5 0 0.006">', f'<body name="cup" pos="0.5 0 0.006">{spring}')
+    adhesion = '<adhesion name="suck" body="cup" ctrlrange="0 1"/></actuator>'
+    (tmp_path / "crane.xml").write_text(mjcf.replace("</actuator>", adhesion))
+    hand = GripperSetup("suction", "suck", 30.0)
+    gripper = robot_for(replace(setup, gripper=hand, folder=tmp_path)).gripper
+    assert isinstance(gripper, SuctionGripper) and gripper.press_m == press
 
 
 def test_its_name_is_none_of_the_catalogue(setup: RobotSetup, tmp_path: Path) -> None:
