@@ -38,12 +38,14 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
     """
     check_parts(spec, joint=joints)
     _check_row(spec, joints)
-    for element in (*spec.keys, *spec.lights):
+    for element in (*spec.keys, *spec.lights, *spec.pairs):
         spec.delete(element)
     root = _root(spec.joint(joints[0]).parent, spec)
     whole = mujoco.MjSpec()
     for option in (name for name in dir(whole.option) if not name.startswith("_")):
         setattr(spec.option, option, getattr(whole.option, option))  # the scene has its own
+    for size in ("memory", "njmax", "nconmax"):
+        setattr(spec, size, getattr(whole, size))
     whole.worldbody.add_frame().attach_body(root, PREFIX, "")
     _name(whole)
     names = [PREFIX + name for name in joints]

@@ -140,6 +140,18 @@ def test_a_cup_is_pressed_as_far_as_it_gives_way(setup: RobotSetup, tmp_path: Pa
     assert isinstance(gripper, SuctionGripper) and gripper.press_m == press
 
 
+def test_what_only_a_whole_scene_has_is_left_out(
+    setup: RobotSetup, tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    mjcf = (setup.folder / "crane.xml").read_text().replace("<default>", '<size memory="10M"/><default>', 1)
+    mjcf = mjcf.replace('<geom type="box" size="0.05', '<geom name="a" type="box" size="0.05')
+    mjcf = mjcf.replace('<geom type="box" size="0.25', '<geom name="b" type="box" size="0.25')
+    pair = '<contact><pair geom1="a" geom2="b"/></contact><tendon>'
+    (tmp_path / "crane.xml").write_text(mjcf.replace("<tendon>", pair))
+    assert robot_for(replace(setup, folder=tmp_path)).spec().compile().npair == 0
+    assert not recwarn.list
+
+
 def test_its_name_is_none_of_the_catalogue(setup: RobotSetup, tmp_path: Path) -> None:
     shutil.copy(setup.folder / "crane.xml", tmp_path / "fetch.xml")
     assert robot_for(replace(setup, mjcf="fetch.xml", folder=tmp_path)).name == "fetch.xml"
