@@ -97,7 +97,7 @@ def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any
 
 def no_plan_json(scenario: Scenario, reason: Reason, stats: Stats) -> dict[str, Any]:
     """Return that there is no such plan, in place of `one_plan_json`, and why."""
-    why = {"complete": True, "plan": None, "reason": asdict(reason)}
+    why = {"complete": True, "front": [], "plan": None, "reason": asdict(reason)}
     return _heading(scenario) | why | {"stats": stats_json(stats)}
 
 

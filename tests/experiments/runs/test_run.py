@@ -78,7 +78,7 @@ def test_a_task_that_cannot_be_done_is_told_before_anything_moves(run: Run, cup:
     (cup / "never.toml").write_text(CUP.replace("F cup_tray", "F (cup_tray & cup_desk)"))
     result = run("run", "never.toml", "--json", "--no-video")
     assert result.status == 3 and "tidy" in result.err
-    assert result.json["plan"] is None and result.json["reason"]["tasks"] == ["tidy"]
+    assert result.json["plan"] is None and result.json["front"] == [] and result.json["reason"]["tasks"] == ["tidy"]
 
 
 def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
