@@ -46,9 +46,10 @@ def most_states(space: StateCodes) -> int:
         """Return the number of ways to spread so many objects over the locations, or their slots."""
         number = [1] + [0] * count
         for capacity, apart in capacities:
-            ways = [perm(apart, k) if apart > 1 else 1 for k in range(capacity + 1)]
+            orders = [perm(apart, k) if apart > 1 else 1 for k in range(capacity + 1)]
             number = [
-                sum(number[n - k] * comb(n, k) * ways[k] for k in range(min(capacity, n) + 1)) for n in range(count + 1)
+                sum(number[n - k] * comb(n, k) * orders[k] for k in range(min(capacity, n) + 1))
+                for n in range(count + 1)
             ]
         return number[count]
 
