@@ -13,7 +13,7 @@ from sim.motion.joint_trajectory import JointTrajectory, through
 from sim.motion.kinematics import Arm
 from sim.motion.planning import SEARCHES, MotionPlanner
 from sim.motion.timing import braking_time, summed
-from sim.motion.trajectory import CONTROL_PERIOD_S, smooth_step
+from sim.motion.trajectory import CONTROL_PERIOD_S
 from sim.perception.sensors import (
     OBSERVATION_TIMEOUT_S,
     ExactSensor,
@@ -26,6 +26,7 @@ from sim.perception.sensors import (
 )
 from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
+from sim.simulation.payload import SHIFT_DURATION_S, Payload
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Effort, Event
 from sim.world.scene import Scene
@@ -42,9 +43,6 @@ BLEND_TIME_S = 0.3
 
 HOLD_DISTANCE_M = 0.005
 """Greatest distance of a held object from the point between the pads: beyond, they only brush it."""
-
-BEAR_DURATION_S = 0.4
-"""How long the weight of a heavy load takes from what carries it to the arm, or back."""
 
 CONTACT_EPISODE_S = 0.5
 """Contacts of the same two bodies within this time are one event."""
@@ -97,8 +95,8 @@ class Workcell:
         self.width = scene.robot.gripper.width(float(data.ctrl[self._fingers]))
         self.gripper: Callable[[float], float] = float
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
-        self._stiffness = -model.actuator_biasprm[self._motors, 1]
-        self._lag = -model.actuator_biasprm[self._motors, 2] / self._stiffness
+        stiffness, damping = -model.actuator_biasprm[self._motors, 1:3].T
+        self._lag, self._payload = damping / stiffness, Payload(scene, stiffness)
         self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
         # Of the last control period, one a simulation step; and those on their way to the actuators.
         self._commands = np.repeat(data.ctrl[None], self._substeps, axis=0)
@@ -111,9 +109,6 @@ class Workcell:
         self.reference = data.qpos[self._qpos].copy()
         self._ending = JointTrajectory(*np.zeros((2, 0, len(self.reference))))
         self._widths: list[float] = []
-        # What the motors bear now and in the next control periods, kg, and by how much the commands make them do so.
-        self._borne, self._weights = 0.0, list[float]()
-        self._raised = np.zeros(len(self.reference))
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
         self.glowing, self._dark = -1, np.inf
@@ -269,34 +264,12 @@ class Workcell:
             self._tick()
 
     def bear(self, obj: str | None) -> None:
-        """Let the arm bear the weight of an object, if that is heavy, or no weight, from now on.
-
-        Otherwise it would sag by up to 3 mm, and what it puts down would be pressed on its support or dropped. It stops
-        when the pads lose their load.
-        """
+        """Let the arm bear the weight of an object, if that is heavy, or none, until the pads lose their load."""
         shape = self.scene.shapes[obj] if obj is not None else None
         mass = shape.mass if shape is not None and shape.is_heavy else 0.0
-        if mass != self._borne:
-            self._shift_weight(mass)
-            self.wait(BEAR_DURATION_S)
-
-    def _shift_weight(self, mass: float) -> None:
-        """Begin to bear a mass, kg."""
-        shares = smooth_step(np.linspace(0, 1, round(BEAR_DURATION_S / CONTROL_PERIOD_S) + 1)[1:])
-        self._weights = (self._borne + shares * (mass - self._borne)).tolist()
-
-    def _raising(self) -> np.ndarray:
-        """Return by how much (steps, n) commands must exceed the references for the motors to bear the load, rad."""
-        model, before = self.scene.mujoco, self._raised
-        if not self._weights and self.data.time - self.contacts.pressed > CONTACT_FLICKER_S:
-            self._shift_weight(0.0)
-        if self._weights:
-            self._borne = self._weights.pop(0)
-        jacobian = np.empty((3, model.nv))
-        mujoco.mj_jacSite(model, self.data, jacobian, None, model.site(self.scene.robot.tool).id)
-        lift = -float(model.opt.gravity[2]) * self._borne * jacobian[2, self.scene.robot.dofs(model)]
-        self._raised = lift / self._stiffness
-        return np.linspace(before, self._raised, self._substeps + 1)[1:]
+        if mass != self._payload.mass:
+            self._payload.shift(mass)
+            self.wait(SHIFT_DURATION_S)
 
     def glow(self, location: str, seconds: float) -> None:
         """Let a marking location work for a while, s."""
@@ -347,9 +320,11 @@ class Workcell:
             self._ending = ending.after(steps)
         else:
             references = self.reference[None].repeat(steps, axis=0)
-        if self._borne or self._weights:
+        if self._payload.is_borne:
+            if self._payload.mass and data.time - self.contacts.pressed > CONTACT_FLICKER_S:
+                self._payload.shift(0.0)
             commands = commands.copy()
-            commands[:, self._motors] += self._raising()
+            commands[:, self._motors] += self._payload.offsets(data, steps)
         if len(self._delayed):
             waiting = np.vstack([self._delayed, commands])
             commands, self._delayed = waiting[:steps], waiting[steps:]
