@@ -125,13 +125,13 @@ class Shape:
     """What is known of an expression for all costs >= 0.
 
     Attributes:
-        low, high: between which its values lie.
+        low, high: between which its values lie, exact or infinite.
         rising: whether it never falls in any variable.
         falling: whether it never rises in any variable.
     """
 
-    low: float
-    high: float
+    low: Fraction | float
+    high: Fraction | float
     rising: bool
     falling: bool
 
@@ -140,9 +140,9 @@ def shape(tree: Tree) -> Shape:
     """Return bounds and monotonicity of an expression, by interval arithmetic."""
     match tree:
         case Constant(value):
-            return Shape(float(value), float(value), True, True)
+            return Shape(value, value, True, True)
         case Variable():
-            return Shape(0, math.inf, True, False)
+            return Shape(Fraction(0), math.inf, True, False)
         case Operation(name, operands):
             parts = [shape(operand) for operand in operands]
             if name in ("min", "max"):
@@ -168,13 +168,13 @@ def _absolute(a: Shape) -> Shape:
         return a
     if a.high <= 0:
         return _negated(a)
-    return Shape(0, max(-a.low, a.high), False, False)
+    return Shape(Fraction(0), max(-a.low, a.high), False, False)
 
 
 def _binary(name: str, a: Shape, b: Shape) -> Shape:
     match name:
         case "+":
-            return Shape(a.low + b.low, a.high + b.high, a.rising and b.rising, a.falling and b.falling)
+            return Shape(_sum(a.low, b.low), _sum(a.high, b.high), a.rising and b.rising, a.falling and b.falling)
         case "-":
             return _binary("+", a, _negated(b))
         case "/":
@@ -182,7 +182,7 @@ def _binary(name: str, a: Shape, b: Shape) -> Shape:
                 b = _negated(b)
                 a = _negated(a)
             inverse = Shape(
-                1 / b.high if b.high < math.inf else 0.0, 1 / b.low if b.low else math.inf, b.falling, b.rising
+                1 / b.high if b.high < math.inf else Fraction(0), 1 / b.low if b.low else math.inf, b.falling, b.rising
             )
             return _binary("*", a, inverse)
     for one, other in ((a, b), (b, a)):
@@ -197,8 +197,17 @@ def _binary(name: str, a: Shape, b: Shape) -> Shape:
     return Shape(min(corners), max(corners), False, False)
 
 
-def _times(x: float, y: float) -> float:
-    return 0.0 if x == 0 or y == 0 else x * y
+def _sum(x: Fraction | float, y: Fraction | float) -> Fraction | float:
+    # A fraction may be too large to become a float, which it must to be added to infinity.
+    return x if abs(x) == math.inf else y if abs(y) == math.inf else x + y
+
+
+def _times(x: Fraction | float, y: Fraction | float) -> Fraction | float:
+    if x == 0 or y == 0:
+        return Fraction(0)
+    if math.inf in (abs(x), abs(y)):
+        return math.inf if (x > 0) == (y > 0) else -math.inf
+    return x * y
 
 
 def _check_divisors(tree: Tree, tasks: Sequence[str]) -> None:

@@ -28,7 +28,9 @@ def test_a_preference_that_falls_along_a_trajectory_is_refused(preference: Prefe
     assert re.fullmatch(text, str(caught.value))
 
 
-@pytest.mark.parametrize("expression", ["phi1 - phi2", "phi1 - 5", "10 - phi1", "-phi1", "-1"])
+@pytest.mark.parametrize(
+    "expression", ["phi1 - phi2", "phi1 - 5", "10 - phi1", "-phi1", "-1", "min(phi1, phi2) - 1 + 1e17 - 1e17"]
+)
 def test_a_preference_that_can_be_negative_is_refused(expression: str) -> None:
     with pytest.raises(PreferenceError, match=r"^preference.expression: must not be negative, but is -\d+ at \(phi1="):
         build(Expression(expression))
