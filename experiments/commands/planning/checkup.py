@@ -28,6 +28,7 @@ from prefplan.models.transition_system import TransitionSystem
 from prefplan.names import NAME
 from prefplan.planner import MEMORY_SHARE, Planner
 from prefplan.preferences.kinds import WeightedSum
+from prefplan.preferences.objective import NamedPreference
 from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
 
@@ -247,7 +248,10 @@ def _least_costs(
     Raises:
         UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
     """
-    planner = Planner(Problem(system, [task], WeightedSum({task.name: 1}, over="violation")))
+    # Its name is no cost's.
+    name = f"unmet_{'_'.join(system.cost_names)}"
+    unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
+    planner = Planner(Problem(system, [task], [unmet]))
     try:
         with interruptible(limits):
             return {name: planner.best(name).costs[name] for name in names}

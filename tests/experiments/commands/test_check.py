@@ -254,6 +254,12 @@ def test_every_cost_and_preference_is_told(run: Run, island: Path) -> None:
     assert "least time  least noise" in out
 
 
+def test_a_cost_may_be_called_as_a_preference_is_unless_named(run: Run, island: Path) -> None:
+    text = re.sub(r"cost = ([\d.]+)", r"cost = { time = \1, preference = 3 }", ISLAND)
+    island.write_text(text.replace('[preference]\nkind = "max"\n', ""))
+    assert run("check", "island.toml", "--json").json["tasks"][0]["costs"] == {"time": 2.5, "preference": 3}
+
+
 def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
     problem = loads(ISLAND).problem()
     limits = Limits(bytes=10**8)
