@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from prefplan.errors import choices
+from prefplan.errors import check_known, choices
 from prefplan.models.manipulation.surroundings import RobotSetup
 from sim.errors import RobotError, SimulationError
 from sim.robots.fetch import FETCH
@@ -54,8 +54,8 @@ def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
         if own.name in ROBOTS:  # logs tell robots apart by their names
             own = replace(own, name=Path(setup.mjcf).name)
         return placed(own, setup)
-    if name is None and setup.name not in ROBOTS:
-        raise SimulationError(f"robot: unknown name {setup.name!r} {choices(setup.name, ROBOTS)}")
+    if name is None:
+        check_known("robot", "name", setup.name, ROBOTS, SimulationError)
     return placed(robot_named(name or setup.name), setup)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prefplan.errors import choices
+from prefplan.errors import check_known
 from prefplan.limits import check_limits
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
@@ -148,8 +148,7 @@ def _within_reach(arm: Arm, station: Station) -> bool:
 
 def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Station:
     kind = _kind(place)
-    if kind not in KINDS:
-        raise SimulationError(f"locations.{place.name}.kind: unknown kind {kind!r} {choices(kind, KINDS)}")
+    check_known(f"locations.{place.name}.kind", "kind", kind, KINDS, SimulationError)
     centre = np.array(place.at, dtype=float)[:2]
     across = np.array([-np.sin(yaw), np.cos(yaw)])
     offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from prefplan.errors import choices
+from prefplan.errors import check_known
 from prefplan.models.manipulation.model import ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.external.body_parts import parts_of
@@ -249,8 +249,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE, scene: str | No
         SimulationError: as in `shapes_of`.
     """
     where = f"objects.{obj.name}"
-    if obj.kind not in SIZES:
-        raise SimulationError(f"{where}.kind: unknown kind {obj.kind!r} {choices(obj.kind, SIZES)}")
+    check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
     mesh = mesh_of(obj, folder) if obj.kind == "mesh" and obj.size is None else None
     size = mesh.size if mesh is not None else _checked_size(obj, where)
     if obj.body is not None and scene is not None:
