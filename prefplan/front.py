@@ -236,7 +236,7 @@ class Front(Sequence[Plan]):
             import pandas
         except ImportError:
             raise PrefplanError("a front is made a DataFrame by pandas: pip install pandas") from None
-        rows = [[*_worth(plan), *plan.task_costs.values(), plan.actions] for plan in self]
+        rows = [[*point_of(plan), *plan.task_costs.values(), plan.actions] for plan in self]
         tasks = [f"task_costs.{name}" for name in self._tasks]
         return pandas.DataFrame(rows, columns=[*(self.objectives or PAIR), *tasks, "actions"])
 
@@ -257,7 +257,7 @@ class Front(Sequence[Plan]):
             _, ax = pyplot.subplots()
         names = self.objectives[:2] or PAIR
         shown = self.over(names) if len(self.objectives) > 2 else self
-        points = sorted(tuple(map(float, _worth(plan)[:2])) for plan in shown)
+        points = sorted(tuple(map(float, point_of(plan)[:2])) for plan in shown)
         costs, preferences = [point[0] for point in points], [point[1] for point in points]
         ax.step(costs, preferences, "o-", where="post")
         if self.complete_below is not None:
@@ -274,7 +274,7 @@ class Front(Sequence[Plan]):
 
     def _repr_html_(self) -> str:
         """Return the front as notebooks show it: a row a plan, and what keeps it from being whole."""
-        rows = [_row("td", [i, *_worth(p), *p.task_costs.values()]) for i, p in enumerate(self)]
+        rows = [_row("td", [i, *point_of(p), *p.task_costs.values()]) for i, p in enumerate(self)]
         named = ("cost", "penalty") if self.objectives in ((), PAIR) else self.objectives
         head = _row("th", ["", *named, *self._tasks])
         table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
@@ -301,7 +301,7 @@ class Front(Sequence[Plan]):
         return self.plans[index]
 
 
-def _worth(plan: Plan) -> tuple[Number, ...]:
+def point_of(plan: Plan) -> tuple[Number, ...]:
     """Return the values of a plan's objectives."""
     return tuple(plan.objectives.values()) or (plan.cost, plan.preference)
 

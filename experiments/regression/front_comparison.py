@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from experiments.cli.output import condense, number
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.front import Front, Plan
+from prefplan.front import Front, Plan, point_of
 
 Point = tuple[Number, ...]
 """(cost, preference), or every cost and then every preference, in the user's units."""
@@ -34,7 +34,7 @@ class Row:
     @property
     def found(self) -> Point | None:
         """The point of the plan, if there is one."""
-        return None if self.plan is None else _point(self.plan)
+        return None if self.plan is None else point_of(self.plan)
 
     @property
     def same(self) -> bool:
@@ -65,12 +65,8 @@ def side_by_side(rows: Sequence[Row]) -> str:
     return "\n".join(f"{mark:1} {one:{wide}}  {other:{wider}}  {plan}".rstrip() for mark, one, other, plan in cells)
 
 
-def _point(plan: Plan) -> Point:
-    return tuple(plan.objectives.values()) or (plan.cost, plan.preference)
-
-
 def _equal(point: Point, plan: Plan) -> bool:
-    found, costs = _point(plan), len(plan.costs) or 1
+    found, costs = point_of(plan), len(plan.costs) or 1
     if len(point) != len(found) or any(exact(a) != exact(b) for a, b in zip(point[:costs], found, strict=False)):
         return False
     return all(map(_alike, point[costs:], found[costs:]))
