@@ -119,7 +119,7 @@ class ReducedModel:
         """Return a trajectory of the other model for one through the states that stand for others."""
         code, actions = self.generator.space.encode(self.start, where="start"), list[str]()
         for wanted in codes[1:]:
-            # Where an action leads tells its kind, and so its cost.
+            # Where an action leads tells its kind and the poses of the hand, and so its cost.
             action, code = next(
                 (str(action), int(targets[0]))
                 for action, having, targets, _ in self.generator.edges(self.generator.space.array(code))
