@@ -84,7 +84,7 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
     except SimulationError as error:
         return SceneCheck(tuple(f"model.{fault}" for fault in error.faults))
     warnings = tuple(f"model.{warning}" for warning in scene.warnings)
-    places: list[PlaceCheck] = []
+    places: list[PlaceCheck] | None = None
     try:
         with interruptible(limits):
             arm = ArmCheck(scene)
@@ -92,12 +92,14 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
                 return SceneCheck((fault,), warnings)
             if quick:
                 return SceneCheck((), warnings)
-            pairs = list(allowed_places(scene.model))
+            places, pairs = [], list(allowed_places(scene.model))
             for done, (obj, location) in enumerate(pairs):
                 check_limits()
                 tell("arm", done, len(pairs), f"{obj} at {location}")
                 places.append(arm.check(obj, location))
     except LimitError:
+        if places is None:
+            return SceneCheck(None, warnings, complete=False)
         return SceneCheck((), warnings, tuple(places), complete=False)
     return SceneCheck((), warnings, tuple(places))
 

@@ -19,7 +19,7 @@ from prefplan.front import Plan, UnfinishedError
 from prefplan.limits import Limits
 from prefplan.planner import Planner
 from prefplan.scenario.decode import loads
-from sim.execution.feasibility import PlaceCheck
+from sim.execution.feasibility import ArmCheck, PlaceCheck
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
 
@@ -239,6 +239,18 @@ def test_ctrl_c_leaves_what_is_known(run: Run, island: Path, monkeypatch: pytest
     assert (result.status, result.err) == (130, "prefplan: interrupted\n")
     assert [one["cost"] for one in found["tasks"]] == [2.5, None] and len(asked) == 2
     assert (found["interrupted"], found["complete"], found["states"]) == (True, False, None)
+
+
+def test_ctrl_c_before_the_start_is_checked_leaves_unknown_whether_the_arm_can_work(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def pressed(_: ArmCheck) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ArmCheck, "check_start", pressed)
+    (tmp_path / "cup.toml").write_text(cup_scenario())
+    result = run("check", "cup.toml", "--json")
+    assert (result.status, result.json["scene"], result.json["places"]) == (130, None, None)
 
 
 def test_every_cost_and_preference_is_told(run: Run, island: Path) -> None:
