@@ -23,9 +23,9 @@ OBJECT_FRICTION = 0.8
 
 HEAVY_IMPEDANCE = 0.85
 """Impedance (`solimp[0]`) of contacts of heavy objects with pads. The heavier an object, the less deep a contact of the
-same impedance: at the pads' 0.95 they were lost now and then for a step, while the other pad pushed the hand aside.
-Torque rates of the Panda reached 114 % of their limit with 0.5 kg and 225 % with 3 kg; now 29 % and 49 %. At 0.8, what
-weighs 3 kg creeps so far down in the hand that it touches down too early."""
+same impedance: at the pads' 0.95 contacts are lost now and then for a step, while the other pad pushes the hand aside,
+and torque rates of the Panda reach 114 % of their limit with 0.5 kg and 225 % with 3 kg; at this, 29 % and 49 %. At
+0.8, what weighs 3 kg creeps so far down in the hand that it touches down too early."""
 
 
 def declare_contacts(
