@@ -11,7 +11,8 @@ import pytest
 from judge.semantics import monitor, powerset
 
 from prefplan import Automaton, FormulaError
-from prefplan.limits import LimitError, Limits
+from prefplan.errors import LimitError
+from prefplan.limits import Limits
 from prefplan.logic.dfa import automaton
 from prefplan.logic.formula import TRUE
 from prefplan.logic.monitor import watching

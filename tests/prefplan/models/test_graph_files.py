@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from judge.random_problems import random_problem
 
 from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pareto_front
+from prefplan.errors import LimitError
 from prefplan.exact_costs import exact, exact_floats, in_common_unit, round_costs
-from prefplan.limits import LimitError, Limits
+from prefplan.limits import Limits
 from prefplan.models.graph_files import network
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.scenario.decode import from_dict

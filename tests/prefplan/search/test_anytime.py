@@ -11,8 +11,9 @@ from judge.verdict import beyond, misjudged
 
 from prefplan import Planner, UnfinishedError, pareto_front
 from prefplan import planner as planner_module
+from prefplan.errors import LimitError
 from prefplan.heuristics.preprocessing import Options, Prepared
-from prefplan.limits import LimitError, Limits
+from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
 from prefplan.search import driver, guided
 from prefplan.search.beam import beam_search

@@ -28,7 +28,8 @@ from prefplan import (
     pareto_front,
     preferred_plan,
 )
-from prefplan.limits import LimitError, Limits, run_within_limits
+from prefplan.errors import LimitError
+from prefplan.limits import Limits, run_within_limits
 from prefplan.search.driver import BiObjectiveSearch
 from prefplan.search.guided import CheapestSearch
 
