@@ -16,14 +16,20 @@ from sim.evidence.log import ARRAYS, Log, log_of
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.executor import Execution
 from sim.execution.faults import Fault
+from sim.world.randomization import perturbed, read_perturbation
 from sim.world.scene import build_scene, initial_state
 
 
-def log_of_run(scenario: Scenario, *, seed: int | None = None, faults: Sequence[Fault] = ()) -> Log:
+def log_of_run(
+    scenario: Scenario, *, seed: int | None = None, faults: Sequence[Fault] = (), perturbation: str = ""
+) -> Log:
     """Return the log of the cheapest plan, carried out to its end."""
     assert isinstance(scenario.model, ManipulationModel)
     problem = scenario.problem()
     scene = build_scene(scenario.model, spares=sum(fault.kind == "foreign" for fault in faults))
+    if perturbation:
+        assert seed is not None
+        scene = perturbed(scene, read_perturbation(perturbation), seed=seed)
     start = initial_state(scene, seed=seed)
     run = Execution(scene, start, system=problem.system, faults=faults, seed=seed)
     loop = ClosedLoop(run, problem, cheapest_plan(problem), go_on=continue_cheaply)
@@ -43,7 +49,7 @@ def log_of_run(scenario: Scenario, *, seed: int | None = None, faults: Sequence[
         claims,
         scenario=scenario.name,
         text=scenario.text,
-        setting={"seed": seed, "faults": [str(fault) for fault in faults]},
+        setting={"seed": seed, "faults": [str(fault) for fault in faults], "perturbation": perturbation or None},
     )
 
 

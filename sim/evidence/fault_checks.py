@@ -137,7 +137,8 @@ def _objection_to_slip(event: Event, log: Log, world: RecordedWorld, dynamics: D
         return "nothing was in the hand"
     fingers = [int(world.mujoco.joint(name).qposadr[0]) for name in gripper.joints]
     width = gripper.opened(world.qpos[frame, fingers])
-    command = float(dynamics.command(event.time)[world.mujoco.actuator(gripper.actuator).id])
+    # A command is logged when the actuator gets it.
+    command = float(dynamics.command(event.time + world.scene.latency)[world.mujoco.actuator(gripper.actuator).id])
     return None if gripper.width(command) > width + SLIP_OPENING_M else "the hand was not commanded open"
 
 

@@ -45,7 +45,9 @@ def test_the_honest_log_is_confirmed_at_every_level(cup_log: Log, scenario: Scen
 @pytest.mark.parametrize("fault", ["knock:cup@1", "slip@3", "miss:1@2", "foreign:tray@1", "move:cup@1"])
 def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str) -> None:
     """With this seed the cup is moved beside the table: it falls for metres, and does not leap."""
-    log = log_of_run(scenario, seed=3, faults=[read_fault(fault, scenario.model)])  # type: ignore[arg-type]
+    late = "latency=30" if fault.startswith("slip") else ""  # the gripper opens later than it is told to
+    faults = [read_fault(fault, scenario.model)]  # type: ignore[arg-type]
+    log = log_of_run(scenario, seed=3, faults=faults, perturbation=late)
     certificate = certify(log, again=True)
     assert [check for check in certificate.motions if not check.holds] == []
     assert certificate.check("faults").words.startswith("1, as asked for") and certificate.check("events").holds
