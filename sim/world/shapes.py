@@ -57,6 +57,9 @@ and it is not so far from the tool that it would not count as held."""
 PAD_CLEARANCE_M = 0.0075
 """Least distance from an object to either pad of the open hand where there is space, m."""
 
+PARALLEL = 1e-9
+"""Least part of a direction across an axis, of 1; below, they are parallel."""
+
 ROUND_TURNS = 16
 """Number of turns of a round object about the vertical that are told apart."""
 
@@ -155,12 +158,15 @@ class ObjectShape:
         return np.asarray(rotation @ self.symmetries[int(heights.argmax())])
 
     def heading_to(self, rotation: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Return a (3, 3) rotation in which it looks the same; a round one's x axis is nearest to a direction."""
-        if not self.is_round:
-            return rotation
+        """Return a (3, 3) rotation in which it looks the same; a round one's x axis is nearest to a direction.
+
+        All are equally near to a direction along the axis of a round one, or to none.
+        """
         x = direction - (direction @ rotation[:, 2]) * rotation[:, 2]
-        x /= np.linalg.norm(x)
-        return np.column_stack([x, np.cross(rotation[:, 2], x), rotation[:, 2]])
+        length = np.linalg.norm(x)
+        if not self.is_round or length < PARALLEL:
+            return rotation
+        return np.column_stack([x / length, np.cross(rotation[:, 2], x / length), rotation[:, 2]])
 
     def standing(self, yaw: float) -> np.ndarray:
         """Return the (K, 3, 3) rotations in which it stands square to a line of a heading, rad."""
