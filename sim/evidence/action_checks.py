@@ -29,8 +29,8 @@ ELSEWHERE = ""
 ARRIVAL_S = 0.35
 """A movement ends at most this long after its action: meanwhile the next one may begin."""
 
-GRIP_WINDOW_S = 1.5
-"""A recorded grip was measured at most this long before its event."""
+GRIP_WINDOW_S = 2.5
+"""A recorded grip was measured at most this long before its event: what is heavy is lifted slowly."""
 
 GRIP_TOLERANCE_N, GRIP_TOLERANCE = 2.0, 0.3
 """Greatest difference of a recorded grip from the pads' forces, N and as a share."""

@@ -44,6 +44,8 @@ def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     spring = cup.add_joint(name="suction_cup", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], range=[-TRAVEL_M, 0.0])
     spring.stiffness[0], spring.springref, spring.damping[0], spring.armature = STIFFNESS_N_M, PRELOAD_M, 5.0, 0.0
     spring.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    # As hard as the lip: MuJoCo's usual stop gave way by 5 mm under 1 kg, so light is the cup.
+    spring.solref_limit, spring.solimp_limit[:3] = [0.004, 1], [0.95, 0.99, 0.001]
     lip = cup.add_geom(
         name="suction_cup", type=mujoco.mjtGeom.mjGEOM_BOX, size=[LIP_HALF_M, LIP_HALF_M, 0.005], pos=[0, 0, -0.005]
     )

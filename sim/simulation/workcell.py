@@ -264,12 +264,16 @@ class Workcell:
             self._tick()
 
     def bear(self, obj: str | None) -> None:
-        """Let the arm bear the weight of an object, if that is heavy, or none, until the pads lose their load."""
+        """Let the arm bear the weight of an object, if that is heavy, until the pads lose their load; or wait for none.
+
+        The weight comes over to the arm in `SHIFT_DURATION_S` from now on, while the object is lifted.
+        """
         shape = self.scene.shapes[obj] if obj is not None else None
         mass = shape.mass if shape is not None and shape.is_heavy else 0.0
         if mass != self._payload.mass:
             self._payload.shift(mass)
-            self.wait(SHIFT_DURATION_S)
+            if not mass:
+                self.wait(SHIFT_DURATION_S)
 
     def glow(self, location: str, seconds: float) -> None:
         """Let a marking location work for a while, s."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -41,6 +43,17 @@ def test_the_cup_draws_only_while_it_holds(rollout: Rollout) -> None:
 def test_its_pull_is_no_torque_of_the_arm(rollout: Rollout) -> None:
     """Where it is switched on or off the arm's torques go on smoothly."""
     assert rollout.torque_rates.max() < 0.7 * PANDA_SUCTION.torque_rate_limits.min()
+
+
+def test_a_heavy_object_is_taken_within_the_limits(arch_model: ManipulationModel) -> None:
+    """It neither pulls the cup out beyond its stop, nor does the arm that bears it come up before it is lifted."""
+    objects = tuple(replace(obj, mass=1.5) if obj.name == "pink" else obj for obj in arch_model.objects)
+    scene = build_scene(replace(arch_model, objects=objects), robot="panda_suction", meshes=False)
+    rollout = execute(scene, ["transit top", "grasp pink", "transport pink bin1"])
+    assert_good(rollout)
+    assert rollout.load_shares["torque_rates"].max() < 0.8
+    spring = int(scene.mujoco.joint("suction_cup").qposadr[0])
+    assert np.abs(rollout.qpos[-1, spring]) < 5e-4
 
 
 def test_the_cup_gives_way_and_springs_back() -> None:
