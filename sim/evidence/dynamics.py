@@ -86,8 +86,8 @@ class Dynamics:
         found: np.ndarray = self._controls[min(row, len(self._controls) - 1)]
         return found
 
-    def may_bounce(self, obj: str, k: int) -> bool:
-        """Return whether an object that falls freely from the k-th state on comes near anything before the next one.
+    def may_meet(self, obj: str, k: int) -> set[str]:
+        """Return what an object that falls freely from the k-th state on comes near before the next; "" is furniture.
 
         The robot is followed from state to state; other objects move on as they do.
         """
@@ -97,14 +97,14 @@ class Dynamics:
             model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE],
         )
         before, after = self.qpos[k], self.qpos[k + 1]
+        met: set[str] = set()
         for share in np.linspace(0, 1, FLIGHT_SAMPLES):
             qpos, seconds = before.copy(), share * span
             mujoco.mj_integratePos(model, qpos, self.qvel[k], seconds)
             qpos[place : place + 3] += model.opt.gravity * seconds**2 / 2
             qpos[joints] = (1 - share) * before[joints] + share * after[joints]
-            if any(obj in pair for pair in self._near_pairs(qpos)):
-                return True
-        return False
+            met.update(*(set(pair) - {obj} for pair in self._near_pairs(qpos) if obj in pair))
+        return met
 
     def _near_pairs(self, qpos: np.ndarray) -> list[list[str]]:
         """Return the owners of each two shapes that are near enough to touch at (nq,) positions; "" for furniture."""

@@ -110,7 +110,7 @@ def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
         still = np.all(np.stack([dynamics.frame[k : len(alone) - 3 + k] >= 0 for k in range(4)]), axis=0)
         off = np.abs(gained[1:-1]).max(axis=1) * (free & still)
         for k in np.flatnonzero(off > FALL_TOLERANCE_M_S) + 1:
-            if not dynamics.may_bounce(obj, int(k)):
+            if not dynamics.may_meet(obj, int(k)):
                 return f"nothing touches {obj} at {dynamics.times[k]:.2f} s, but it does not fall freely"
     return None
 
@@ -125,6 +125,10 @@ def _push(log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
             continue
         stored = dynamics.energy[max(since, k - ENERGY_MEMORY_STATES) : k].max()
         if dynamics.energy[k] - stored > ENERGY_TOLERANCE_J:
+            # The hand may push what it has just let go between two states.
+            if any(world.robot.name in dynamics.may_meet(obj, k - 1) for obj in dynamics.objects):
+                since = k
+                continue
             gain = 1000 * (dynamics.energy[k] - stored)
             return f"an object gains {gain:.0f} mJ by itself at {dynamics.times[k]:.2f} s: nothing pushes it"
     return None

@@ -11,6 +11,7 @@ from forged_logs import cut, log_of_run, moved, refutations, telling
 from scenario_texts import PAST_A_TOWER
 
 from prefplan.scenario.decode import loads
+from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import ARRAYS, Log
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import check_contacts
@@ -156,3 +157,15 @@ def test_a_load_that_brushes_a_bystander_on_its_way_is_refuted(monkeypatch: pyte
     silent = telling(log, events=tuple(event for event in log.about.events if event.kind != "contact"))
     assert len(silent.about.events) < len(log.about.events)
     assert refutations(silent)["contacts"].startswith("cup touches can at ")
+
+
+def test_what_flies_into_the_hand_between_two_states_meets_the_robot(arch_log: Log) -> None:
+    world = RecordedWorld(arch_log)
+    dynamics, k = Dynamics(arch_log, world), world.frame_at(1.0)
+    assert "panda" not in dynamics.may_meet("pink", k)
+    world.show(k)
+    palm = world.tool() - 0.08 * world.tool_axis()
+    joint, span = world.mujoco.joint("pink"), np.diff(dynamics.times)[k]
+    place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+    dynamics.qvel[k, dof : dof + 3] = (palm - dynamics.qpos[k, place : place + 3]) / span
+    assert "panda" in dynamics.may_meet("pink", k)
