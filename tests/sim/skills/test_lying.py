@@ -14,6 +14,7 @@ from skill_runs import assert_placed, contacts
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError
+from sim.execution.faulty_devices import MissingGrasp
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Posture, object_pose
 from sim.simulation.workcell import Workcell
@@ -61,6 +62,14 @@ def test_what_lies_is_taken_and_set_upright(kind: str, size: tuple[float, ...], 
     assert object_pose(cell.scene, cell.data, "x").tilt < np.radians(1)
     assert_placed(cell, "x", "dish")
     assert contacts(cell.events) == []
+
+
+def test_a_miss_closes_over_what_lies_higher_than_it_stands() -> None:
+    cell = lying("box", (0.06, 0.05, 0.03), 0.0)
+    pose = object_pose(cell.scene, cell.data, "x")
+    target = ToolPose.down(pose.position, 0.0)
+    missed = MissingGrasp(grasp.GraspSkill(), misses=1).closing_pose(cell, "x", target)
+    assert missed.position[2] - target.position[2] > 0.05
 
 
 @pytest.mark.parametrize(
