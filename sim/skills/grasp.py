@@ -37,7 +37,7 @@ FIRM_DURATION_S = 0.1
 
 LIFT_M, LIFT_DURATION_S = 0.005, 0.8
 """How far a heavy object is lifted first, and the least duration: meanwhile its weight goes over to the arm. If the arm
-bore it before, a suction cup came up on its spring: torque rates reached 112 % of their limit with 1.5 kg, now 61 %."""
+bore it before, a suction cup came up on its spring: torque rates reached 112 % of their limit with 1.5 kg, now 58 %."""
 
 GRIP_TIMEOUT_S = 0.6
 """How long to wait for a firm grip once the hand should have closed."""
