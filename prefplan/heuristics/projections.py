@@ -16,7 +16,7 @@ keeps the object; the other transits count nowhere.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -116,6 +116,8 @@ class _Projection:
         view: its model, and what is alike in it.
         system: its states.
         codes: (S,) int64, of its states.
+        places: of each location of the model the number here, -1 for those that are alike.
+        hands: (H,) of each of the model's poses of the hand the number here, -1 over those locations.
     """
 
     number: int
@@ -124,6 +126,8 @@ class _Projection:
     view: View
     system: TransitionSystem
     codes: np.ndarray
+    places: list[int]
+    hands: np.ndarray
 
 
 class Projected:
@@ -248,7 +252,10 @@ class Projected:
             generator = Generator.of(space, self.product.model.generator.operators)
             system = reachable(generator, first.tolist(), names=names, canonical=symmetry.canonical)
             assert isinstance(system.states, ListedStates)
-            self._known[tasks] = _Projection(len(self._known), tasks, space, seen, system, system.states.codes)
+            places, hands = self._numbers_in(space, relaxed.neutral)
+            self._known[tasks] = _Projection(
+                len(self._known), tasks, space, seen, system, system.states.codes, places, hands
+            )
         return self._known[tasks]
 
     def _least_costs(self, found: _Projection, *, loads_seen: bool) -> np.ndarray:
@@ -259,9 +266,8 @@ class Projected:
             loads_seen: whether a transit is one in the model, too; else its hand may carry an object that is left out.
         """
         over, number, poses = self._space.over, len(self._space.hands), len(found.space.hands)
-        hands = self._hands(found)
         # Poses over locations that are alike are one.
-        whole, small = np.where(hands < 0, poses, hands), np.arange(poses)
+        whole, small = np.where(found.hands < 0, poses, found.hands), np.arange(poses)
         small[[found.space.locations.index(name) for name in found.view.neutral]] = poses
         stays = over[:, None] == over[None, :]
         least = np.full((len(KINDS), poses + 1, poses + 1), NOWHERE)
@@ -319,25 +325,20 @@ class Projected:
         for pair, d in space.mark_digits.items():
             if found.view.sees_mark(*pair):
                 weights[whole.mark_digits[pair]] = -space.weights[d]
-        places = [*self._locations(found), space.held]
+        places = [*found.places, space.held]
         slots = [places[x] for x in whole.location]
-        return weights, slots, self._hands(found).tolist(), [space.locations.index(name) for name in found.view.neutral]
+        return weights, slots, found.hands.tolist(), [space.locations.index(name) for name in found.view.neutral]
 
-    def _locations(self, found: _Projection) -> list[int]:
-        """Return each location's number in a projection, -1 for those that are alike."""
-        names, alike = found.space.locations, self._view(found.tasks).neutral
-        return [-1 if name in alike else names.index(name) for name in self._space.locations]
-
-    def _hands(self, found: _Projection) -> np.ndarray:
-        """Return (H,) each pose of the hand in a projection, -1 over the locations that are alike."""
-        places, whole = self._locations(found), self._space
+    def _numbers_in(self, space: StateCodes, alike: Collection[str]) -> tuple[list[int], np.ndarray]:
+        """Return `places` and `hands` of a projection with such states, and locations that are alike."""
+        whole = self._space
+        places = [-1 if name in alike else space.locations.index(name) for name in whole.locations]
         elsewhere = len(places)
-        return np.array(
-            [
-                found.space.hands.index(hand) if x == elsewhere else places[x]
-                for hand, x in zip(whole.hands, whole.over, strict=True)
-            ]
-        )
+        hands = [
+            space.hands.index(hand) if x == elsewhere else places[x]
+            for hand, x in zip(whole.hands, whole.over, strict=True)
+        ]
+        return places, np.array(hands)
 
     def _numbers(self, found: _Projection) -> np.ndarray:
         numbers = np.zeros(found.space.bound, dtype=np.int32)
