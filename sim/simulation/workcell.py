@@ -175,9 +175,14 @@ class Workcell:
     def held(self) -> str | None:
         """Return the object between the pads that both press, short losses of contact aside, or None."""
         obj = self.contacts.handled
-        if obj is None or self.data.time - self.contacts.pressed > CONTACT_FLICKER_S:
+        if obj is None or self._lost_contact:
             return None
         return obj if self._is_between_pads(obj) else None
+
+    @property
+    def _lost_contact(self) -> bool:
+        """Whether the pads have pressed nothing for so long that they may not regain it."""
+        return bool(self.data.time - self.contacts.pressed > CONTACT_FLICKER_S)
 
     def _is_between_pads(self, obj: str) -> bool:
         """Return whether an object is where the hand could hold it; True if it is not observed now."""
@@ -263,17 +268,15 @@ class Workcell:
         while self._widths:
             self._tick()
 
-    def bear(self, obj: str | None) -> None:
-        """Let the arm bear the weight of an object, if that is heavy, until the pads lose their load; or wait for none.
+    def bear(self, obj: str) -> None:
+        """Begin to bear the weight of an object, see `Payload`, until `unload`, or until the pads lose it."""
+        self._payload.shift(self.scene.shapes[obj].mass)
 
-        The weight comes over to the arm in `SHIFT_DURATION_S` from now on, while the object is lifted.
-        """
-        shape = self.scene.shapes[obj] if obj is not None else None
-        mass = shape.mass if shape is not None and shape.is_heavy else 0.0
-        if mass != self._payload.mass:
-            self._payload.shift(mass)
-            if not mass:
-                self.wait(SHIFT_DURATION_S)
+    def unload(self) -> None:
+        """Give up the weight that the arm bears, if any, and wait until it has gone over."""
+        if self._payload.mass:
+            self._payload.shift(0.0)
+            self.wait(SHIFT_DURATION_S)
 
     def glow(self, location: str, seconds: float) -> None:
         """Let a marking location work for a while, s."""
@@ -325,7 +328,7 @@ class Workcell:
         else:
             references = self.reference[None].repeat(steps, axis=0)
         if self._payload.is_borne:
-            if self._payload.mass and data.time - self.contacts.pressed > CONTACT_FLICKER_S:
+            if self._payload.mass and self._lost_contact:
                 self._payload.shift(0.0)
             commands = commands.copy()
             commands[:, self._motors] += self._payload.offsets(data, steps)

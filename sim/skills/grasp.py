@@ -145,7 +145,7 @@ class GraspSkill(Grasp, Skill):
             except BlockedError as error:
                 blocked = error
         if forces is None or blocked is not None:
-            cell.bear(None)
+            cell.unload()
             cell.grip(grasp.opening, OPEN_DURATION_S)
             move_tool(cell, [before], within=BLEND_M)
             raise blocked or SkillError(f"the fingers closed without a firm grip on {obj}")

@@ -59,7 +59,7 @@ class ReleaseSkill(Release, Skill):
         check_held(cell, obj)
         cell.contacts.handle(obj)
         move_tool(cell, [pose], seconds=lower_duration(cell, obj), watch=lambda: _check(cell, obj, slot))
-        cell.bear(None)
+        cell.unload()
         opening, rising = (OPEN_DURATION_S, LET_GO_DURATION_S) if pose.points_down else TILTED_DURATIONS_S
         cell.set_width(width, opening)
         cell.wait(rising)

@@ -105,7 +105,7 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
     check_held(cell, obj)
     cell.contacts.handle(obj)
     move_tool(cell, [placing], seconds=lower_duration(cell, obj), watch=lambda: check_held(cell, obj))
-    cell.bear(None)
+    cell.unload()
     opening, rising = TILTED_DURATIONS_S
     cell.set_width(turn.grasp.opening, opening)
     cell.wait(rising)
