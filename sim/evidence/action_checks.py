@@ -20,7 +20,7 @@ POINTED_M = np.linspace(0, 0.12, 13)
 NEARER_M = 0.005
 """The hand is over a location if no other one is nearer by more than this."""
 
-NEAR_M = 2 * AT_LOCATION_M
+GOING_ON_M = 2 * AT_LOCATION_M
 """After a surprise the hand may go on from a location that is nearer than this."""
 
 ELSEWHERE = ""
@@ -117,7 +117,7 @@ def _distances(world: RecordedWorld, frames: Sequence[int]) -> dict[str, np.ndar
 def _near(world: RecordedWorld, time: float) -> list[str]:
     """Return the locations near which the hand is at a time, s."""
     far = _distances(world, [world.frame_at(time)])
-    return [place for place, distance in far.items() if distance[0] < NEAR_M]
+    return [place for place, distance in far.items() if distance[0] < GOING_ON_M]
 
 
 def _objection_to_end(world: RecordedWorld, action: LoggedAction, location: str) -> str | None:

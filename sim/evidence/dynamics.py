@@ -7,6 +7,7 @@ from its commands, by the law of its motors, and from its motion, by inverse dyn
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterator
 from functools import cached_property
 
 import mujoco
@@ -86,8 +87,8 @@ class Dynamics:
         found: np.ndarray = self._controls[min(row, len(self._controls) - 1)]
         return found
 
-    def may_meet(self, obj: str, k: int) -> set[str]:
-        """Return what an object that falls freely from the k-th state on comes near before the next; "" is furniture.
+    def may_meet(self, obj: str, k: int) -> Iterator[str]:
+        """Yield what an object that falls freely from the k-th state on comes near before the next; "" is furniture.
 
         The robot is followed from state to state; other objects move on as they do.
         """
@@ -97,14 +98,14 @@ class Dynamics:
             model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE],
         )
         before, after = self.qpos[k], self.qpos[k + 1]
-        met: set[str] = set()
         for share in np.linspace(0, 1, FLIGHT_SAMPLES):
             qpos, seconds = before.copy(), share * span
             mujoco.mj_integratePos(model, qpos, self.qvel[k], seconds)
             qpos[place : place + 3] += model.opt.gravity * seconds**2 / 2
             qpos[joints] = (1 - share) * before[joints] + share * after[joints]
-            met.update(*(set(pair) - {obj} for pair in self._near_pairs(qpos) if obj in pair))
-        return met
+            for one, other in self._near_pairs(qpos):
+                if one != other and obj in (one, other):
+                    yield other if one == obj else one
 
     def _near_pairs(self, qpos: np.ndarray) -> list[list[str]]:
         """Return the owners of each two shapes that are near enough to touch at (nq,) positions; "" for furniture."""

@@ -110,7 +110,7 @@ def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
         still = np.all(np.stack([dynamics.frame[k : len(alone) - 3 + k] >= 0 for k in range(4)]), axis=0)
         off = np.abs(gained[1:-1]).max(axis=1) * (free & still)
         for k in np.flatnonzero(off > FALL_TOLERANCE_M_S) + 1:
-            if not dynamics.may_meet(obj, int(k)):
+            if next(dynamics.may_meet(obj, int(k)), None) is None:
                 return f"nothing touches {obj} at {dynamics.times[k]:.2f} s, but it does not fall freely"
     return None
 
