@@ -32,7 +32,7 @@ def declare_contacts(
     spec: mujoco.MjSpec,
     objects: Sequence[str],
     *,
-    pads: Iterable[str],
+    pads: Sequence[str],
     supports: Iterable[mujoco.MjsBody],
     heavy: Collection[str] = (),
 ) -> None:
@@ -49,8 +49,8 @@ def declare_contacts(
         for geom in body.geoms:
             geom.friction[0] = 0.0
     solids = {name: [geom for geom in spec.body(name).geoms if geom.contype or geom.conaffinity] for name in objects}
-    for (name, parts), pad in product(solids.items(), list(pads)):
-        for geom in parts:
+    for name, parts in solids.items():
+        for geom, pad in product(parts, pads):
             _declare(spec, geom, spec.geom(pad), impedance=HEAVY_IMPEDANCE if name in heavy else None)
     for parts, others in combinations(solids.values(), 2):
         for geom, other in product(parts, others):

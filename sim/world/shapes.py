@@ -57,7 +57,7 @@ and it is not so far from the tool that it would not count as held."""
 PAD_CLEARANCE_M = 0.0075
 """Least distance from an object to either pad of the open hand where there is space, m."""
 
-PARALLEL = 1e-9
+LEAST_ACROSS = 1e-9
 """Least part of a direction across an axis, of 1; below, they are parallel."""
 
 ROUND_TURNS = 16
@@ -164,7 +164,7 @@ class ObjectShape:
         """
         x = direction - (direction @ rotation[:, 2]) * rotation[:, 2]
         length = np.linalg.norm(x)
-        if not self.is_round or length < PARALLEL:
+        if not self.is_round or length < LEAST_ACROSS:
             return rotation
         return np.column_stack([x / length, np.cross(rotation[:, 2], x / length), rotation[:, 2]])
 
