@@ -20,6 +20,10 @@ TORQUE_RATE_HEADROOM = 0.42
 """Share of the limits of torque rates that a reference may use by the arm's inertia alone, its jerks averaged over a
 control period; those of the simulated torques are 1.5 to 2.2 times as large."""
 
+JUMP_RATE_PER_S = 280.0
+"""A torque that jumps in a step of the simulation changes by so many times its jump a second, behind the low-pass
+filter of commanded torques (`sim.simulation.recorder`)."""
+
 PLANNED_JERK_HEADROOM = 0.02
 """The same for planned paths, on which joints that carry the stretched arm move together: 0.1 led to 173 % of the limit
 of torque rates."""
@@ -68,7 +72,10 @@ def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, second
     curve, duration = CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
     slower = max(1.0, seconds / duration)
     references = _sampled(curve, duration, slower)
-    excess = _excess(limits, _from_rest(references - points[0]))
+    excess = max(
+        _excess(limits, _from_rest(references - points[0])),
+        _jolt(limits, curve([0.0, duration], 2)) / slower,
+    )
     return references if excess <= 1 else _sampled(curve, duration, slower * (SLOWING_MARGIN * excess))
 
 
@@ -151,6 +158,15 @@ def _sampled(curve: CubicSpline, duration: float, slower: float) -> np.ndarray:
 def _from_rest(offsets: np.ndarray) -> np.ndarray:
     """Return (3 + N, n) offsets from where joints rest before they move, rad."""
     return np.vstack([np.zeros((3, offsets.shape[1])), offsets])
+
+
+def _jolt(limits: MotionLimits, accelerations: np.ndarray) -> float:
+    """Return how many times too fast joints are that begin and end with (2, n) accelerations, rad/s^2.
+
+    An arm that is almost stretched lags behind the tool's path, and catches up at its very end.
+    """
+    jumps = JUMP_RATE_PER_S * np.abs(accelerations @ limits.inertias).max(axis=(0, 1))
+    return float(np.sqrt((jumps / limits.robot.torque_rate_limits).max() / TORQUE_RATE_HEADROOM))
 
 
 def _excess(limits: MotionLimits, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:

@@ -8,6 +8,7 @@ from sim.motion.kinematics import Arm
 from sim.motion.timing import begun_late, braking_time, summed, timed
 from sim.motion.trajectory import CONTROL_PERIOD_S, smooth_step
 from sim.robots.panda import PANDA
+from sim.simulation.recorder import TORQUE_CUTOFF_HZ
 
 STEPS = 5
 """Steps of a simulation in a control period."""
@@ -56,6 +57,17 @@ def test_a_movement_that_begins_abruptly_is_slowed_as_one_that_ends_so() -> None
     knots = np.arange(len(points)) * CONTROL_PERIOD_S
     begun, ended = (len(timed(LIMITS, knots, path)) for path in (points, points[::-1]))
     assert begun == ended > 1.2 * len(points)
+
+
+def test_no_torque_jumps_where_a_stretched_arm_catches_up_at_the_end() -> None:
+    u = np.linspace(0.0, 1.0, 25)
+    knots, points = 0.72 * u, STRETCHED + 0.3 * np.outer(u**3 * (4 - 3 * u), np.eye(7)[1])
+    limits = Arm(PANDA).limits(points[0], points[-1])
+    curve = through(np.vstack([points[0], timed(limits, knots, points)]), STEPS)
+    speeding = np.diff(curve.velocities, axis=0)[-2] / STEP_S
+    filtered = 1 / (STEP_S + 1 / (2 * np.pi * TORQUE_CUTOFF_HZ))
+    rates = np.abs(limits.inertias @ speeding).max(axis=0) * filtered / PANDA.torque_rate_limits
+    assert 0.1 < rates.max() < 0.45
 
 
 def test_a_stretched_arm_is_turned_more_gently() -> None:
