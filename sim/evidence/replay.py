@@ -6,7 +6,6 @@ height, and an object is held if both pads touch and press it.
 
 from __future__ import annotations
 
-import copy
 import functools
 import itertools
 from bisect import bisect_left
@@ -23,7 +22,7 @@ from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
 from sim.evidence.log import About, Log
 from sim.external.bundle import in_folder, unpacked
-from sim.geometry.mjcf import solid_geoms
+from sim.geometry.mjcf import first_met, is_solid, opaque, solid_geoms
 from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
@@ -205,20 +204,16 @@ class RecordedWorld:
 
     def _surface(self, location: str) -> list[int]:
         """Return the shapes on which an object rests at a location: what stands there, else what is below its slots."""
-        model = self.mujoco
-        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        own = np.flatnonzero(collides & (model.geom_bodyid == model.body(f"{location}_base").id)).tolist()
+        own = solid_geoms(self.mujoco, f"{location}_base").tolist()
         return own or sorted({self._below(slot.position) for slot in self.scene.slots[location]} - {-1})
 
     def _below(self, point: np.ndarray) -> int:
         """Return the fixed shape below a (3,) point, m, or -1."""
-        model, hit = copy.copy(self.mujoco), np.array([-1], dtype=np.int32)
-        fixed = model.body_weldid[model.geom_bodyid] == 0
-        model.geom_group[:] = np.where(fixed & ((model.geom_contype | model.geom_conaffinity) != 0), 0, 1)
+        model = self.mujoco
+        fixed = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
         mujoco.mj_kinematics(model, self._data)
         start, down = point + [0.0, 0.0, CONTACT_DISTANCE_M], np.array([0.0, 0.0, -1.0])
-        mujoco.mj_ray(model, self._data, start, down, np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8), 1, -1, hit)
-        return int(hit[0])
+        return first_met(fixed, self._data, start, down)[0]
 
     def _touch(self, geoms: Iterable[int], others: Iterable[int]) -> bool:
         return any(

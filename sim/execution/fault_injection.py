@@ -9,13 +9,12 @@ import numpy as np
 
 from sim.execution.faults import Fault
 from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, slipping
-from sim.geometry.mjcf import solid_geoms
+from sim.geometry.mjcf import solid_geoms, yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import footprint
 from sim.perception.sensors import object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
 from sim.skills.skill import Skill
-from sim.world.furniture import yaw_quat
 from sim.world.places import Slot
 
 STREAM = 2

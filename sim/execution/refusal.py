@@ -13,6 +13,7 @@ import numpy as np
 from sim.errors import BlockedError, SimulationError
 from sim.execution.arrangement import positions, staged, under
 from sim.execution.rehearsal import Rehearsal
+from sim.geometry.mjcf import first_met, is_solid, opaque
 from sim.motion.joint_limits import missing_turns
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.grasp_choice import ranked
@@ -41,11 +42,8 @@ class Remedies:
         """Take the scene, and a cell in which to try things out."""
         self._scene, self._cell = scene, cell
         self._last: dict[tuple[str, str], int] = {}
-        # Rays pass through what is transparent: all but what collides and never moves.
-        self._fixtures = model = copy.copy(scene.mujoco)
-        solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        model.geom_matid[:] = -1
-        model.geom_rgba[:, 3] = solid & (model.body_weldid[model.geom_bodyid] == 0)
+        model = scene.mujoco
+        self._fixtures = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
 
     def reason(self, refused: Rehearsal, error: SimulationError) -> str:
         """Return why a rehearsal fails that takes an object where it is."""
@@ -103,9 +101,8 @@ class Remedies:
         self._arrange(refused)
         pose = self._cell.observe(refused.obj)
         top = pose.position + [0.0, 0.0, self._scene.shapes[refused.obj].half[2] + ROOF_START_M]
-        geom, up = np.array([[-1]], dtype=np.int32), np.array([[0.0], [0.0], [1.0]])
-        mujoco.mj_ray(self._fixtures, self._cell.data, top.reshape(3, 1), up, None, True, -1, geom)
-        return int(geom[0, 0]) if geom[0, 0] >= 0 else None
+        geom, _ = first_met(self._fixtures, self._cell.data, top, np.array([0.0, 0.0, 1.0]))
+        return geom if geom >= 0 else None
 
     def _raised(self, refused: Rehearsal, roof: int, centimetres: int) -> bool:
         """Return whether it would work if what is above it were so much higher, with what lies on it."""

@@ -169,17 +169,14 @@ def _inertia(scene: UserScene, body: str) -> tuple[float, np.ndarray, np.ndarray
 
     Both in the frame of the body; the inertia about the centre.
     """
-    model, data = scene.mujoco, scene.data
-    parts = np.flatnonzero(model.body_rootid == model.body(body).id)
-    masses, axes = model.body_mass[parts], data.ximat[parts].reshape(-1, 3, 3)
-    centre = masses @ data.xipos[parts] / masses.sum()
-    away = data.xipos[parts] - centre
-    squares = (away**2).sum(axis=1)[:, None, None] * np.eye(3) - away[:, :, None] * away[:, None, :]
-    total = (
-        axes * model.body_inertia[parts][:, None, :] @ axes.transpose(0, 2, 1) + masses[:, None, None] * squares
-    ).sum(axis=0)
-    turn = data.body(body).xmat.reshape(3, 3)
-    return float(masses.sum()), turn.T @ (centre - data.body(body).xpos), turn.T @ total @ turn
+    data, number = mujoco.MjData(scene.mujoco), scene.mujoco.body(body).id
+    mujoco.mj_kinematics(scene.mujoco, data)
+    mujoco.mj_comPos(scene.mujoco, data)
+    mujoco.mj_crb(scene.mujoco, data)
+    # The composite inertia about the centre: three moments, three products, three zeros and the mass.
+    xx, yy, zz, xy, xz, yz, *_, mass = data.crb[number]
+    total, turn = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), data.xmat[number].reshape(3, 3)
+    return float(mass), turn.T @ (data.subtree_com[number] - data.xpos[number]), turn.T @ total @ turn
 
 
 def _rename(body: mujoco.MjsBody, name: str) -> dict[str, str]:

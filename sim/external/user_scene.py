@@ -13,14 +13,12 @@ from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
+from sim.geometry.mjcf import box_corners, first_met, is_solid, opaque
 
 SEARCH_DEPTH_M = 0.02
 """A location lies on the surface that is at most so far below or above it, m."""
 
 FREE = mujoco.mjtJoint.mjJNT_FREE
-
-CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
-"""Corners of a box about the origin, in halves of its sides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,15 +52,11 @@ class UserScene:
 
     def surface_below(self, point: np.ndarray) -> float | None:
         """Return the height of the fixed surface just below or above a (3,) point, m, or None."""
-        model, hit = self.mujoco, np.array([-1], dtype=np.int32)
+        model = self.mujoco
         movable = np.isin(model.body_rootid, [model.body(name).id for name in self.free_bodies()])
-        solid = ((model.geom_contype != 0) | (model.geom_conaffinity != 0)) & ~movable[model.geom_bodyid]
-        groups = model.geom_group.copy()
-        model.geom_group[:] = np.where(solid, 0, 1)
+        fixed = opaque(model, is_solid(model) & ~movable[model.geom_bodyid])
         start = point + [0.0, 0.0, SEARCH_DEPTH_M]
-        only = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
-        depth = mujoco.mj_ray(model, self.data, start, np.array([0.0, 0.0, -1.0]), only, 1, -1, hit)
-        model.geom_group[:] = groups
+        _, depth = first_met(fixed, self.data, start, np.array([0.0, 0.0, -1.0]))
         return float(start[2] - depth) if 0 <= depth <= 2 * SEARCH_DEPTH_M else None
 
 
@@ -184,15 +178,11 @@ def _check_each_once(objects: Iterable[Object]) -> None:
 def solids(scene: UserScene, body: str) -> np.ndarray:
     """Return the indices of the colliding geoms of a free body and of the bodies in it."""
     model = scene.mujoco
-    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    return np.flatnonzero(solid & (model.body_rootid[model.geom_bodyid] == model.body(body).id))
+    return np.flatnonzero(is_solid(model) & (model.body_rootid[model.geom_bodyid] == model.body(body).id))
 
 
 def bounds(scene: UserScene, body: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the (3,) ends of the box round the colliding shapes of a body, in its frame, m."""
-    model, data, points = scene.mujoco, scene.data, []
-    turn, at = data.body(body).xmat.reshape(3, 3), data.body(body).xpos
-    for geom in solids(scene, body):
-        corners = model.geom_aabb[geom, :3] + CORNERS * model.geom_aabb[geom, 3:]
-        points.append((corners @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom] - at) @ turn)
-    return np.min(np.concatenate(points), axis=0), np.max(np.concatenate(points), axis=0)
+    frame, corners = scene.data.body(body), box_corners(scene.data, solids(scene, body))
+    points = (corners - frame.xpos) @ frame.xmat.reshape(3, 3)
+    return points.min(axis=(0, 1)), points.max(axis=(0, 1))

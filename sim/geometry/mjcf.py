@@ -1,6 +1,8 @@
-"""Geoms of a scene: which are drawn and which only collide, and meshes that are drawn."""
+"""Geoms of a scene: which are drawn and which only collide, where they are, and what a ray meets of them."""
 
 from __future__ import annotations
+
+import copy
 
 import mujoco
 import numpy as np
@@ -9,11 +11,48 @@ import trimesh
 VISIBLE, HIDDEN = 2, 3
 """Geom groups: what is drawn, and what only collides."""
 
+CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
+"""Corners of a box about the origin, in halves of its sides."""
+
+
+def yaw_quat(yaw: float) -> np.ndarray:
+    """Return the (4,) quaternion of a turn about z, rad."""
+    return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
+
+
+def is_solid(model: mujoco.MjModel) -> np.ndarray:
+    """Return (ngeom,) bool: which geoms collide."""
+    return np.asarray((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+
 
 def solid_geoms(model: mujoco.MjModel, body: str) -> np.ndarray:
     """Return the indices of a body's geoms that collide."""
-    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    return np.flatnonzero(solid & (model.geom_bodyid == model.body(body).id))
+    return np.flatnonzero(is_solid(model) & (model.geom_bodyid == model.body(body).id))
+
+
+def box_corners(data: mujoco.MjData, geoms: np.ndarray) -> np.ndarray:
+    """Return (G, 8, 3) corners of the boxes round G geoms, m."""
+    boxes = data.model.geom_aabb[geoms, None, :3] + CORNERS * data.model.geom_aabb[geoms, None, 3:]
+    return boxes @ data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1) + data.geom_xpos[geoms, None]
+
+
+def opaque(model: mujoco.MjModel, geoms: np.ndarray) -> mujoco.MjModel:
+    """Return a copy of a model in which rays meet some of its geoms alone, (ngeom,) bool, and pass through the rest."""
+    copied = copy.copy(model)
+    copied.geom_matid[:], copied.geom_rgba[:, 3] = -1, geoms
+    return copied
+
+
+def first_met(
+    model: mujoco.MjModel, data: mujoco.MjData, start: np.ndarray, direction: np.ndarray
+) -> tuple[int, float]:
+    """Return the first geom that a ray meets from a (3,) point, m, and how far from there, in lengths of the direction.
+
+    Both are -1 where it meets none.
+    """
+    geom = np.array([-1], dtype=np.int32)
+    distance = mujoco.mj_ray(model, data, start, direction, None, True, -1, geom)
+    return int(geom[0]), float(distance)
 
 
 def add_solid(spec: mujoco.MjSpec, name: str, solid: trimesh.Trimesh) -> None:

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from sim.errors import RenderingError
+from sim.geometry.mjcf import CORNERS, box_corners, first_met, is_solid, opaque
 from sim.rendering.labels import Box, place_labels
-from sim.rendering.sight import visible
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
 from sim.world.fixtures import body_name
 from sim.world.places import AT_RADIUS_M, Slot
@@ -42,9 +42,6 @@ NEAREST_M = 1e-3
 
 REST_S, REST_DISTANCE_M = 0.5, 0.001
 """An object that moves by less in such a time is at rest."""
-
-CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
-"""Corners of a box about the origin, in halves of its sides."""
 
 
 class Camera:
@@ -115,9 +112,8 @@ class Camera:
         best, most = usual, 0
         for turn in HEADINGS_DEG:
             view.azimuth, view.elevation = usual + turn, ELEVATION_DEG
-            seen = visible(self._scene, self._eye(axes_of(view), self._points), corners.reshape(-1, 3)).reshape(
-                corners.shape[:2]
-            )
+            seen = _visible(self._scene, self._eye(axes_of(view), self._points), corners.reshape(-1, 3))
+            seen = seen.reshape(corners.shape[:2])
             if (slots := int((seen.sum(axis=1) >= SEEN_CORNERS).sum())) > most:
                 best, most = usual + turn, slots
         return best
@@ -171,14 +167,28 @@ def work_points(scene: Scene) -> np.ndarray:
     model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
     mujoco.mj_kinematics(model, data)
     bases = [model.body(f"{place.name}_base").id for place in scene.model.locations if place.at is not None]
-    bases += [model.body(body_name(fixture.name)).id for fixture in scene.model.fixtures]
-    parts.append(_boxes(data, np.flatnonzero(np.isin(model.geom_bodyid, bases))))
+    stations = np.isin(model.geom_bodyid, bases)
+    parts.append(box_corners(data, np.flatnonzero(stations | _of_fixtures(scene))))
     return np.concatenate([part.reshape(-1, 3) for part in parts])
+
+
+def _of_fixtures(scene: Scene) -> np.ndarray:
+    """Return (ngeom,) bool: which geoms are the fixtures'."""
+    bodies = [scene.mujoco.body(body_name(fixture.name)).id for fixture in scene.model.fixtures]
+    return np.isin(scene.mujoco.geom_bodyid, bodies)
+
+
+def _visible(scene: Scene, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return (N,) bool: which of (N, 3) points, m, no fixture hides from a (3,) eye, m."""
+    fixtures, data = opaque(scene.mujoco, is_solid(scene.mujoco) & _of_fixtures(scene)), mujoco.MjData(scene.mujoco)
+    mujoco.mj_kinematics(fixtures, data)
+    met = [first_met(fixtures, data, eye, point - eye)[1] for point in points]
+    return np.array([not 0 <= distance < 1 for distance in met])
 
 
 def home_points(scene: Scene) -> np.ndarray:
     """Return (N, 3) points about the hand at home, m."""
-    return _boxes(*_hand_at_home(scene)).reshape(-1, 3)
+    return box_corners(*_hand_at_home(scene)).reshape(-1, 3)
 
 
 def object_corners(scene: Scene) -> np.ndarray:
@@ -249,7 +259,7 @@ def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
 def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return the (3,) ends of the hand and its open fingers in the tool's frame, m."""
     data, geoms = _hand_at_home(scene)
-    points = _boxes(data, geoms).reshape(-1, 3)
+    points = box_corners(data, geoms).reshape(-1, 3)
     tool = data.site(scene.robot.tool)
     local = (points - tool.xpos) @ tool.xmat.reshape(3, 3)
     return local.min(axis=0), local.max(axis=0)
@@ -263,12 +273,6 @@ def _hand_at_home(scene: Scene) -> tuple[mujoco.MjData, np.ndarray]:
     mujoco.mj_kinematics(model, data)
     hand = int(model.site(robot.tool).bodyid[0])
     return data, np.flatnonzero((model.geom_bodyid == hand) | (model.body_parentid[model.geom_bodyid] == hand))
-
-
-def _boxes(data: mujoco.MjData, geoms: np.ndarray) -> np.ndarray:
-    """Return (G, 8, 3) corners of the boxes round G geoms, m."""
-    boxes = data.model.geom_aabb[geoms, None, :3] + CORNERS * data.model.geom_aabb[geoms, None, 3:]
-    return boxes @ data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1) + data.geom_xpos[geoms, None]
 
 
 def _slots(scene: Scene) -> list[Slot]:

@@ -42,8 +42,7 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
         spec.delete(element)
     root = _root(spec.joint(joints[0]).parent, spec)
     whole = mujoco.MjSpec()
-    for option in (name for name in dir(whole.option) if not name.startswith("_")):
-        setattr(spec.option, option, getattr(whole.option, option))  # the scene has its own
+    spec.option = whole.option  # the scene has its own
     for size in ("memory", "njmax", "nconmax"):
         setattr(spec, size, getattr(whole, size))
     whole.worldbody.add_frame().attach_body(root, PREFIX, "")
@@ -75,12 +74,7 @@ def _check_row(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
 
 def _joints_below(body: mujoco.MjsBody) -> list[mujoco.MjsJoint]:
     """Return the joints of all bodies that a body carries, without its own."""
-    found = []
-    child = body.first_body()
-    while child is not None:
-        found += [*child.joints, *_joints_below(child)]
-        child = body.next_body(child)
-    return found
+    return [joint for child in body.bodies for joint in child.find_all("joint")]
 
 
 def _root(body: mujoco.MjsBody, spec: mujoco.MjSpec) -> mujoco.MjsBody:

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from sim.errors import RobotError
+from sim.geometry.mjcf import box_corners
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, Gripper, Linkage, SuctionGripper
 
 STEPS = 25
@@ -43,8 +44,6 @@ USUAL_PALM_M = 0.05
 
 RIGID_PRESS_M = 0.0003
 """How far the hand goes on after the lip of a cup without a spring has met an object: a millimetre throws it off."""
-
-CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
 
 @dataclass(frozen=True)
@@ -192,7 +191,7 @@ def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
 
 def _width(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, ...], tool: str) -> float:
     """Return the width between the pads, by the boxes round them in the tool's frame, m."""
-    left, right = (_box(model, data, model.geom(name).id, tool)[:, 1] for name in pads)
+    left, right = (_box(data, model.geom(name).id, tool)[:, 1] for name in pads)
     return float(left.min() - right.max())
 
 
@@ -239,7 +238,7 @@ def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gri
     solid = [int(geom) for geom in np.flatnonzero(model.geom_contype)]
     depth, finger, palm = 0.0, [], []
     for data in states:
-        boxes = {geom: _box(model, data, geom, tool) for geom in solid}
+        boxes = {geom: _box(data, geom, tool) for geom in solid}
         own = np.concatenate([boxes[geom] for geom in solid if int(model.geom_bodyid[geom]) in fingers])
         inner = min(float(np.abs(boxes[pad][:, 1]).min()) for pad in pads)
         depth = max(depth, float(np.abs(own[:, 1]).max()) - inner)
@@ -256,8 +255,7 @@ def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gri
     }
 
 
-def _box(model: mujoco.MjModel, data: mujoco.MjData, geom: int, tool: str) -> np.ndarray:
+def _box(data: mujoco.MjData, geom: int, tool: str) -> np.ndarray:
     """Return the (8, 3) corners of the box round a geom in the tool's frame, m."""
-    centre, half = np.split(model.geom_aabb[geom], 2)
-    points = (centre + CORNERS * half) @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-    return np.asarray((points - data.site(tool).xpos) @ data.site(tool).xmat.reshape(3, 3))
+    corners = box_corners(data, np.array([geom]))[0]
+    return np.asarray((corners - data.site(tool).xpos) @ data.site(tool).xmat.reshape(3, 3))

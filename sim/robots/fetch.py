@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 
 from sim.errors import RobotError
-from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
+from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid, yaw_quat
 from sim.geometry.solids import smoothed
 from sim.robots.adapted import DAMPING_TIME_S, STIFFNESS_PER_TORQUE, WHOLE_TURN_RAD, add_servo
 from sim.robots.gripper import Gripper
@@ -137,7 +137,7 @@ def _fix_base(spec: mujoco.MjSpec) -> None:
     """Stand the base on the floor, raise the torso and let nothing but the arm and the fingers move."""
     spec.body(f"{PREFIX}base_link").pos = [-SHOULDER_M, 0.0, -TABLE_HEIGHT_M]
     spec.body(f"{PREFIX}torso_lift_link").pos[2] += TORSO_LIFT_M
-    spec.body(f"{PREFIX}head_pan_link").quat = [np.cos(HEAD_PAN_RAD / 2), 0, 0, np.sin(HEAD_PAN_RAD / 2)]
+    spec.body(f"{PREFIX}head_pan_link").quat = yaw_quat(HEAD_PAN_RAD)
     for joint in list(spec.joints):
         if joint.name not in (*FETCH.joints, *FETCH.gripper.joints):
             spec.delete(joint)

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from sim.errors import RobotError
+from sim.geometry.mjcf import yaw_quat
 from sim.robots.gripper import Gripper
 
 LINK_BITS = [1 << bit for bit in range(2, 31)]
@@ -127,8 +128,7 @@ class Robot:
             joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
             joint.actfrcrange = [-limit, limit]
         if self.yaw or self.position.any():
-            turn = [np.cos(self.yaw / 2), 0.0, 0.0, np.sin(self.yaw / 2)]
-            spec.body(self.base).set_frame(spec.worldbody.add_frame(pos=self.position, quat=turn))
+            spec.body(self.base).set_frame(spec.worldbody.add_frame(pos=self.position, quat=yaw_quat(self.yaw)))
         return spec
 
     def polar(self, position: np.ndarray) -> tuple[float, float]:

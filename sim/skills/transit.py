@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Transit
 from sim.errors import BlockedError, SimulationError
+from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_grasp
@@ -58,14 +58,11 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
 
     The first body below the hand tells: objects lie on the floor, or on what is between.
     """
-    model, geom = cell.scene.mujoco, np.array([-1], dtype=np.int32)
-    below = pose.position - [0.0, 0.0, cell.scene.robot.gripper.fingertip_m]
-    start, down = below.reshape(3, 1), np.array([[0.0], [0.0], [-1.0]])
-    distance = mujoco.mj_ray(model, cell.data, start, down, None, 1, -1, geom)
-    body = int(model.geom_bodyid[geom[0]])
-    if distance >= 0 and below[2] - distance > floor + ROOF_HEIGHT_M and not model.body_weldid[body]:
-        name = str(model.body(body).name)
-        raise BlockedError.on_the_way({name})
+    model, below = cell.scene.mujoco, pose.position - [0.0, 0.0, cell.scene.robot.gripper.fingertip_m]
+    geom, distance = first_met(model, cell.data, below, np.array([0.0, 0.0, -1.0]))
+    body = int(model.geom_bodyid[geom])
+    if geom >= 0 and below[2] - distance > floor + ROOF_HEIGHT_M and not model.body_weldid[body]:
+        raise BlockedError.on_the_way({str(model.body(body).name)})
 
 
 def _tilted_grasp(cell: Workcell, location: str) -> tuple[ToolPose, ToolPose] | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from prefplan.models.manipulation.surroundings import Fixture
 from sim.errors import SimulationError
-from sim.geometry.mjcf import HIDDEN, draw_solid
+from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
 from sim.geometry.rectangle import Rectangle, contains, overlap
 from sim.geometry.solids import rounded
 
@@ -134,7 +134,7 @@ def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:
     for i, block in enumerate(blocks_of([fixture])):
         half = np.array([*block.outline.half, (block.high - block.low) / 2])
         middle = np.array([*block.outline.centre, (block.high + block.low) / 2])
-        turn = [np.cos(block.outline.yaw / 2), 0.0, 0.0, np.sin(block.outline.yaw / 2)]
+        turn = yaw_quat(block.outline.yaw)
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=middle, quat=turn, group=HIDDEN)
         edge = min(EDGE_M, float(half.min()) / 2)
         solid = rounded(half, corner=edge, edge=edge)

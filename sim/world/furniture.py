@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from sim.geometry.mjcf import HIDDEN, draw_solid
+from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import dish, rounded, tray
 from sim.robots.robot import Robot
@@ -55,11 +55,6 @@ EDGE_M = 0.003
 
 BOX = mujoco.mjtGeom.mjGEOM_BOX
 CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
-
-
-def yaw_quat(yaw: float) -> np.ndarray:
-    """Return the (4,) quaternion of a turn about z, rad."""
-    return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
 
 
 def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Robot) -> Rectangle:

@@ -13,11 +13,11 @@ from sim.errors import SimulationError
 from sim.external.attachment import add_user_scene
 from sim.external.meshes import MeshParts, mesh_of
 from sim.external.user_scene import UserScene
-from sim.geometry.mjcf import HIDDEN, draw_solid
+from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
 from sim.geometry.solids import rounded
 from sim.robots.robot import Robot
 from sim.world.contacts import TABLE_FRICTION
-from sim.world.furniture import BOX, CYLINDER, EDGE_M, yaw_quat
+from sim.world.furniture import BOX, CYLINDER, EDGE_M
 from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, Rgba
 from sim.world.places import Slot, unused_names
 from sim.world.shapes import ObjectShape, shape_of

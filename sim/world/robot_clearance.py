@@ -11,12 +11,13 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError, collecting
+from sim.geometry.mjcf import yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.world.clearance import covered
 from sim.world.fixtures import Block, add_fixture, blocks_of, body_name
-from sim.world.furniture import add_station, yaw_quat
+from sim.world.furniture import add_station
 from sim.world.materials import add_studio
 from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, Slot, Station
 from sim.world.shapes import PAD_CLEARANCE_M, Extent

@@ -13,12 +13,13 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
 from sim.external.user_scene import UserScene, read_scene, resolved
+from sim.geometry.mjcf import yaw_quat
 from sim.geometry.rectangle import Rectangle
 from sim.robots.catalogue import placed, robot_for
 from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
 from sim.world.fixtures import add_fixture, blocks_of, body_name
-from sim.world.furniture import add_pedestal, add_station, add_table, markings_of, table_for, yaw_quat
+from sim.world.furniture import add_pedestal, add_station, add_table, markings_of, table_for
 from sim.world.layout import arrange
 from sim.world.materials import add_studio
 from sim.world.objects import add_objects, add_spares, start_slots, stored_at

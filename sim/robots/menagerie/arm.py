@@ -15,9 +15,6 @@ from sim.robots.gripper import Gripper
 from sim.robots.menagerie.download import ALTERNATIVE, fetch, hindrance
 from sim.robots.robot import Robot, check_parts
 
-Triple = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-
 HAND = "hand_"
 """Prefix of the names of a hand that is mounted."""
 
@@ -37,13 +34,34 @@ class Mounted:
     description: str
     root: str
     flange: str
-    pos: Triple
-    quat: Quaternion
+    pos: tuple[float, float, float]
+    quat: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class MenagerieHand:
+    """Constants of a hand; names are those of the MJCF, a mounted hand's with `HAND` before them.
+
+    Attributes:
+        tool: body in whose frame the tool is, z out of the hand, y along the line on which the fingers close.
+        tool_m: how far along its z, m.
+        actuator: of the fingers.
+        opening_m: greatest width.
+        force_n: of each pad.
+        mounted: on the arm; None for the arm's own.
+    """
+
+    tool: str
+    tool_m: float
+    actuator: str
+    opening_m: float
+    force_n: float
+    mounted: Mounted | None = None
 
 
 @dataclass(frozen=True)
 class MenagerieArm:
-    """Constants of an arm and its hand; names are those of the MJCF, a mounted hand's with `HAND` before them.
+    """Constants of an arm and its hand; names are those of the MJCF.
 
     Attributes:
         name: of the robot here.
@@ -54,14 +72,9 @@ class MenagerieArm:
         velocity: (n,) limits, rad/s.
         torque: (n,) limits, N m.
         home: (n,) rad.
-        tool: body in whose frame the tool is, z out of the hand, y along the line on which the fingers close.
-        tool_m: how far along its z, m.
-        actuator: of the hand.
-        opening_m: greatest width.
-        force_n: of each pad.
+        hand: at its end.
         payload_kg: greatest mass that it may carry.
         nearest_m: least distance of the tool from the axis of the base.
-        hand: that is mounted; None for one with a hand of its own.
     """
 
     name: str
@@ -72,14 +85,9 @@ class MenagerieArm:
     velocity: tuple[float, ...]
     torque: tuple[float, ...]
     home: tuple[float, ...]
-    tool: str
-    tool_m: float
-    actuator: str
-    opening_m: float
-    force_n: float
+    hand: MenagerieHand
     payload_kg: float
     nearest_m: float
-    hand: Mounted | None = None
 
 
 UNKNOWN = Gripper("", (), ("", ""), 0, 0, 0, 0, 0, 0, 0, 0)
@@ -126,23 +134,23 @@ def _prepared(arm: MenagerieArm) -> tuple[mujoco.MjSpec, Gripper]:
     Raises:
         RobotError: it cannot be fetched, or is not the robot that is expected.
     """
-    path = fetch(arm.description, arm.name)
+    path, hand = fetch(arm.description, arm.name), arm.hand
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         check_parts(spec, body=(arm.base,), joint=arm.joints)
         spec.body(arm.base).pos = [0, 0, 0]
-        if arm.hand is not None:
-            _mount(spec, arm.hand, arm.name)
-        check_parts(spec, body=(arm.tool,), actuator=(arm.actuator,))
-        spec.body(arm.tool).add_site(name=TOOL, pos=[0, 0, arm.tool_m])
+        if hand.mounted is not None:
+            _mount(spec, hand.mounted, arm.name)
+        check_parts(spec, body=(hand.tool,), actuator=(hand.actuator,))
+        spec.body(hand.tool).add_site(name=TOOL, pos=[0, 0, hand.tool_m])
         whole = adapted(spec, arm.joints, np.array(arm.torque))
         gripper = derived_gripper(
             whole,
             {PREFIX + joint: value for joint, value in zip(arm.joints, arm.home, strict=True)},
             tool=PREFIX + TOOL,
-            actuator=PREFIX + arm.actuator,
-            opening_m=arm.opening_m,
-            force_n=arm.force_n,
+            actuator=PREFIX + hand.actuator,
+            opening_m=hand.opening_m,
+            force_n=hand.force_n,
         )
     except (ValueError, RobotError) as error:
         raise RobotError(f"{path}: the robot `{arm.name}` is not as expected: {error}; {ALTERNATIVE}") from None
@@ -154,7 +162,6 @@ def _mount(spec: mujoco.MjSpec, hand: Mounted, robot: str) -> None:
     source = mujoco.MjSpec.from_file(str(fetch(hand.description, robot)))
     check_parts(source, body=(hand.root,))
     check_parts(spec, body=(hand.flange,))
-    for option in (name for name in dir(spec.option) if not name.startswith("_")):
-        setattr(source.option, option, getattr(spec.option, option))
+    source.option = spec.option
     frame = spec.body(hand.flange).add_frame(pos=hand.pos, quat=hand.quat)
     frame.attach_body(source.body(hand.root), HAND, "")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.robots.menagerie import robotiq_2f85
 from sim.robots.menagerie.arm import MenagerieArm, menagerie_robot
+from sim.robots.menagerie.robotiq_2f85 import robotiq_2f85
 
 GEN3 = menagerie_robot(
     MenagerieArm(
@@ -19,14 +19,9 @@ GEN3 = menagerie_robot(
         # Menagerie's force limits: the actuators' peaks.
         torque=(105.0,) * 4 + (52.0,) * 3,
         home=(0.0, 0.26, np.pi, -2.27, 0.0, 0.96 - np.pi / 2, np.pi / 2),
-        tool=robotiq_2f85.TOOL,
-        tool_m=robotiq_2f85.TOOL_M,
-        actuator=robotiq_2f85.ACTUATOR,
-        opening_m=robotiq_2f85.OPENING_M,
-        force_n=robotiq_2f85.FORCE_N,
+        hand=robotiq_2f85("bracelet_link", (0.0, 0.0, -0.061525), (0.0, 1.0, 0.0, 0.0)),
         # Kinova's user guide: in the middle of its range.
         payload_kg=4.0,
         nearest_m=0.25,
-        hand=robotiq_2f85.on("bracelet_link", (0.0, 0.0, -0.061525), (0.0, 1.0, 0.0, 0.0)),
     )
 )

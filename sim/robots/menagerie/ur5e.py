@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.robots.menagerie import robotiq_2f85
 from sim.robots.menagerie.arm import MenagerieArm, menagerie_robot
+from sim.robots.menagerie.robotiq_2f85 import robotiq_2f85
 
 UR5E = menagerie_robot(
     MenagerieArm(
@@ -26,15 +26,10 @@ UR5E = menagerie_robot(
         torque=(150.0, 150.0, 150.0, 28.0, 28.0, 28.0),
         # The elbow up, the hand down in front of the base, which Menagerie turns by a quarter.
         home=(-np.pi / 2, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.0),
-        tool=robotiq_2f85.TOOL,
-        tool_m=robotiq_2f85.TOOL_M,
-        actuator=robotiq_2f85.ACTUATOR,
-        opening_m=robotiq_2f85.OPENING_M,
-        force_n=robotiq_2f85.FORCE_N,
+        hand=robotiq_2f85("wrist_3_link", (0.0, 0.1, 0.0), (-1.0, 1.0, 0.0, 0.0)),
         # Universal Robots' data sheet.
         payload_kg=5.0,
         # Nearer to the axis the elbow would have to fold beyond the upper arm.
         nearest_m=0.28,
-        hand=robotiq_2f85.on("wrist_3_link", (0.0, 0.1, 0.0), (-1.0, 1.0, 0.0, 0.0)),
     )
 )
