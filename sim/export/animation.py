@@ -42,9 +42,9 @@ def local_poses(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[np.ndarray, np
     local_positions, local_quaternions = positions.copy(), quaternions.copy()
     for body in range(1, model.nbody):
         parent = int(model.body_parentid[body])
-        into = _rotations(quaternions[:, parent]).inv()
-        local_positions[:, body] = into.apply(positions[:, body] - positions[:, parent])
-        turned = np.roll((into * _rotations(quaternions[:, body])).as_quat(), 1, axis=1)
+        into, own = (Rotation.from_quat(quaternions[:, i], scalar_first=True) for i in (parent, body))
+        local_positions[:, body] = into.inv().apply(positions[:, body] - positions[:, parent])
+        turned = (into.inv() * own).as_quat(scalar_first=True)
         flips = np.sign(np.sum(turned[1:] * turned[:-1], axis=1))
         turned[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
         local_quaternions[:, body] = turned
@@ -115,11 +115,6 @@ def _unpack(node: dict[str, Any]) -> None:
         matrix = np.reshape(node.pop("matrix"), (4, 4)).T
         node["translation"] = matrix[:3, 3].tolist()
         node["rotation"] = Rotation.from_matrix(matrix[:3, :3]).as_quat().tolist()
-
-
-def _rotations(quaternions: np.ndarray) -> Rotation:
-    """Return rotations for (N, 4) quaternions with w first; scipy's have it last."""
-    return Rotation.from_quat(np.roll(quaternions, -1, axis=1))
 
 
 def _accessor(tree: dict[str, Any], items: Items, values: np.ndarray) -> int:

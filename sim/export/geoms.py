@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -13,11 +13,9 @@ from PIL import Image
 from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
+from sim.geometry.mjcf import plain_solid
 from sim.geometry.solids import smoothed
 from sim.world.materials import Rgba
-
-ROUND_SECTIONS = 32
-"""Facets around cylinders and capsules."""
 
 TEXTURE_QUALITY = 80
 """JPEG quality of textures."""
@@ -27,19 +25,6 @@ UNSET = (0.5, 0.5, 0.5, 1.0)
 
 DEFAULT_SHININESS = 0.5
 """MuJoCo's, of a geom without a material."""
-
-SHAPES: dict[int, Callable[[np.ndarray], trimesh.Trimesh]] = {
-    mujoco.mjtGeom.mjGEOM_BOX: lambda size: trimesh.creation.box(2 * size),
-    mujoco.mjtGeom.mjGEOM_SPHERE: lambda size: trimesh.creation.icosphere(3, size[0]),
-    mujoco.mjtGeom.mjGEOM_ELLIPSOID: lambda size: trimesh.creation.icosphere(3).apply_scale(size),
-    mujoco.mjtGeom.mjGEOM_CYLINDER: lambda size: trimesh.creation.cylinder(
-        size[0], 2 * size[1], sections=ROUND_SECTIONS
-    ),
-    mujoco.mjtGeom.mjGEOM_CAPSULE: lambda size: trimesh.creation.capsule(
-        2 * size[1], size[0], count=[ROUND_SECTIONS, ROUND_SECTIONS // 2]
-    ),
-}
-"""Plain shapes by the type of a geom, from its MuJoCo size."""
 
 
 @dataclass(frozen=True)
@@ -109,14 +94,12 @@ def _roughness(shininess: float) -> float:
 
 def solid_of(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
     """Return the mesh of a geom in the geom's frame, m, or None for a type that has none, such as a plane."""
-    kind = int(model.geom_type[geom])
-    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         return _compiled(model, int(model.geom_dataid[geom]))
-    if kind not in SHAPES:
+    shape = plain_solid(model, geom)
+    if shape is None:
         return None
-    shape = SHAPES[kind](model.geom_size[geom])
-    # Versions of trimesh differ in where a capsule has its origin.
-    solid = smoothed(shape.apply_translation(-shape.bounds.mean(axis=0)))
+    solid = smoothed(shape)
     solid.visual = TextureVisuals()
     return solid
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 POSITION_TOLERANCE_M = 2e-5
 """Greatest distance of an interpolated position from the recorded one."""
 
 ANGLE_TOLERANCE_RAD = 5e-6
 """The same of a rotation. At the arm's reach of 0.86 m the errors of seven joints add up to 0.03 mm."""
-
-MIN_ANGLE_RAD = 1e-7
-"""Between quaternions nearer to each other the interpolation is a straight line."""
 
 Errors = Callable[[int, int], np.ndarray]
 """Returns the interpolation error of every sample between two keyframes."""
@@ -41,28 +39,18 @@ def rotation_keys(times: np.ndarray, quaternions: np.ndarray) -> np.ndarray:
 
     Args:
         times: (T,) s, increasing.
-        quaternions: (T, 4) of length 1.
+        quaternions: (T, 4) of length 1, w first.
     """
+    rotations = Rotation.from_quat(quaternions, scalar_first=True)
 
     def errors(first: int, last: int) -> np.ndarray:
         between = slice(first + 1, last)
         share = (times[between] - times[first]) / (times[last] - times[first])
-        turned = _slerp(quaternions[first], quaternions[last], share[:, None])
-        cosines = np.abs(np.sum(turned * quaternions[between], axis=1))
-        return 2 * np.sqrt(np.maximum(0.0, 2 - 2 * cosines))
+        whole = (rotations[first].inv() * rotations[last]).as_rotvec()
+        turned = rotations[first] * Rotation.from_rotvec(share[:, None] * whole)
+        return np.asarray((turned.inv() * rotations[between]).magnitude())
 
     return _keys(len(times), errors, ANGLE_TOLERANCE_RAD)
-
-
-def _slerp(one: np.ndarray, two: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Return the unit quaternions at (N, 1) shares of the shorter turn from one to another."""
-    cosine = float(one @ two)
-    if cosine < 0:
-        two, cosine = -two, -cosine
-    angle = np.arccos(min(1.0, cosine))
-    if angle < MIN_ANGLE_RAD:
-        return one + share * (two - one)
-    return (np.sin((1 - share) * angle) * one + np.sin(share * angle) * two) / np.sin(angle)
 
 
 def _keys(count: int, errors: Errors, tolerance: float) -> np.ndarray:

@@ -11,16 +11,7 @@ import trimesh
 
 from sim.external.meshes import MeshParts
 from sim.external.user_scene import UserScene, bounds, read_file, solids
-
-BOX, CYLINDER, MESH = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_MESH
-SPHERE, CAPSULE, ELLIPSOID = (
-    mujoco.mjtGeom.mjGEOM_SPHERE,
-    mujoco.mjtGeom.mjGEOM_CAPSULE,
-    mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-)
-
-SECTIONS = 32
-"""Corners of what stands for a circle."""
+from sim.geometry.mjcf import plain_solid
 
 
 def parts_of(path: Path, body: str) -> MeshParts | None:
@@ -37,7 +28,7 @@ def _parts_of(path: Path, changed: int, body: str) -> MeshParts | None:
     scene = read_file(path)
     model, data, found = scene.mujoco, scene.data, solids(scene, body)
     turn, at = data.body(body).xmat.reshape(3, 3), data.body(body).xpos
-    if len(found) == 1 and model.geom_type[found[0]] != MESH:
+    if len(found) == 1 and model.geom_type[found[0]] != mujoco.mjtGeom.mjGEOM_MESH:
         upright = turn.T @ data.geom_xmat[found[0]].reshape(3, 3)
         if np.allclose(np.abs(upright) @ [0, 0, 1], [0, 0, 1]) and np.allclose(np.abs(upright).max(axis=0), 1):
             return None
@@ -58,16 +49,9 @@ def _parts_of(path: Path, changed: int, body: str) -> MeshParts | None:
 def _solid(scene: UserScene, geom: int) -> trimesh.Trimesh:
     """Return the convex solid that a geom collides as, in its own frame."""
     model = scene.mujoco
-    kind, size = model.geom_type[geom], model.geom_size[geom]
-    if kind == BOX:
-        return trimesh.creation.box(2 * size)
-    if kind == CYLINDER:
-        return trimesh.creation.cylinder(size[0], 2 * size[1], sections=SECTIONS)
-    if kind == CAPSULE:
-        return trimesh.creation.capsule(2 * size[1], size[0], count=[SECTIONS, SECTIONS]).convex_hull
-    if kind in (SPHERE, ELLIPSOID):
-        ball = trimesh.creation.icosphere(subdivisions=3)
-        return ball.apply_scale(size if kind == ELLIPSOID else size[0])
+    solid = plain_solid(model, geom)
+    if solid is not None:
+        return solid
     mesh = model.mesh(int(model.geom_dataid[geom]))
     first, number = int(mesh.vertadr[0]), int(mesh.vertnum[0])
     return trimesh.Trimesh(model.mesh_vert[first : first + number]).convex_hull

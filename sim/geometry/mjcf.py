@@ -36,6 +36,25 @@ def box_corners(data: mujoco.MjData, geoms: np.ndarray) -> np.ndarray:
     return boxes @ data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1) + data.geom_xpos[geoms, None]
 
 
+def plain_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
+    """Return a geom as a mesh in its own frame, m; None if it is none of the plain shapes."""
+    size = model.geom_size[geom]
+    match int(model.geom_type[geom]):
+        case mujoco.mjtGeom.mjGEOM_BOX:
+            return trimesh.creation.box(2 * size)
+        case mujoco.mjtGeom.mjGEOM_SPHERE:
+            return trimesh.creation.icosphere(radius=size[0])
+        case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+            return trimesh.creation.icosphere().apply_scale(size)
+        case mujoco.mjtGeom.mjGEOM_CYLINDER:
+            return trimesh.creation.cylinder(size[0], 2 * size[1])
+        case mujoco.mjtGeom.mjGEOM_CAPSULE:
+            solid = trimesh.creation.capsule(2 * size[1], size[0], count=[32, 32])
+            # Versions of trimesh differ in where it has its origin.
+            return solid.apply_translation(-solid.bounds.mean(axis=0))
+    return None
+
+
 def opaque(model: mujoco.MjModel, geoms: np.ndarray) -> mujoco.MjModel:
     """Return a copy of a model in which rays meet some of its geoms alone, (ngeom,) bool, and pass through the rest."""
     copied = copy.copy(model)
