@@ -12,6 +12,7 @@ from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import Action, at
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, RecordedWorld
+from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE, Event
 
 POINTED_M = np.linspace(0, 0.12, 13)
@@ -104,7 +105,7 @@ def _distances(world: RecordedWorld, frames: Sequence[int]) -> dict[str, np.ndar
     hands = []
     for frame in frames:
         world.show(frame)
-        hands.append(world.tool() + POINTED_M[:, None] * world.tool_axis())
+        hands.append(world.pointed_at(POINTED_M))
     # A tilted hand is over what it points at.
     points = np.array(hands)[:, :, None, :2]
     far = {}
@@ -205,10 +206,9 @@ def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: E
     if (event.detail.get("object"), event.detail.get("location")) != (action.obj, action.location):
         return "its release is told of another object or location"
     frame = world.frame_at(event.time)
-    place = int(world.mujoco.joint(action.obj).qposadr[0])
-    told, centre = float(event.detail["error_mm"]) / 1000, world.qpos[frame, place : place + 2]
-    dof = int(world.mujoco.joint(action.obj).dofadr[0])
-    moving = float(np.hypot(*world.qvel[frame, dof : dof + 2])) / FRAME_RATE
+    pose, rates = columns(world.mujoco, action.obj)
+    told, centre = float(event.detail["error_mm"]) / 1000, world.qpos[frame, pose][:2]
+    moving = float(np.hypot(*world.qvel[frame, rates][:2])) / FRAME_RATE
     far = [float(np.hypot(*(slot.position[:2] - centre))) for slot in world.scene.slots[action.location]]
     if min(abs(distance - told) for distance in far) > PLACEMENT_TOLERANCE_M + moving + NOISE_FACTOR * world.noise:
         return f"a placement within {1000 * told:.1f} mm is told, but it is {1000 * min(far):.1f} mm"

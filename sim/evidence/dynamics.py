@@ -12,12 +12,13 @@ from functools import cached_property
 
 import mujoco
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
 from sim.errors import LogError
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
-from sim.geometry.mjcf import solid_geoms
+from sim.geometry.mjcf import columns, solid_geoms
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE
 from sim.world.contacts import set_margins
@@ -93,10 +94,7 @@ class Dynamics:
         The robot is followed from state to state; other objects move on as they do.
         """
         model, span = self._model, float(self.times[k + 1] - self.times[k])
-        place, joints = (
-            int(model.joint(obj).qposadr[0]),
-            model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE],
-        )
+        place, joints = columns(model, obj)[0].start, model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE]
         before, after = self.qpos[k], self.qpos[k + 1]
         for share in np.linspace(0, 1, FLIGHT_SAMPLES):
             qpos, seconds = before.copy(), share * span
@@ -159,39 +157,39 @@ class Dynamics:
 
     def _energy(self, obj: str) -> np.ndarray:
         """Return the (S,) kinetic and potential energy of an object, J."""
-        body, joint = self._model.body(obj), self._model.joint(obj)
-        place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-        turned = Rotation.from_quat(self.qpos[:, place + 3 : place + 7], scalar_first=True)
-        spin = self.qvel[:, dof + 3 : dof + 6]
-        centre = self.qpos[:, place : place + 3] + turned.apply(body.ipos)
-        velocity = self.qvel[:, dof : dof + 3] + turned.apply(np.cross(spin, body.ipos))
+        body, (pose, rates) = self._model.body(obj), columns(self._model, obj)
+        position, quaternion = np.hsplit(self.qpos[:, pose], [3])
+        velocity, spin = np.hsplit(self.qvel[:, rates], [3])
+        turned = Rotation.from_quat(quaternion, scalar_first=True)
+        centre, velocity = position + turned.apply(body.ipos), velocity + turned.apply(np.cross(spin, body.ipos))
         about_axes = Rotation.from_quat(body.iquat, scalar_first=True).apply(spin, inverse=True)
         kinetic = (velocity**2 @ body.mass.repeat(3) + about_axes**2 @ body.inertia) / 2
         energy: np.ndarray = kinetic - centre @ self._model.opt.gravity * body.mass[0]
         return energy
 
     @cached_property
-    def torques(self) -> tuple[np.ndarray, np.ndarray]:
-        """The torques of the motors by their commands: (F, n) greatest since the frame before, and (F - 1, n) midway.
+    def _arm(self) -> CubicHermiteSpline:
+        """The (n,) angles of the arm over time: those of the frames, with the recorded velocities there."""
+        robot, model, world = self._world.robot, self._model, self._world
+        return CubicHermiteSpline(self._log.times, world.qpos[:, robot.qpos(model)], world.qvel[:, robot.dofs(model)])
 
-        Between frames, positions are interpolated with the recorded velocities (cubic Hermite).
-        """
+    @cached_property
+    def torques(self) -> tuple[np.ndarray, np.ndarray]:
+        """The motors' torques by their commands: (F, n) greatest since the frame before, and (F - 1, n) midway."""
         log, robot, model = self._log, self._world.robot, self._model
         motors = [model.actuator(name).id for name in robot.joints]
-        q, v = self._world.qpos[:, robot.qpos(model)], self._world.qvel[:, robot.dofs(model)]
         gravity = self._gravity[self.frame >= 0]
         steps = np.rint(log.times / self._timestep).astype(int)
         last = max(1, min(int(steps[-1]), len(self._controls)))
         step = np.arange(last)
-        k = (np.searchsorted(steps, step, side="right") - 1).clip(0, len(q) - 2)
+        k = (np.searchsorted(steps, step, side="right") - 1).clip(0, len(steps) - 2)
         share = ((step - steps[k]) / np.maximum(steps[k + 1] - steps[k], 1))[:, None]
-        span = (np.diff(log.times)[k])[:, None]
-        at, moving = _hermite(q[k], q[k + 1], v[k], v[k + 1], share, span)
-        forces = _motor_forces(model, motors, self._controls[:last, motors], at, moving)
+        moments = step * self._timestep
+        forces = _motor_forces(model, motors, self._controls[:last, motors], self._arm(moments), self._arm(moments, 1))
         forces = np.clip(
             forces + (1 - share) * gravity[k] + share * gravity[k + 1], -robot.torque_limits, robot.torque_limits
         )
-        greatest, midway = np.zeros_like(q), np.zeros_like(q[1:])
+        greatest, midway = np.zeros((len(steps), len(motors))), np.zeros((len(steps) - 1, len(motors)))
         np.maximum.at(greatest, k + 1, np.abs(forces))
         halfway = (steps[:-1] + steps[1:]) // 2
         midway[halfway < last] = forces[halfway[halfway < last]]
@@ -205,10 +203,10 @@ class Dynamics:
         """
         model, robot, data = self._model, self._world.robot, mujoco.MjData(self._model)
         places, dofs = robot.qpos(model), robot.dofs(model)
-        q, v = self._world.qpos[:, places], self._world.qvel[:, dofs]
-        span = np.diff(self._log.times)[:, None]
-        middle, moving = _hermite(q[:-1], q[1:], v[:-1], v[1:], 0.5, span)
-        speeding = np.diff(v, axis=0) / span
+        times = self._log.times
+        halfway = (times[:-1] + times[1:]) / 2
+        middle, moving = self._arm(halfway), self._arm(halfway, 1)
+        speeding = np.diff(self._world.qvel[:, dofs], axis=0) / np.diff(times)[:, None]
         needed, pressed = np.zeros_like(middle), self._pressed[self.frame >= 0]
         for k in range(len(middle)):
             data.qpos[:] = self._world.qpos[k]
@@ -219,15 +217,6 @@ class Dynamics:
             inertia = model.dof_armature * data.qacc
             needed[k] = (data.qfrc_inverse + inertia - data.qfrc_passive)[dofs] - pressed[k : k + 2].mean(axis=0)
         return needed
-
-
-def _hermite(
-    q0: np.ndarray, q1: np.ndarray, v0: np.ndarray, v1: np.ndarray, u: np.ndarray | float, span: np.ndarray | float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and velocities between two states, at shares u of the time between them, s."""
-    change = q1 - q0
-    square, cube = 3 * change - span * (2 * v0 + v1), span * (v0 + v1) - 2 * change
-    return q0 + span * v0 * u + square * u**2 + cube * u**3, v0 + (2 * square * u + 3 * cube * u**2) / span
 
 
 def _motor_forces(

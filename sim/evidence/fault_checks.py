@@ -13,8 +13,8 @@ from prefplan.claims import Check
 from prefplan.models.manipulation.action import holding
 from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
-from sim.evidence.object_checks import FAULT_TIME_S
-from sim.evidence.replay import HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
+from sim.evidence.replay import FAULT_TIME_S, HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
+from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE, Event
 
 KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
@@ -56,7 +56,7 @@ def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
         if objection:
             return Check(name, False, f"{event.detail.get('fault')} at {event.time:.2f} s: {objection}")
     for time in dynamics.times[dynamics.frame < 0]:
-        if not any(world.disturbed(event) and abs(event.time - time) < FAULT_TIME_S for event in told):
+        if not world.excused(float(time)):
             return Check(name, False, f"the state is changed from outside at {time:.2f} s, and no fault says so")
     return Check(name, True, f"{len(told)}, as asked for, and the states show them" if told else "none")
 
@@ -105,10 +105,9 @@ def _is_moved_twice(log: Log, world: RecordedWorld, event: Event, obj: str) -> b
 
 
 def _pose(obj: str, world: RecordedWorld, dynamics: Dynamics, row: int) -> _Pose:
-    joint = world.mujoco.joint(obj)
-    place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-    position, rotation = np.split(dynamics.qpos[row, place : place + 7], [3])
-    return _Pose(position, rotation, dynamics.qvel[row, dof : dof + 6])
+    pose, rates = columns(world.mujoco, obj)
+    position, rotation = np.split(dynamics.qpos[row, pose], [3])
+    return _Pose(position, rotation, dynamics.qvel[row, rates])
 
 
 def _objection_to_knock(obj: str, before: _Pose, after: _Pose) -> str | None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from prefplan.claims import Check
+from prefplan.logic.good_prefix import Label
+from prefplan.models.manipulation.action import at
 from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
+from sim.geometry.mjcf import columns, joint_at
 from sim.simulation.rollout import FRAME_RATE
 
 START_TOLERANCE = 1e-5
@@ -24,9 +27,6 @@ ENERGY_TOLERANCE_J = 0.005
 """Greatest energy that objects gain while the robot touches none; contacts give back 0.0007. A block that is lifted by
 10 mm, or moves at 0.4 m/s, has more."""
 
-FAULT_TIME_S = 1e-4
-"""Greatest difference between the time of a fault and that of the state it leaves."""
-
 REST_SPEED_M_S = 0.01
 """Greatest mean speed of an object at the end of a run that is said to be completed."""
 
@@ -37,14 +37,16 @@ ENERGY_MEMORY_STATES = 12
 """States for which contacts store energy."""
 
 
-def check_start(log: Log, world: RecordedWorld) -> Check | None:
-    """Return what is wrong with the first positions; None if they are those of the seed."""
+def check_start(log: Log, world: RecordedWorld, label: Label) -> Check:
+    """Check that the first positions are those of the seed, and every object where the scenario says; see `label`."""
     off = np.abs(world.qpos[0] - world.start)
-    if off.max() <= START_TOLERANCE:
-        return None
-    joint = world.mujoco.joint(int(np.searchsorted(world.mujoco.jnt_qposadr, off.argmax(), side="right")) - 1)
-    words = f"{joint.name} is {off.max():.4f} m or rad from where seed {log.about.setting.get('seed')} puts it"
-    return Check("start", False, words)
+    if off.max() > START_TOLERANCE:
+        joint, seed = joint_at(world.mujoco, int(off.argmax())), log.about.setting.get("seed")
+        return Check("start", False, f"{joint} is {off.max():.4f} m or rad from where seed {seed} puts it")
+    wrong = [obj for obj in world.model.objects if at(obj.name, obj.start) not in label]
+    if wrong:
+        return Check("start", False, f"{wrong[0].name} does not start at {wrong[0].start}")
+    return Check("start", True, "every object is where the scenario says")
 
 
 def check_rest(log: Log, world: RecordedWorld) -> Check:
@@ -62,37 +64,28 @@ def check_rest(log: Log, world: RecordedWorld) -> Check:
     return Check(name, True, f"nothing moved faster than {REST_SPEED_M_S} m/s in the last {seconds:.1f} s")
 
 
-def check_motions(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
+def check_motions(world: RecordedWorld, dynamics: Dynamics) -> Check:
     """Check that positions follow from velocities, and velocities from contacts and gravity, faults aside."""
-    objections = (_leap(log, world, dynamics), _float(dynamics, world), _push(log, world, dynamics))
+    objections = (_leap(world, dynamics), _float(dynamics, world), _push(world, dynamics))
     objection = next((words for words in objections if words), None)
     if objection:
         return Check("objects", False, objection)
     return Check("objects", True, "their motions follow from the hand, gravity and the recorded faults")
 
 
-def excused(log: Log, world: RecordedWorld, time: float) -> set[str]:
-    """Return the objects that recorded faults move from outside at a time, s."""
-    events = [event for event in log.about.events if abs(event.time - time) < FAULT_TIME_S]
-    return {obj for event in events for obj in world.disturbed(event)}
-
-
-def _leap(log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+def _leap(world: RecordedWorld, dynamics: Dynamics) -> str | None:
     """Return which object or joint covers more than its velocities allow."""
     model, robot = world.mujoco, world.robot
     span = np.diff(dynamics.times)[:, None]
     for name in (*dynamics.objects, *robot.joints, *robot.gripper.joints):
-        joint = model.joint(name)
-        size = 3 if name in dynamics.objects else 1
-        place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-        moved = np.diff(dynamics.qpos[:, place : place + size], axis=0)
-        speeds = dynamics.qvel[:, dof : dof + size]
+        pose, rates = columns(model, name)
+        moved, speeds = np.diff(dynamics.qpos[:, pose][:, :3], axis=0), dynamics.qvel[:, rates][:, :3]
         least, most = np.minimum(speeds[:-1], speeds[1:]) * span, np.maximum(speeds[:-1], speeds[1:]) * span
         off = np.maximum(np.maximum(least - moved, moved - most), 0).max(axis=1)
         for k in np.flatnonzero(off > LEAP_TOLERANCE):
             time = float(dynamics.times[k + 1])
-            if dynamics.frame[k + 1] >= 0 or name not in excused(log, world, time):
-                far, unit = float(np.linalg.norm(moved[k])), "m" if size == 3 else "rad"
+            if dynamics.frame[k + 1] >= 0 or name not in world.excused(time):
+                far, unit = float(np.linalg.norm(moved[k])), "m" if name in dynamics.objects else "rad"
                 said = float(np.linalg.norm(speeds[k : k + 2].mean(axis=0) * span[k]))
                 return f"{name} moves by {far:.3f} {unit} at {time:.2f} s, its velocity by {said:.3f}"
     return None
@@ -102,8 +95,8 @@ def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
     """Return which object does not fall freely while nothing touches it."""
     span = np.diff(dynamics.times)
     for obj in dynamics.objects:
-        dof = int(world.mujoco.joint(obj).dofadr[0])
-        gained = np.diff(dynamics.qvel[:, dof : dof + 3], axis=0) - span[:, None] * world.mujoco.opt.gravity
+        rates = columns(world.mujoco, obj)[1]
+        gained = np.diff(dynamics.qvel[:, rates][:, :3], axis=0) - span[:, None] * world.mujoco.opt.gravity
         alone = ~dynamics.supported[obj]
         # Just before or after a state an object may have bounced: the states around both must be free, too.
         free = alone[:-3] & alone[1:-2] & alone[2:-1] & alone[3:]
@@ -115,7 +108,7 @@ def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
     return None
 
 
-def _push(log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+def _push(world: RecordedWorld, dynamics: Dynamics) -> str | None:
     """Return when objects gain energy that neither the robot nor a fault gives them."""
     driven = np.any([*dynamics.touched.values()], axis=0) | (dynamics.frame < 0)
     since = 0

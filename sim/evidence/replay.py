@@ -22,7 +22,7 @@ from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
 from sim.evidence.log import About, Log
 from sim.external.bundle import in_folder, unpacked
-from sim.geometry.mjcf import first_met, is_solid, opaque, solid_geoms
+from sim.geometry.mjcf import columns, first_met, is_solid, opaque, solid_geoms
 from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
@@ -41,6 +41,9 @@ UPRIGHT_TILT_RAD = np.radians(20)
 
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: its weight."""
+
+FAULT_TIME_S = 1e-4
+"""Greatest difference between the time of a fault and that of the state it leaves."""
 
 MIN_QUATERNION = 1e-3
 """A shorter quaternion is no orientation."""
@@ -106,6 +109,11 @@ class RecordedWorld:
             return ()
         return (str(event.detail.get("object")) if kind == "foreign" else target,)
 
+    def excused(self, time: float) -> set[str]:
+        """Return the objects that recorded faults move from outside at a time, s."""
+        events = [event for event in self._log.about.events if abs(event.time - time) < FAULT_TIME_S]
+        return {obj for event in events for obj in self.disturbed(event)}
+
     def arm(self) -> np.ndarray:
         """Return the (T, n) recorded angles of the arm's joints, rad."""
         return self._log.qpos[:, [self._log.about.joints[name] for name in self.robot.joints]]
@@ -131,15 +139,10 @@ class RecordedWorld:
         self._data.qpos[:] = self.qpos[frame]
         mujoco.mj_kinematics(self.mujoco, self._data)
 
-    def tool(self) -> np.ndarray:
-        """Return the (3,) position of the point between the pads in the frame that is shown, m."""
-        position: np.ndarray = self._data.site(self.robot.tool).xpos
-        return position
-
-    def tool_axis(self) -> np.ndarray:
-        """Return the (3,) direction in which the hand points in the frame that is shown."""
-        axis: np.ndarray = self._data.site(self.robot.tool).xmat.reshape(3, 3)[:, 2]
-        return axis
+    def pointed_at(self, distances: np.ndarray) -> np.ndarray:
+        """Return the (K, 3) points at K distances ahead of the tool in the frame that is shown, m."""
+        tool = self._data.site(self.robot.tool)
+        return np.asarray(tool.xpos + distances[:, None] * tool.xmat.reshape(3, 3)[:, 2])
 
     def held(self) -> str | None:
         """Return the object in contact with all pads that they pressed within `PRESS_MEMORY_FRAMES`, or None.
@@ -216,11 +219,7 @@ class RecordedWorld:
         return first_met(fixed, self._data, start, down)[0]
 
     def _touch(self, geoms: Iterable[int], others: Iterable[int]) -> bool:
-        return any(
-            mujoco.mj_geomDistance(self.mujoco, self._data, geom, other, 2 * CONTACT_DISTANCE_M, None)
-            < CONTACT_DISTANCE_M
-            for geom, other in itertools.product(geoms, others)
-        )
+        return any(touching(self._data, geom, other) for geom, other in itertools.product(geoms, others))
 
     def _stands(self, obj: str) -> bool:
         """Return whether an object stands upright; a box may stand on any face with which it is as high as upright."""
@@ -244,6 +243,12 @@ class RecordedWorld:
         heights = {name: self._data.body(name).xpos[2] for name in self._geoms}
         lower = [name for name in self._geoms if heights[name] < heights[obj] - CONTACT_DISTANCE_M]
         return [name for name in lower if self._touch(self._geoms[obj], self._geoms[name])]
+
+
+def touching(data: mujoco.MjData, geom: int, other: int) -> bool:
+    """Return whether two shapes are nearer than `CONTACT_DISTANCE_M`."""
+    far = mujoco.mj_geomDistance(data.model, data, geom, other, 2 * CONTACT_DISTANCE_M, None)
+    return bool(far < CONTACT_DISTANCE_M)
 
 
 def fault_of(event: Event) -> tuple[str, str]:
@@ -320,16 +325,15 @@ def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, .
     free = sorted(place for name, place in log.about.joints.items() if name not in fixed)
     qpos, qvel = np.tile(model.qpos0, (len(log.times), 1)), np.zeros((len(log.times), model.nv))
     for name in (*fixed, *objects):
-        positions, velocities = (1, 1) if name in fixed else (7, 6)
+        pose, rates = columns(model, name)
+        positions, velocities = pose.stop - pose.start, rates.stop - rates.start
         first = log.about.joints.get(name, -1)
         # A free joint has seven positions and six velocities.
         speed = first - bisect_left(free, first)
         if not 0 <= first <= log.qpos.shape[1] - positions or not 0 <= speed <= log.qvel.shape[1] - velocities:
             raise LogError(f"the log is broken: a frame has no position of {name!r}")
-        joint = model.joint(name)
-        place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-        qpos[:, place : place + positions] = log.qpos[:, first : first + positions]
-        qvel[:, dof : dof + velocities] = log.qvel[:, speed : speed + velocities]
-        if positions == 7 and np.linalg.norm(qpos[:, place + 3 : place + 7], axis=1).min() < MIN_QUATERNION:
+        qpos[:, pose] = log.qpos[:, first : first + positions]
+        qvel[:, rates] = log.qvel[:, speed : speed + velocities]
+        if positions == 7 and np.linalg.norm(qpos[:, pose][:, 3:], axis=1).min() < MIN_QUATERNION:
             raise LogError(f"the log is broken: a frame has no orientation of {name!r}")
     return qpos, qvel

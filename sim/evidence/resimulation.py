@@ -8,6 +8,7 @@ import numpy as np
 from prefplan.claims import Check
 from sim.evidence.log import DECIMALS, RATE_DECIMALS, Log, versions
 from sim.evidence.replay import RecordedWorld
+from sim.geometry.mjcf import columns, joint_at
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder, model_hash
 
 NAME = "simulated again"
@@ -92,7 +93,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
             before = data.qpos.copy(), data.qvel.copy()
             mujoco.mj_setState(model, data, interventions[step], STATE)
             if step and not frame_by_frame:
-                intruder = intruder or _intruder(log, world, data, before)
+                intruder = intruder or _intruder(world, data, before)
         data.ctrl[:] = controls[step]
         mujoco.mj_step(model, data)
         if recorder.feel(data):
@@ -103,17 +104,14 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
     return recorder.arrays, intruder
 
 
-def _intruder(log: Log, world: RecordedWorld, data: mujoco.MjData, before: tuple[np.ndarray, np.ndarray]) -> str | None:
+def _intruder(world: RecordedWorld, data: mujoco.MjData, before: tuple[np.ndarray, np.ndarray]) -> str | None:
     """Return what an intervention changed though no recorded fault says so, in a sentence, or None."""
     model = world.mujoco
     dofs = np.flatnonzero(data.qvel != before[1])
     places = np.flatnonzero(data.qpos != before[0])
     moved = {model.joint(int(model.dof_jntid[dof])).name for dof in dofs}
-    moved |= {model.joint(int(np.searchsorted(model.jnt_qposadr, place, side="right")) - 1).name for place in places}
-    excused = {
-        obj for event in log.about.events if abs(event.time - data.time) < 1e-6 for obj in world.disturbed(event)
-    }
-    wrong = sorted(moved - excused)
+    moved |= {joint_at(model, place) for place in places.tolist()}
+    wrong = sorted(moved - world.excused(data.time))
     return f"{wrong[0]} was moved from outside at {data.time:.2f} s, and no recorded fault says so" if wrong else None
 
 
@@ -121,10 +119,10 @@ def _difference(log: Log, world: RecordedWorld, frame: int, name: str, off: np.n
     """Return where a frame differs from the simulation, in words."""
     model, time, worst = world.mujoco, float(log.times[frame]), int(off.argmax())
     if name == "qpos":
-        joint = int(np.searchsorted(model.jnt_qposadr, worst, side="right")) - 1
-        first, free = int(model.jnt_qposadr[joint]), model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        joint = joint_at(model, worst)
+        first, free = columns(model, joint)[0].start, model.joint(joint).type[0] == mujoco.mjtJoint.mjJNT_FREE
         far = 1000 * float(np.linalg.norm(off[first : first + 3]))
         where = f"{far:.4f} mm" if free and worst < first + 3 else f"{off.max():.2g} rad"
-        return f"{model.joint(joint).name} is {where} from where the commands lead, first at {time:.2f} s"
+        return f"{joint} is {where} from where the commands lead, first at {time:.2f} s"
     whose = {"qvel": "velocities"}.get(name, name.replace("_", " "))
     return f"the {whose} differ by {off.max():.2g} from those that the commands lead to, first at {time:.2f} s"

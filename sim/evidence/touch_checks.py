@@ -13,7 +13,7 @@ import numpy as np
 
 from prefplan.claims import Check
 from sim.evidence.log import Log, LoggedAction
-from sim.evidence.replay import CONTACT_DISTANCE_M, HOLD_FORCE_N, RecordedWorld, fault_of
+from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld, fault_of, touching
 from sim.simulation.rollout import FRAME_RATE, Event
 
 MAX_GAP_M = 0.005
@@ -169,20 +169,15 @@ class _Touches:
         """Return the names of what an object touches as the pads begin to press it in an action, and as they end."""
         if action not in self._neighbours:
             model, data, found = self._model, self._data, set[str]()
-            own, others = np.flatnonzero(self._owner == obj), np.flatnonzero(~self._is_robot & (self._owner != obj))
+            own = np.flatnonzero(self._owner == obj).tolist()
+            others = np.flatnonzero(~self._is_robot & (self._owner != obj)).tolist()
             log = self._log
             during = (log.times >= action.start) & (log.times <= action.end)
             pressed = np.flatnonzero(during & (log.pad_forces.min(axis=1) > HOLD_FORCE_N))
             for frame in pressed[[0, -1]] if len(pressed) else ():
                 data.qpos[:] = self._world.qpos[frame]
                 mujoco.mj_kinematics(model, data)
-                found |= {
-                    self._owner[other]
-                    for other in others
-                    for geom in own
-                    if mujoco.mj_geomDistance(model, data, geom, other, 2 * CONTACT_DISTANCE_M, None)
-                    < CONTACT_DISTANCE_M
-                }
+                found |= {self._owner[other] for other in others for geom in own if touching(data, geom, other)}
             self._neighbours[action] = found
         return self._neighbours[action]
 

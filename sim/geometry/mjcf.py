@@ -30,6 +30,19 @@ def solid_geoms(model: mujoco.MjModel, body: str) -> np.ndarray:
     return np.flatnonzero(is_solid(model) & (model.geom_bodyid == model.body(body).id))
 
 
+def columns(model: mujoco.MjModel, joint: str) -> tuple[slice, slice]:
+    """Return where a joint is in the positions of a model, and where in its velocities."""
+    found = model.joint(joint)
+    place, dof = int(found.qposadr[0]), int(found.dofadr[0])
+    positions, velocities = (7, 6) if found.type[0] == mujoco.mjtJoint.mjJNT_FREE else (1, 1)
+    return slice(place, place + positions), slice(dof, dof + velocities)
+
+
+def joint_at(model: mujoco.MjModel, place: int) -> str:
+    """Return the name of the joint to which one of a model's positions belongs."""
+    return str(model.joint(int(np.searchsorted(model.jnt_qposadr, place, side="right")) - 1).name)
+
+
 def box_corners(data: mujoco.MjData, geoms: np.ndarray) -> np.ndarray:
     """Return (G, 8, 3) corners of the boxes round G geoms, m."""
     boxes = data.model.geom_aabb[geoms, None, :3] + CORNERS * data.model.geom_aabb[geoms, None, 3:]

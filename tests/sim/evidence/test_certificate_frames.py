@@ -164,7 +164,7 @@ def test_what_flies_into_the_hand_between_two_states_meets_the_robot(arch_log: L
     dynamics, k = Dynamics(arch_log, world), world.frame_at(1.0)
     assert "panda" not in dynamics.may_meet("pink", k)
     world.show(k)
-    palm = world.tool() - 0.08 * world.tool_axis()
+    palm = world.pointed_at(np.array([-0.08]))[0]
     joint, span = world.mujoco.joint("pink"), np.diff(dynamics.times)[k]
     place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
     dynamics.qvel[k, dof : dof + 3] = (palm - dynamics.qpos[k, place : place + 3]) / span
