@@ -23,7 +23,7 @@ from sim.robots.gripper import SuctionGripper
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE
 from sim.world.contacts import set_margins
 
-NEAR_M = 0.002
+MAY_TOUCH_M = 0.002
 """Shapes nearer than this may touch: contacts flicker."""
 
 FLIGHT_SAMPLES = 33
@@ -72,7 +72,7 @@ class Dynamics:
         )
         self.energy = np.sum([np.zeros(len(self.times)), *map(self._energy, self.objects)], axis=0)
         self._near = copy.copy(self._model)
-        set_margins(self._near, np.full(self._near.ngeom, NEAR_M / 2))
+        set_margins(self._near, np.full(self._near.ngeom, MAY_TOUCH_M / 2))
         self._scratch = mujoco.MjData(self._near)
         self._owner = np.full(self._model.ngeom, "", dtype=object)
         self._owner[world.robot.bodies(self._model)[self._model.geom_bodyid]] = world.robot.name

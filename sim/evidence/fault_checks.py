@@ -17,7 +17,7 @@ from sim.evidence.replay import FAULT_TIME_S, HOLD_FORCE_N, PRESS_MEMORY_FRAMES,
 from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE, Event
 
-KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
+FAULT_KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
 """Faults that a run may ask for."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S = (0.24, 0.61), (0.59, 0.61), (7.9, 14.1)
@@ -75,7 +75,7 @@ def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics)
     """Return why a fault did not happen, or None; of `blind` no state shows anything."""
     kind, _, due = re.sub(":[^@]*", "", str(event.detail.get("fault"))).partition("@")
     begun = [action for action in log.about.actions if action.start <= event.time + FAULT_TIME_S]
-    if kind not in KINDS:
+    if kind not in FAULT_KINDS:
         return "there is no such fault"
     if not due.isdecimal() or len(begun) < int(due):
         return "it was not due yet"

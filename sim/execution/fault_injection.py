@@ -11,7 +11,6 @@ from sim.execution.faults import Fault
 from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, slipping
 from sim.geometry.mjcf import solid_geoms, yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import footprint
 from sim.perception.sensors import object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
 from sim.skills.skill import Skill
@@ -220,11 +219,10 @@ class FaultInjector:
         scene, data = self._cell.scene, self._cell.data
         if scene.model.location(slot.location).on or scene.model.location(slot.location).closed:
             return False
-        objects = [obj for obj in scene.shapes if not stored(scene, data, obj)]
         half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
         place = Rectangle(slot.position[:2], np.full(2, half + MAX_SLOT_OFFSET[0]), slot.yaw)
-        poses = {obj: object_pose(scene, data, obj) for obj in objects}
-        return not any(overlap(place, footprint(scene, poses, obj)) for obj in objects)
+        poses = [object_pose(scene, data, obj) for obj in scene.shapes if not stored(scene, data, obj)]
+        return not any(overlap(place, pose.footprint) for pose in poses)
 
     def _put_into(self, rng: np.random.Generator, obj: str, slot: Slot) -> None:
         off = rng.uniform(-1, 1, 3) * MAX_SLOT_OFFSET

@@ -8,7 +8,6 @@ import mujoco
 
 from prefplan.models.manipulation.action import Action
 from sim.motion.trajectory import ToolPose
-from sim.perception.grounding import depth_of, height_of
 from sim.perception.sensors import ObjectPose, Sensor
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp import GraspSkill
@@ -60,6 +59,5 @@ class MissingGrasp(GraspSkill):
     def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
         """Return the pose of the tool at which the fingers close on nothing."""
         self._misses -= 1
-        poses = {obj: cell.observe(obj)}
-        above = height_of(cell.scene, poses, obj) + depth_of(cell.scene, poses, obj) + MISS_GAP_M
-        return super().closing_pose(cell, obj, target).shifted([0.0, 0.0, above])
+        pose = cell.observe(obj)
+        return super().closing_pose(cell, obj, target).shifted([0.0, 0.0, pose.above + pose.below + MISS_GAP_M])

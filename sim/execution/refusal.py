@@ -127,7 +127,7 @@ class Remedies:
         self._arrange(refused)
         cell, obj = self._cell, refused.obj
         pose = cell.observe(obj)
-        frame = frame_of(self._scene.shapes[obj], pose, pose.yaw)
+        frame = frame_of(pose, pose.yaw)
         grasps = list(ranked(cell, obj, frame))[:GRASPS_TRIED]
         goals = (goal for grasp in grasps for goal in grasp.at(pose.position, frame).either_way())
         missing = [turns for goal in goals if (turns := missing_turns(cell.arm, goal))]

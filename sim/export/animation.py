@@ -16,7 +16,7 @@ from sim.export.names import OFF, ON, body_node, geom_node, lamps
 FLOAT = 5126
 """glTF's number for 32-bit floating point numbers."""
 
-KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
+ACCESSOR_TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 """glTF's names of rows of so many numbers."""
 
 Items = dict[Any, bytes]
@@ -124,7 +124,7 @@ def _accessor(tree: dict[str, Any], items: Items, values: np.ndarray) -> int:
     tree["accessors"][f"animation {len(items)}"] = {
         "bufferView": len(items) - 1,
         "componentType": FLOAT,
-        "type": KINDS[rows.shape[1]],
+        "type": ACCESSOR_TYPES[rows.shape[1]],
         "count": len(rows),
         "min": rows.min(axis=0).tolist(),
         "max": rows.max(axis=0).tolist(),

@@ -16,7 +16,7 @@ import numpy as np
 from prefplan.models.manipulation.model import Object
 from sim.external.user_scene import UserScene, bounds, scene_files
 
-SIZES = ("memory", "nconmax", "njmax", "nstack", "nuserdata")
+MODEL_SIZES = ("memory", "nconmax", "njmax", "nstack", "nuserdata")
 """Sizes of a model that a file may set, and that only the whole scene has."""
 
 
@@ -98,7 +98,7 @@ def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
             changed.append("option flag" if name in ("disableflags", "enableflags") else f"option {name}")
         setattr(world.option, name, getattr(spec.option, name))
     world.visual, world.stat = spec.visual, spec.stat
-    for name in SIZES:
+    for name in MODEL_SIZES:
         setattr(world, name, getattr(spec, name))
     return changed
 

@@ -25,7 +25,7 @@ EDGE_STEPS_M = (0.02, 0.01, 0.005)
 """Distances of two checks on an edge, by what the joints could move the robot at most. The usual one is coarse: the
 motion that is made of the path is checked once more, densely, and if that fails, the next one serves."""
 
-JOINT_MARGIN_RAD = 0.02
+PATH_MARGIN_RAD = 0.02
 """Distance that planned paths keep from the ends of the joints, rad or m."""
 
 Touches = Callable[[np.ndarray], Collection[str]]
@@ -45,7 +45,7 @@ class MotionPlanner:
             searches: number of searches for a path.
         """
         self._searches = searches
-        self._low, self._high = ranges.T + np.array([[1.0], [-1.0]]) * JOINT_MARGIN_RAD
+        self._low, self._high = ranges.T + np.array([[1.0], [-1.0]]) * PATH_MARGIN_RAD
         self._levers, self._seed = levers, seed
         # Each search sets the seed, and OMPL complains of it.
         util.setLogLevel(util.LOG_NONE)

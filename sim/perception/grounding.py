@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
-from sim.geometry.rectangle import Rectangle, overlap
+from sim.geometry.rectangle import overlap
 from sim.perception.sensors import ObjectPose, Poses, Posture, on_table
 from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import Scene
@@ -53,7 +53,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     pose = poses[name]
     if pose.posture != Posture.UPRIGHT and not temporary:
         return None
-    underside = pose.position - [0.0, 0.0, depth_of(scene, poses, name)]
+    underside = pose.underside
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
     for slot in sorted(slots, key=lambda slot: float(np.linalg.norm(underside - slot.position))):
         supports = scene.model.location(slot.location).on
@@ -61,8 +61,8 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
         if np.hypot(*(underside[:2] - centre)) > 2 * AT_RADIUS_M:
             continue
         if supports:
-            under = _standing_on(scene, poses, carriers(scene, poses, name), supports)
-            floors += [float(poses[other].position[2] + height_of(scene, poses, other)) for other in under.values()]
+            under = _standing_on(scene, poses, carriers(poses, name), supports)
+            floors += [poses[other].top for other in under.values()]
             if not temporary:
                 centre = middle_of_supports(scene, poses, under, supports)
         near = bool(np.hypot(*(underside[:2] - centre)) < slot.radius)
@@ -77,40 +77,18 @@ def middle_of_supports(scene: Scene, poses: Poses, under: Mapping[str, str], sup
     return np.asarray(np.mean(where, axis=0)[:2])
 
 
-def carriers(scene: Scene, poses: Poses, name: str) -> list[str]:
+def carriers(poses: Poses, name: str) -> list[str]:
     """Return the objects that an object lies on or leans on: its underside is level with their top, or below it."""
     pose = poses[name]
-    underside = pose.position[2] - depth_of(scene, poses, name)
-    own = footprint(scene, poses, name)
+    bottom = pose.underside[2]
     found = []
-    for other in poses:
-        half = height_of(scene, poses, other)
-        top = poses[other].position[2] + half
-        higher = pose.position[2] > poses[other].position[2] + half / 2
-        level = abs(underside - top) < AT_HEIGHT_M or (pose.posture != Posture.UPRIGHT and higher and underside < top)
-        if other != name and level and overlap(own, footprint(scene, poses, other)):
+    for other, below in poses.items():
+        higher = pose.position[2] > below.position[2] + below.above / 2
+        level = abs(bottom - below.top) < AT_HEIGHT_M
+        level = level or (pose.posture != Posture.UPRIGHT and higher and bottom < below.top)
+        if other != name and level and overlap(pose.footprint, below.footprint):
             found.append(other)
     return found
-
-
-def depth_of(scene: Scene, poses: Poses, name: str) -> float:
-    """Return how far below its middle an object reaches as it stands or lies, m."""
-    shape, pose = scene.shapes[name], poses[name]
-    return float(shape.half[2]) if pose.posture == Posture.UPRIGHT else shape.depth(pose.rotation)
-
-
-def height_of(scene: Scene, poses: Poses, name: str) -> float:
-    """Return how far above its middle an object reaches as it stands or lies, m: a mesh is not the same both ways."""
-    shape, pose = scene.shapes[name], poses[name]
-    return float(shape.half[2]) if pose.posture == Posture.UPRIGHT else shape.support(pose.rotation[2])
-
-
-def footprint(scene: Scene, poses: Poses, name: str) -> Rectangle:
-    """Return the footprint of an object on the table, however it lies."""
-    pose = poses[name]
-    heading = np.array([np.cos(pose.yaw), np.sin(pose.yaw)])
-    sides = np.array([heading, [-heading[1], heading[0]]])
-    return Rectangle(pose.position[:2], np.abs(sides @ pose.rotation[:2]) @ scene.shapes[name].half, pose.yaw)
 
 
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:

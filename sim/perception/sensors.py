@@ -11,8 +11,9 @@ import mujoco
 import numpy as np
 
 from sim.errors import SimulationError
+from sim.geometry.rectangle import Rectangle
 from sim.world.scene import Scene
-from sim.world.shapes import ObjectShape
+from sim.world.shapes import ObjectShape, about_z
 
 OBSERVATION_TIMEOUT_S = 5.0
 """How long to wait for an observation of an object."""
@@ -51,12 +52,14 @@ class ObjectPose:
     """Where an object is.
 
     Attributes:
+        shape: of the object.
         position: (3,) of its centre, m, robot base frame.
         yaw: heading about z of the line along which the fingers preferably close, rad, up to its shape's symmetry.
         tilt: of its vertical axis from the vertical, rad, up to its shape's symmetry: a cube stands on any face.
         rotation: (3, 3) of its axes in the base frame.
     """
 
+    shape: ObjectShape
     position: np.ndarray
     yaw: float
     tilt: float
@@ -68,6 +71,33 @@ class ObjectPose:
         if self.tilt <= UPRIGHT_TILT_RAD:
             return Posture.UPRIGHT
         return Posture.LEANING if self.tilt <= LEANING_TILT_RAD else Posture.LYING
+
+    @property
+    def below(self) -> float:
+        """How far below its middle it reaches as it stands or lies, m."""
+        return float(self.shape.half[2]) if self.posture == Posture.UPRIGHT else self.shape.depth(self.rotation)
+
+    @property
+    def above(self) -> float:
+        """How far above its middle it reaches, m: a mesh is not the same both ways."""
+        return float(self.shape.half[2]) if self.posture == Posture.UPRIGHT else self.shape.support(self.rotation[2])
+
+    @property
+    def top(self) -> float:
+        """Height of its highest point, m."""
+        return float(self.position[2] + self.above)
+
+    @property
+    def underside(self) -> np.ndarray:
+        """(3,) point below its middle, as low as it reaches, m."""
+        return self.position - [0.0, 0.0, self.below]
+
+    @property
+    def footprint(self) -> Rectangle:
+        """What it covers of the table, however it lies."""
+        heading = np.array([np.cos(self.yaw), np.sin(self.yaw)])
+        sides = np.array([heading, [-heading[1], heading[0]]])
+        return Rectangle(self.position[:2], np.abs(sides @ self.rotation[:2]) @ self.shape.half, self.yaw)
 
 
 Poses = Mapping[str, ObjectPose]
@@ -119,10 +149,8 @@ class NoisySensor:
         if stored(scene, data, obj):
             return None
         true = object_pose(scene, data, obj)
-        turn = self._rng.normal(0, self._noise / NOISE_LEVER_M)
-        c, s = np.cos(turn), np.sin(turn)
-        rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ true.rotation
-        return pose_of(scene.shapes[obj], true.position + self._rng.normal(0, self._noise, 3), rotation)
+        rotation = about_z(self._rng.normal(0, self._noise / NOISE_LEVER_M)) @ true.rotation
+        return pose_of(true.shape, true.position + self._rng.normal(0, self._noise, 3), rotation)
 
 
 class BiasedSensor:
@@ -169,7 +197,7 @@ def pose_of(shape: ObjectShape, position: np.ndarray, rotation: np.ndarray) -> O
     turned = shape.most_upright(rotation)
     level = int(abs(turned[2, 0]) > DIAGONAL)
     tilt = np.arccos(min(1.0, float(turned[2, 2])))
-    return ObjectPose(position, float(np.arctan2(turned[1, level], turned[0, level])), float(tilt), rotation)
+    return ObjectPose(shape, position, float(np.arctan2(turned[1, level], turned[0, level])), float(tilt), rotation)
 
 
 def mean_pose(shape: ObjectShape, poses: Sequence[ObjectPose]) -> ObjectPose:

@@ -18,19 +18,16 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import (
     NOWHERE,
     carriers,
-    depth_of,
-    footprint,
     hand_location,
-    height_of,
     present_marks,
     resting,
 )
-from sim.perception.sensors import Poses, on_table
+from sim.perception.sensors import ObjectPose, Poses, on_table
 from sim.world.places import Slot, unused_names
 from sim.world.scene import Scene
 from sim.world.shapes import extent
 
-OBJECT_GAP_M = 0.006
+STRAY_GAP_M = 0.006
 """Least gap between an object that is put down and one that lies beside its slot."""
 
 
@@ -77,13 +74,10 @@ def reground(
     lost |= {obj: why for obj in names if (why := why_lost(obj)) is not None}
     temporary = []
     for obj, name in names.items():
-        on = tuple(dict.fromkeys(where[below] for below in carriers(scene, seen, obj)))
+        on = tuple(dict.fromkeys(where[below] for below in carriers(seen, obj)))
         x, y = map(float, seen[obj].position[:2])
         temporary.append(Location(name, at=None if on else (x, y), on=on, closed=True))
-    slots = {
-        name: (Slot(name, 0, seen[obj].position - [0.0, 0.0, depth_of(scene, seen, obj)], seen[obj].yaw),)
-        for obj, name in names.items()
-    }
+    slots = {name: (Slot(name, 0, seen[obj].underside, seen[obj].yaw),) for obj, name in names.items()}
     over = hand_location(replace(scene, slots=scene.slots | slots), data, (hand, *names.values(), *scene.slots))
     if over != NOWHERE or hand != model.start or hand in scene.slots:
         hand = over
@@ -120,9 +114,9 @@ def _obstructed(
     It is closed if the arm cannot take an object that is in the way.
     """
     own = [obj for obj, slot in rests.items() if slot.location == place.name]
-    free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, poses, slot, obj) for obj in own)]
+    free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, slot, poses[obj]) for obj in own)]
     blocking = [
-        obj for obj in names if any(not _is_free_beside(scene, poses, slot, obj) for slot in scene.slots[place.name])
+        obj for obj in names if any(not _is_free_beside(scene, slot, poses[obj]) for slot in scene.slots[place.name])
     ]
     clear_of = [names[obj] for obj in blocking]
     if len(free) < place.capacity - len(own):
@@ -131,15 +125,12 @@ def _obstructed(
     return replace(place, closed=closed, clear_of=(*place.clear_of, *clear_of))
 
 
-def _is_free_beside(scene: Scene, poses: Poses, slot: Slot, obj: str) -> bool:
+def _is_free_beside(scene: Scene, slot: Slot, pose: ObjectPose) -> bool:
     """Return whether open fingers can release an object in a slot beside another, along one of two closing lines."""
-    size = extent(scene.shapes.values())
-    low, high = depth_of(scene, poses, obj), height_of(scene, poses, obj)
-    height = poses[obj].position[2]
-    if height - low > slot.position[2] + size.high or height + high < slot.position[2] + OBJECT_GAP_M:
+    size, other = extent(scene.shapes.values()), pose.footprint
+    if pose.underside[2] > slot.position[2] + size.high or pose.top < slot.position[2] + STRAY_GAP_M:
         return True
-    other = footprint(scene, poses, obj)
-    block = Rectangle(slot.position[:2], size.half + OBJECT_GAP_M, slot.yaw)
+    block = Rectangle(slot.position[:2], size.half + STRAY_GAP_M, slot.yaw)
     if overlap(block, other):
         return False
     gripper = scene.robot.gripper

@@ -12,7 +12,7 @@ from sim.errors import RobotError
 from sim.geometry.mjcf import box_corners
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, Gripper, Linkage, SuctionGripper
 
-STEPS = 25
+COMMANDS = 25
 """Number of commands, from the least to the greatest, at which the fingers are looked at."""
 
 SETTLE_S = 0.6
@@ -24,7 +24,7 @@ MIN_TRAVEL_M = 0.005
 WIDTH_TOLERANCE_M = 0.002
 """Greatest difference of the widths at both ends from those that are said."""
 
-CLEARANCE_M = 0.002
+SHAPE_MARGIN_M = 0.002
 """Kept from all shapes of the hand."""
 
 SQUEEZES_M = 0.006, 0.020
@@ -119,7 +119,7 @@ def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str, joints:
         data.joint(name).qpos[0] = data.actuator(name).ctrl[0] = value
     found = []
     low, high = model.actuator_ctrlrange[motor].tolist()
-    for command in np.linspace(low, high, STEPS):
+    for command in np.linspace(low, high, COMMANDS):
         data.ctrl[motor] = command
         mujoco.mj_step(model, data, round(SETTLE_S / option.timestep))
         for name, value in arm.items():
@@ -247,11 +247,11 @@ def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gri
     across = max((float(np.abs(box[:, 0]).max()) for box in palm), default=0.0)
     shapes = np.concatenate(finger)
     return {
-        "finger_depth_m": depth + CLEARANCE_M,
-        "finger_half_width_m": float(np.abs(shapes[:, 0]).max()) + CLEARANCE_M,
-        "fingertip_m": float(shapes[:, 2].max()) + CLEARANCE_M,
-        "palm_height_m": -max((float(box[:, 2].max()) for box in palm), default=-USUAL_PALM_M) - CLEARANCE_M,
-        "palm_half_width_m": min(across, MAX_PALM_M) + CLEARANCE_M,
+        "finger_depth_m": depth + SHAPE_MARGIN_M,
+        "finger_half_width_m": float(np.abs(shapes[:, 0]).max()) + SHAPE_MARGIN_M,
+        "fingertip_m": float(shapes[:, 2].max()) + SHAPE_MARGIN_M,
+        "palm_height_m": -max((float(box[:, 2].max()) for box in palm), default=-USUAL_PALM_M) - SHAPE_MARGIN_M,
+        "palm_half_width_m": min(across, MAX_PALM_M) + SHAPE_MARGIN_M,
     }
 
 

@@ -17,7 +17,7 @@ from sim.robots.gripper import Gripper
 from sim.robots.meshes import asset_folder
 from sim.robots.robot import Robot
 
-PREFIX = "robot0:"
+FETCH_PREFIX = "robot0:"
 """Of all names in the MJCF."""
 
 TABLE_HEIGHT_M = 0.72
@@ -66,7 +66,7 @@ COLOURS = {
 }
 """Of each link that is not white."""
 
-WORLD = """<mujoco>
+FETCH_MJCF = """<mujoco>
   <compiler angle="radian" meshdir="{meshes}"/>
   <include file="shared.xml"/>
   <worldbody><include file="robot.xml"/></worldbody>
@@ -91,7 +91,7 @@ def fetch_spec(meshes: bool | None = None) -> mujoco.MjSpec:
 def _spec(folder: Path, stl: Path) -> mujoco.MjSpec:
     """Return the robot by the folders of its MJCF and of its links' meshes."""
     files = {name: (folder / name).read_bytes() for name in ("shared.xml", "robot.xml")}
-    spec = mujoco.MjSpec.from_string(WORLD.format(meshes=stl), include=files)
+    spec = mujoco.MjSpec.from_string(FETCH_MJCF.format(meshes=stl), include=files)
     _strip(spec)
     _dress(spec, stl)
     _fix_base(spec)
@@ -107,7 +107,7 @@ def hindrance() -> str | None:
 
 def _strip(spec: mujoco.MjSpec) -> None:
     """Take away what belongs to the task of another simulation: a mocap body that pulls the hand, cameras, textures."""
-    spec.delete(spec.body(f"{PREFIX}mocap"))
+    spec.delete(spec.body(f"{FETCH_PREFIX}mocap"))
     for element in (*spec.equalities, *spec.cameras, *spec.textures, *spec.materials):
         spec.delete(element)
 
@@ -126,7 +126,7 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
         solid = trimesh.load_mesh(folder / mesh.file)
         mesh.file, mesh.uservert, mesh.userface = "", solid.vertices.ravel(), solid.faces.ravel()
         geom.group = HIDDEN
-        link = mesh.name.removeprefix(PREFIX)
+        link = mesh.name.removeprefix(FETCH_PREFIX)
         add_solid(spec, f"fetch_{link}", smoothed(solid))
         drawn = geom.parent.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"fetch_{link}", pos=geom.pos)
         drawn.contype = drawn.conaffinity = drawn.mass = 0
@@ -135,9 +135,9 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
 
 def _fix_base(spec: mujoco.MjSpec) -> None:
     """Stand the base on the floor, raise the torso and let nothing but the arm and the fingers move."""
-    spec.body(f"{PREFIX}base_link").pos = [-SHOULDER_M, 0.0, -TABLE_HEIGHT_M]
-    spec.body(f"{PREFIX}torso_lift_link").pos[2] += TORSO_LIFT_M
-    spec.body(f"{PREFIX}head_pan_link").quat = yaw_quat(HEAD_PAN_RAD)
+    spec.body(f"{FETCH_PREFIX}base_link").pos = [-SHOULDER_M, 0.0, -TABLE_HEIGHT_M]
+    spec.body(f"{FETCH_PREFIX}torso_lift_link").pos[2] += TORSO_LIFT_M
+    spec.body(f"{FETCH_PREFIX}head_pan_link").quat = yaw_quat(HEAD_PAN_RAD)
     for joint in list(spec.joints):
         if joint.name not in (*FETCH.joints, *FETCH.gripper.joints):
             spec.delete(joint)
@@ -157,7 +157,7 @@ def _set_motors(spec: mujoco.MjSpec) -> None:
 
 def _set_gripper(spec: mujoco.MjSpec) -> None:
     """Give the gripper one motor for the width between the pads, which are the whole fingers, and the tool's site."""
-    hand, gripper = spec.body(f"{PREFIX}gripper_link"), FETCH.gripper
+    hand, gripper = spec.body(f"{FETCH_PREFIX}gripper_link"), FETCH.gripper
     hand.gravcomp = 1
     # The tool's z points along the hand's x, and its y along the hand's y, in which the fingers close.
     hand.add_site(name=FETCH.tool, pos=[TOOL_M, 0, 0], quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0])
@@ -185,9 +185,9 @@ FETCH = Robot(
     title="Fetch's arm with its parallel gripper, its base and torso fixed",
     mjcf=fetch_spec,
     hindrance=hindrance,
-    base=f"{PREFIX}base_link",
+    base=f"{FETCH_PREFIX}base_link",
     joints=tuple(
-        f"{PREFIX}{name}_joint"
+        f"{FETCH_PREFIX}{name}_joint"
         for name in (
             "shoulder_pan",
             "shoulder_lift",
@@ -210,8 +210,8 @@ FETCH = Robot(
     tool="tcp",
     gripper=Gripper(
         actuator="gripper",
-        joints=(f"{PREFIX}l_gripper_finger_joint", f"{PREFIX}r_gripper_finger_joint"),
-        pads=(f"{PREFIX}l_gripper_finger_link", f"{PREFIX}r_gripper_finger_link"),
+        joints=(f"{FETCH_PREFIX}l_gripper_finger_joint", f"{FETCH_PREFIX}r_gripper_finger_joint"),
+        pads=(f"{FETCH_PREFIX}l_gripper_finger_link", f"{FETCH_PREFIX}r_gripper_finger_link"),
         # Fetch Robotics' data sheet.
         opening_m=0.10,
         squeeze_m=0.015,

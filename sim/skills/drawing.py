@@ -14,7 +14,6 @@ from sim.errors import SimulationError
 from sim.geometry.mjcf import solid_geoms
 from sim.geometry.rectangle import overlap
 from sim.motion.trajectory import ToolPose
-from sim.perception.grounding import footprint, height_of
 from sim.perception.sensors import ObjectPose, Posture
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.workcell import Workcell
@@ -138,7 +137,7 @@ def _rolled(cell: Workcell, obj: str, heading: np.ndarray) -> bool:
     off = cell.arm.tool(cell.angles).position - pose.position
     axis = pose.rotation[:, 2]
     across = (off - (off @ axis) * axis)[:2]
-    return _lies_round(cell, obj, pose) and np.hypot(*across) > MAX_ROLL_M and across @ heading[:2] > 0
+    return _lies_round(pose) and np.hypot(*across) > MAX_ROLL_M and across @ heading[:2] > 0
 
 
 def _feel(cell: Workcell, force: float) -> None:
@@ -156,9 +155,9 @@ def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> 
         BlockedError: bodies are in the way everywhere.
         SimulationError: the arm reaches it nowhere.
     """
-    top, refused = height_of(cell.scene, {obj: pose}, obj), SimulationError(f"{obj} is out of reach")
-    for offset, yaw in _presses(cell, obj, pose, shift):
-        goal = ToolPose.down(pose.position + [*offset, top], yaw)
+    refused = SimulationError(f"{obj} is out of reach")
+    for offset, yaw in _presses(pose, shift):
+        goal = ToolPose.down(pose.position + [*offset, pose.above], yaw)
         try:
             before, lowest = free_pose(cell, [goal], CLOSED, near=cell.reference)
             free_pose(cell, [lowest.shifted(shift)], CLOSED, near=cell.reference)
@@ -169,33 +168,33 @@ def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> 
     raise refused
 
 
-def _presses(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
+def _presses(pose: ObjectPose, shift: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
     """Yield where to press an object, (2,) m from its middle, and the heading of the line between the fingers, rad.
 
     Drawn at its rear it tips the least. A round side is pressed along its crest, or a little behind it, by the
     fingertips' narrow side.
     """
-    sides = footprint(cell.scene, {obj: pose}, obj)
+    sides = pose.footprint
     offsets, yaws = (OFF_CENTRE * OFFSETS * sides.half) @ sides.axes, [sides.yaw, sides.yaw + np.pi / 2]
-    if _lies_round(cell, obj, pose):
+    if _lies_round(pose):
         axis = pose.rotation[:2, 2]
         across = np.array([-axis[1], axis[0]])
         behind = BEHIND_CREST_M * across * np.sign(across @ shift[:2])
-        offsets = OFF_CENTRE * cell.scene.shapes[obj].half[2] * np.outer([0, 1, -1], axis)
+        offsets = OFF_CENTRE * pose.shape.half[2] * np.outer([0, 1, -1], axis)
         offsets, yaws = np.vstack([offsets - behind, offsets]), [float(np.arctan2(axis[1], axis[0]))]
     rear_first = sorted(offsets, key=lambda offset: float(offset @ shift[:2]))
     return itertools.product(rear_first, yaws)
 
 
-def _lies_round(cell: Workcell, obj: str, pose: ObjectPose) -> bool:
+def _lies_round(pose: ObjectPose) -> bool:
     """Return whether an object lies on a round side."""
-    return cell.scene.shapes[obj].is_round and pose.posture != Posture.UPRIGHT
+    return pose.shape.is_round and pose.posture != Posture.UPRIGHT
 
 
 def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:
     """Yield (3,) shifts to try, m, by which an object meets nothing: short ones first, then the middle of the free."""
     headings = np.column_stack([np.cos(DIRECTIONS_RAD), np.sin(DIRECTIONS_RAD), np.zeros(len(DIRECTIONS_RAD))])
-    if _lies_round(cell, obj, pose):
+    if _lies_round(pose):
         along = pose.rotation[:, 2] * [1.0, 1.0, 0.0]
         headings = np.array([[-along[1], along[0], 0.0], [along[1], -along[0], 0.0], along, -along])
     meets = _obstacles(cell, obj, pose)
@@ -214,7 +213,7 @@ def _obstacles(cell: Workcell, obj: str, pose: ObjectPose) -> Callable[[np.ndarr
     model, data = cell.scene.mujoco, mujoco.MjData(cell.scene.mujoco)
     data.qpos[:] = cell.data.qpos
     poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
-    taken = [footprint(cell.scene, poses, other) for other in poses]
+    taken = [other.footprint for other in poses.values()]
     own = solid_geoms(model, obj)
     moving = (
         np.isin(model.geom_bodyid, [model.body(other).id for other in poses])
@@ -223,7 +222,7 @@ def _obstacles(cell: Workcell, obj: str, pose: ObjectPose) -> Callable[[np.ndarr
 
     def meets(shift: np.ndarray) -> bool:
         moved = replace(pose, position=pose.position + shift)
-        if any(overlap(footprint(cell.scene, {obj: moved}, obj), other) for other in taken):
+        if any(overlap(moved.footprint, other) for other in taken):
             return True
         data.joint(obj).qpos[:3] = moved.position + [0.0, 0.0, OVER_SUPPORT_M]
         mujoco.mju_mat2Quat(data.joint(obj).qpos[3:], pose.rotation.ravel())

@@ -10,7 +10,7 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
 from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
-from sim.perception.grounding import depth_of, hand_over
+from sim.perception.grounding import hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.drawing import draw_free, find_draw
@@ -190,7 +190,7 @@ def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -
 def _slot_below(cell: Workcell, obj: str) -> Slot:
     """Return the slot at the hand's location where an object rests."""
     pose = cell.observe(obj)
-    position = pose.position - [0.0, 0.0, depth_of(cell.scene, {obj: pose}, obj)]
+    position = pose.underside
     slots = [slot for row in cell.scene.slots.values() for slot in row]
     slot = min(slots, key=lambda slot: float(np.linalg.norm(position - slot.position)))
     if np.hypot(*(position - slot.position)[:2]) > AT_RADIUS_M or not hand_over(cell.scene, cell.data, slot.location):

@@ -67,7 +67,7 @@ def choose_grasp(
         SimulationError: the arm reaches none.
     """
     shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj) if foreseen else None
-    frame = frame_of(shape, pose, yaw)
+    frame = frame_of(pose, yaw)
     blockers: set[str] = set()
     placeable: dict[bytes, bool] = {}
     first: tuple[GraspPose, ToolPose, ToolPose] | None = None

@@ -11,13 +11,12 @@ import numpy as np
 from sim.errors import BlockedError, SimulationError
 from sim.motion.kinematics import TILTED_MARGIN_RAD
 from sim.motion.trajectory import ToolPose
-from sim.perception.grounding import depth_of, height_of
 from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose, grasps
-from sim.world.shapes import ObjectShape, about_z
+from sim.world.shapes import about_z
 
 HOVER_HEIGHT_M = 0.12
 """Height of the tool over a slot's centre before and after it grasps or releases: a held block clears a resting one."""
@@ -187,19 +186,18 @@ def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[s
 
 def passage_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear some objects at rest, m."""
-    shapes, poses = cell.scene.shapes, {obj: cell.observe(obj) for obj in objects if obj != held}
-    tops = [pose.position[2] + height_of(cell.scene, poses, obj) for obj, pose in poses.items()]
+    tops = [cell.observe(obj).top for obj in objects if obj != held]
     below = cell.scene.robot.gripper.fingertip_m
     if held:
         pose = cell.observe(held)
-        half = depth_of(cell.scene, {held: pose}, held)
-        hanging = float(cell.arm.tool(cell.angles).position[2] - pose.position[2]) + half
-        below = max(float(shapes[held].half[2]), half, hanging)
+        hanging = float(cell.arm.tool(cell.angles).position[2] - pose.position[2]) + pose.below
+        below = max(float(pose.shape.half[2]), pose.below, hanging)
     return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
 
 
-def frame_of(shape: ObjectShape, pose: ObjectPose, yaw: float) -> np.ndarray:
+def frame_of(pose: ObjectPose, yaw: float) -> np.ndarray:
     """Return the (3, 3) axes of an object up to its symmetry, its x axis nearest to a heading, rad, or level."""
+    shape = pose.shape
     if pose.posture == Posture.UPRIGHT:
         return about_z(shape.yaw_near(pose.yaw, yaw))
     frame = shape.most_upright(pose.rotation)
@@ -209,7 +207,7 @@ def frame_of(shape: ObjectShape, pose: ObjectPose, yaw: float) -> np.ndarray:
 def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
     """Return how the hand holds an object; what stands, or leans if that is asked for, is taken to stand exactly."""
     shape, pose, tool = cell.scene.shapes[obj], cell.observe(obj), cell.arm.tool(cell.angles)
-    frame = about_z(pose.yaw) if leaning else frame_of(shape, pose, pose.yaw)
+    frame = about_z(pose.yaw) if leaning else frame_of(pose, pose.yaw)
     closing, approach = tool.rotation[:, 1], tool.rotation[:, 2]
     frame = shape.heading_to(frame, closing if abs(closing @ frame[:, 2]) < DIAGONAL else approach)
     rotation = frame.T @ tool.rotation

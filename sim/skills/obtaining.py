@@ -18,7 +18,7 @@ def why_lost(cell: Workcell, obj: str) -> str | None:
 
 
 def _why_lost(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
-    frame = frame_of(cell.scene.shapes[obj], pose, pose.yaw)
+    frame = frame_of(pose, pose.yaw)
     options, fixtures = tuple(ranked(cell, obj, frame)), set[str]()
     for grasp in options:
         try:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import depth_of, footprint, height_of, middle_of_supports
-from sim.perception.sensors import Poses, Posture
+from sim.perception.grounding import middle_of_supports
+from sim.perception.sensors import ObjectPose, Poses, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import SkillError
 from sim.world.places import AT_RADIUS_M, Slot
-from sim.world.scene import Scene
 
 OBJECT_GAP_M = 0.005
 """Least gap between objects that rest side by side."""
@@ -18,7 +17,7 @@ OBJECT_GAP_M = 0.005
 MAX_OVERHANG_M = 0.005
 """Greatest distance of an object from the middle of what carries it, to put it nearer to its slot's centre."""
 
-MAX_STEP_M = 0.005
+MAX_UNEVENNESS_M = 0.005
 """Greatest difference in height between objects that carry another between them."""
 
 DISTANCE_CAP_M = 0.1
@@ -43,9 +42,9 @@ def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
         raise SkillError(f"no room for {obj} on {slot.location}: another object is {nearest * 1000:.0f} mm from it")
     poses, under = _supports(cell, obj, slot)
     place = Rectangle(resting_centre(cell, obj, slot)[:2], cell.scene.shapes[obj].half[:2], slot.yaw)
-    tops = {other: _top(cell.scene, poses, other) for other in under.values()}
+    tops = {other: poses[other].top for other in under.values()}
     for other, top in tops.items():
-        if not overlap(place, footprint(cell.scene, poses, other)) or top < max(tops.values()) - MAX_STEP_M:
+        if not overlap(place, poses[other].footprint) or top < max(tops.values()) - MAX_UNEVENNESS_M:
             raise SkillError(f"{obj} would not rest on {other}")
 
 
@@ -55,7 +54,7 @@ def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
     if not supports:
         return slot.position + [0.0, 0.0, scene.shapes[obj].half[2]]
     poses, under = _supports(cell, obj, slot)
-    floor = max((_top(scene, poses, other) for other in under.values()), default=float(slot.position[2]))
+    floor = max((poses[other].top for other in under.values()), default=float(slot.position[2]))
     middle = middle_of_supports(scene, poses, under, supports)
     off = slot.position[:2] - middle
     off *= min(1.0, MAX_OVERHANG_M / max(float(np.hypot(*off)), 1e-9))
@@ -70,34 +69,25 @@ def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, st
         nominal = cell.scene.slots[place][0].position[:2]
         there = [other for other in poses if np.hypot(*(poses[other].position[:2] - nominal)) < AT_RADIUS_M]
         if there:
-            under[place] = max(there, key=lambda other: _top(cell.scene, poses, other))
+            under[place] = max(there, key=lambda other: poses[other].top)
     return poses, under
-
-
-def _top(scene: Scene, poses: Poses, obj: str) -> float:
-    return float(poses[obj].position[2] + height_of(scene, poses, obj))
 
 
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
     """Return whether an object fits into a slot, and the distance to the nearest other object on its level, m."""
     shapes = cell.shapes
     own, centre = shapes[obj].half, resting_centre(cell, obj, slot)
-    poses = {other: cell.observe(other) for other in shapes if other != obj}
-    level = [
-        other
-        for other, pose in poses.items()
-        if pose.position[2] + height_of(cell.scene, poses, other) > centre[2] - own[2] + OBJECT_GAP_M
-        and pose.position[2] - depth_of(cell.scene, poses, other) < centre[2] + own[2] - OBJECT_GAP_M
-    ]
+    poses = [cell.observe(other) for other in shapes if other != obj]
+    low, high = centre[2] - own[2] + OBJECT_GAP_M, centre[2] + own[2] - OBJECT_GAP_M
+    level = [pose for pose in poses if pose.top > low and pose.underside[2] < high]
     place = Rectangle(centre[:2], own[:2] + OBJECT_GAP_M, slot.yaw)
-    taken = [_covered(cell.scene, poses, other, slot.yaw) for other in level]
-    nearest = min((float(np.hypot(*(poses[other].position - centre)[:2])) for other in level), default=DISTANCE_CAP_M)
+    taken = [_covered(pose, slot.yaw) for pose in level]
+    nearest = min((float(np.hypot(*(pose.position - centre)[:2])) for pose in level), default=DISTANCE_CAP_M)
     return not any(overlap(place, other) for other in taken), min(nearest, DISTANCE_CAP_M)
 
 
-def _covered(scene: Scene, poses: Poses, obj: str, line: float) -> Rectangle:
+def _covered(pose: ObjectPose, line: float) -> Rectangle:
     """Return what an object covers of the table; the rectangle of a round one that stands is along a line, rad."""
-    shape, pose = scene.shapes[obj], poses[obj]
     if pose.posture != Posture.UPRIGHT:
-        return footprint(scene, poses, obj)
-    return Rectangle(pose.position[:2], shape.half[:2], shape.yaw_near(pose.yaw, line))
+        return pose.footprint
+    return Rectangle(pose.position[:2], pose.shape.half[:2], pose.shape.yaw_near(pose.yaw, line))

@@ -89,7 +89,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
     if held.posture == Posture.UPRIGHT and not (shape.pairs or shape.seats):
-        frame = frame_of(shape, held, slot.yaw)
+        frame = frame_of(held, slot.yaw)
         turn, width = shape.standing_near(frame, slot.yaw) @ frame.T, held_grasp(cell, obj).opening
     else:
         # It may lean, or a mesh be held off its middle, so that there is less space for the hand.

@@ -16,7 +16,7 @@ from sim.skills.skill import Skill
 from sim.skills.transfer import travel
 from sim.world.shapes import extent
 
-NEAR_M = 0.2
+PASSAGE_RADIUS_M = 0.2
 """Distance within which the hand over a location passes over other objects, too: more than its own width."""
 
 
@@ -36,7 +36,7 @@ class TransitSkill(Transit, Skill):
         slots = cell.scene.slots[action.location]
         centre = np.mean([slot.position for slot in slots], axis=0)
         middle = extent(cell.scene.shapes.values()).high / 2
-        reach = NEAR_M + float(np.hypot(*(slots[-1].position - centre)[:2]))
+        reach = PASSAGE_RADIUS_M + float(np.hypot(*(slots[-1].position - centre)[:2]))
         piled = [obj for obj in cell.shapes if np.hypot(*(cell.observe(obj).position - centre)[:2]) < reach]
         height = max(centre[2] + middle + HOVER_HEIGHT_M, passage_height(cell, piled))
         pose = ToolPose.down(np.array([*centre[:2], height]), slots[0].yaw)

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from sim.errors import SimulationError
 from sim.geometry.rectangle import overlap
 from sim.motion.trajectory import ToolPose
-from sim.perception.grounding import depth_of, footprint
-from sim.perception.sensors import ObjectPose, Poses
+from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_grasp, ranked, tilt_of
 from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, passage_height
@@ -60,8 +59,7 @@ class Turn:
 
 def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
     """Return how to set an object down so that it can then be taken and set upright; None if that is not found."""
-    shape = cell.scene.shapes[obj]
-    frame = frame_of(shape, pose, pose.yaw)
+    frame = frame_of(pose, pose.yaw)
     taken: dict[int, tuple[GraspPose, ToolPose, ToolPose] | None] = {}
     for grasp, turned in _turns(cell, obj, frame):
         if id(grasp) not in taken:
@@ -146,11 +144,10 @@ def _reached(
 
 def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:
     """Yield (3,) centres, m, where an object that is turned so overlaps no other one; away from others if need be."""
-    poses: Poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
-    floor = pose.position[2] - depth_of(cell.scene, {obj: pose}, obj)
-    height = floor + cell.scene.shapes[obj].depth(turned)
+    taken = [cell.observe(other).footprint for other in cell.shapes if other != obj]
+    height = pose.underside[2] + pose.shape.depth(turned)
     for shift in SHIFTS_M:
         centre = np.array([*pose.position[:2] + shift, height])
-        own = footprint(cell.scene, {obj: replace(pose, position=centre, rotation=turned)}, obj)
-        if not any(overlap(own, footprint(cell.scene, poses, other)) for other in poses):
+        own = replace(pose, position=centre, rotation=turned).footprint
+        if not any(overlap(own, other) for other in taken):
             yield centre

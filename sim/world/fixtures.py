@@ -17,13 +17,13 @@ from sim.geometry.solids import rounded
 PANEL_M = 0.012
 """Thickness of a shelf's boards, sides and back."""
 
-EDGE_M = 0.0015
+FIXTURE_EDGE_M = 0.0015
 """Radius of the edges of fixtures."""
 
 SAME_HEIGHT_M = 0.001
 """A location lies on a surface if its height differs by less, m."""
 
-TOUCH_M = 1e-6
+MAX_CONTACT_M = 1e-6
 """Bodies that overlap by less only touch, m."""
 
 
@@ -45,7 +45,7 @@ class Block:
 
     def meets(self, outline: Rectangle, low: float, high: float) -> bool:
         """Return whether it reaches into the space over an outline between two heights, m."""
-        return self.low < high - TOUCH_M and low + TOUCH_M < self.high and overlap(self.outline, outline)
+        return self.low < high - MAX_CONTACT_M and low + MAX_CONTACT_M < self.high and overlap(self.outline, outline)
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def check_free(name: str, outline: Rectangle, low: float, high: float, blocks: S
     inside = next((block for block in blocks if block.meets(outline, low, high)), None)
     if inside is None:
         return
-    above = inside.low > low + TOUCH_M
+    above = inside.low > low + MAX_CONTACT_M
     lacking = f"leaves {inside.low - low:.3f} m above it, and its objects need {high - low:.3f} m"
     stands = f"stands in it (its upper side is at {inside.high:g} m)"
     raise SimulationError(f"locations.{name}: the fixture {inside.fixture!r} {lacking if above else stands}")
@@ -136,7 +136,7 @@ def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:
         middle = np.array([*block.outline.centre, (block.high + block.low) / 2])
         turn = yaw_quat(block.outline.yaw)
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=middle, quat=turn, group=HIDDEN)
-        edge = min(EDGE_M, float(half.min()) / 2)
+        edge = min(FIXTURE_EDGE_M, float(half.min()) / 2)
         solid = rounded(half, corner=edge, edge=edge)
         draw_solid(spec, body, f"{name}_{i}", solid, material, xy=middle[:2], z=float(middle[2]))
         spec.geom(f"{name}_{i}").quat = turn

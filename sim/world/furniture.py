@@ -41,7 +41,7 @@ BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
 BIN_HEIGHT_M = 0.036
 """Height of a bin's walls: under the palm, which is 6 cm above the table when a block is held by its middle."""
 
-LAMP = Path(__file__).parents[2] / "assets" / "lamp.xml"
+LAMP_MJCF = Path(__file__).parents[2] / "assets" / "lamp.xml"
 """A lamp, its head 0.20 m above the table: the arm passes over it."""
 
 NAME_GAP_M = 0.012
@@ -242,7 +242,7 @@ def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:
     """Add a post whose head faces the station."""
     assert station.lamp is not None
     towards = station.outline.centre - station.lamp
-    spec.attach(mujoco.MjSpec.from_file(str(LAMP)), prefix=f"{station.name}_", frame=spec.worldbody.add_frame())
+    spec.attach(mujoco.MjSpec.from_file(str(LAMP_MJCF)), prefix=f"{station.name}_", frame=spec.worldbody.add_frame())
     body, head = spec.body(f"{station.name}_lamp"), spec.body(f"{station.name}_lamp_head")
     body.pos, body.quat = [*station.lamp, 0.0], yaw_quat(float(np.arctan2(towards[1], towards[0])))
     spec.material(f"{station.name}_glow").rgba = glow_of(station.kind).off

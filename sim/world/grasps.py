@@ -34,7 +34,7 @@ MAX_OFF_LINE_M = 0.0075
 PALM_TOLERANCE_M = 0.004
 """By how much an object may come nearer to the palm than where the hand points straight at one of its faces, m."""
 
-TOUCH_M = 0.0015
+MAX_BULGE_M = 0.0015
 """How far a surface may stand out beside what a pad presses, m."""
 
 TILTS_RAD = np.radians([0, 30, -30, 45, -45, 60, -60, 90, -90, 120, -120, 135, -135, 150, -150, 180])
@@ -135,7 +135,7 @@ def _in_the_way(points: np.ndarray, grasp: GraspPose, gripper: Gripper) -> np.nd
     """Return which of (N, 3) points in the tool frame, m, are where the palm is, or a finger until it has closed."""
     x, y, z = np.abs(points[:, 0]), np.abs(points[:, 1]), points[:, 2]
     end = min(grasp.opening, gripper.opening_m) / 2 + gripper.finger_depth_m
-    finger = (x < gripper.finger_half_width_m) & (y > grasp.width / 2 + TOUCH_M) & (y < end)
+    finger = (x < gripper.finger_half_width_m) & (y > grasp.width / 2 + MAX_BULGE_M) & (y < end)
     palm = (x < gripper.palm_half_width_m) & (z < -gripper.palm_height_m)
     return palm | finger & (z < gripper.fingertip_m)
 

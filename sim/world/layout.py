@@ -22,7 +22,7 @@ from sim.world.places import (
     AT_RADIUS_M,
     BIN_MARGIN_M,
     FLOOR,
-    KINDS,
+    LOCATION_KINDS,
     PAD_MARGIN_M,
     PLATE_MARGIN_M,
     ROW_GAP_M,
@@ -148,7 +148,7 @@ def _within_reach(arm: Arm, station: Station) -> bool:
 
 def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Station:
     kind = _kind(place)
-    check_known(f"locations.{place.name}.kind", "kind", kind, KINDS, SimulationError)
+    check_known(f"locations.{place.name}.kind", "kind", kind, LOCATION_KINDS, SimulationError)
     centre = np.array(place.at, dtype=float)[:2]
     across = np.array([-np.sin(yaw), np.cos(yaw)])
     offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)

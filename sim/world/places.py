@@ -17,7 +17,7 @@ AT_RADIUS_M = 0.045
 ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
 
-OBJECT_GAP_M = 0.014
+LOCATION_GAP_M = 0.014
 """Least distance between cubes of different locations, m: both may start 5 mm and 5 degrees off."""
 
 BIN_MARGIN_M = 0.0125
@@ -41,7 +41,7 @@ LAMP_TOP_M, LAMP_HEAD_M = 0.235, np.array([0.045, 0.086])
 LAMP_HALF_M = 0.04
 """Half the width of a lamp's foot, m."""
 
-KINDS = ("spot", "pad", "bin", "stove", "plate")
+LOCATION_KINDS = ("spot", "pad", "bin", "stove", "plate")
 """What a location on the table may look like: an outline, a sheet of metal, a box with walls, a hob, a dish."""
 
 FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006}
@@ -75,7 +75,7 @@ class Station:
     """A location on the table or on a fixture, with what stands there.
 
     Attributes:
-        kind: one of `KINDS`.
+        kind: one of `LOCATION_KINDS`.
         outline: what it covers of the table, walls left out.
         slots: side by side across the closing line.
         size: bounds on the objects that may come there.

@@ -28,10 +28,10 @@ HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
 CARRYING_HEIGHT_M = 0.08
 """Least height of the tool over the tops of other objects as it carries one over them."""
 
-CLEARANCE_M = 0.004
+SLOT_CLEARANCE_M = 0.004
 """Least clearance of the robot at a slot from fixtures and from objects in other slots."""
 
-LAMP = "lamp head"
+LAMP_BODY = "lamp head"
 """Body that stands for the head of a lamp wherever it might be put."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
@@ -126,11 +126,11 @@ class RobotAtSlots:
             half = np.array([*size.half, size.high / 2])
             body = spec.worldbody.add_body(name=name, pos=slot.position + [0, 0, half[2]], quat=yaw_quat(slot.yaw))
             body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
-        lamp = spec.worldbody.add_body(name=LAMP, mocap=True, pos=[0, 0, -10])
+        lamp = spec.worldbody.add_body(name=LAMP_BODY, mocap=True, pos=[0, 0, -10])
         lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
         spec.compiler.discardvisual = True
         self._model = spec.compile()
-        self._model.geom_margin[:] = self._model.body_margin[:] = CLEARANCE_M
+        self._model.geom_margin[:] = self._model.body_margin[:] = SLOT_CLEARANCE_M
         self._data = mujoco.MjData(self._model)
 
     def _find_configurations(self, arm: Arm, slots: Slots) -> None:
@@ -195,7 +195,7 @@ class RobotAtSlots:
         """Return whether the robot keeps clear of a lamp's head at every slot."""
         self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
         self._data.mocap_quat[0] = yaw_quat(head.yaw)
-        return not any(other == LAMP for where, q in self._configurations for _, other in self._touches(where, q))
+        return not any(other == LAMP_BODY for where, q in self._configurations for _, other in self._touches(where, q))
 
     def _touches(self, location: str | None, q: np.ndarray, *, tight: bool = False) -> list[tuple[str, str]]:
         """Return names of a body of the robot, its hand open as for a location, and of what it is too near to.
