@@ -13,11 +13,8 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.robots.gripper import Gripper
 from sim.world.fixtures import Block, blocks_of, check_carried, check_free, surfaces_of
 from sim.world.furniture import BIN_HEIGHT_M, BIN_WALL_M
-from sim.world.places import FLOOR, LOCATION_GAP_M, Station
+from sim.world.places import FLOOR, LOCATION_GAP_M, START_TURN_RAD, Station
 from sim.world.shapes import CUBE_EDGE_M
-
-MAX_START_TURN_RAD = np.radians(5)
-"""Objects may start turned by this much."""
 
 
 def collisions(stations: Sequence[Station]) -> dict[frozenset[str], str]:
@@ -93,5 +90,5 @@ def _fingers(station: Station, gripper: Gripper) -> list[Rectangle]:
 
 def covered(station: Station) -> Rectangle:
     """Return what the objects at a station may reach over, with half of the gap to others."""
-    swing = float(np.sin(MAX_START_TURN_RAD)) * max(0.0, float(station.size.half.max()) - CUBE_EDGE_M / 2)
+    swing = float(np.sin(START_TURN_RAD)) * max(0.0, float(station.size.half.max()) - CUBE_EDGE_M / 2)
     return station.outline.grown(LOCATION_GAP_M / 2 + swing)

@@ -17,8 +17,11 @@ AT_RADIUS_M = 0.045
 ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
 
+START_OFFSET_M, START_TURN_RAD = 0.005, np.radians(5)
+"""Usually objects start at random by so much off their slots along x and along y, and so much turned."""
+
 LOCATION_GAP_M = 0.014
-"""Least distance between cubes of different locations, m: both may start 5 mm and 5 degrees off."""
+"""Least distance between cubes of different locations, m: both may start so far off."""
 
 BIN_MARGIN_M = 0.0125
 """From the last object of a row to a bin's wall, m."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 
 import mujoco
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from prefplan.errors import choices
 from sim.errors import SimulationError
 from sim.world.contacts import scale_friction
+from sim.world.places import START_OFFSET_M, START_TURN_RAD
 from sim.world.scene import TIMESTEP, Scene
 
 MATTER_STREAM = 1
@@ -42,45 +43,38 @@ class PerturbationKey:
     meaning: str
 
 
-_SHARE = ("share", 1.0, 0.99)
+def _bound(unit: str, scale: float, greatest: float, meaning: str, *, usual: float = 0.0) -> float:
+    """Declare the amount of a `PerturbationKey`, and the usual one in SI units."""
+    amount: float = field(default=usual, metadata={"key": PerturbationKey(unit, scale, greatest, meaning)})
+    return amount
 
-KEYS = {
-    "position": PerturbationKey("mm", 0.001, 50, "offset of each object's start along x and along y"),
-    "angle": PerturbationKey("degrees", math.pi / 180, 180, "turn of each object's start about z"),
-    "friction": PerturbationKey(*_SHARE, "change of each object's friction, wherever it is touched"),
-    "pads": PerturbationKey(*_SHARE, "change of the friction of the gripper's pads"),
-    "table": PerturbationKey(*_SHARE, "change of the friction of the table and of what stands on it"),
-    "force": PerturbationKey(*_SHARE, "change of the gripper's force"),
-    "mass": PerturbationKey(*_SHARE, "change of each object's mass"),
-    "centre": PerturbationKey("mm", 0.001, 15, "offset of each object's centre of mass along x, y and z, inside it"),
-    "latency": PerturbationKey("ms", 0.001, 200, "time from a command until the actuators get it"),
-    "noise": PerturbationKey("mm", 0.001, 20, "standard deviation of every observed position"),
-    "bias": PerturbationKey("mm", 0.001, 20, "constant error of all observed positions along x, y and z"),
-}
-"""The keys of `--perturb`. All but the noise are bounds, and the seed says by how much a world differs."""
+
+def _share(meaning: str) -> float:
+    return _bound("share", 1.0, 0.99, meaning)
 
 
 @dataclass(frozen=True)
 class Perturbation:
     """By how much a rollout's world may differ from the nominal one; the rollout's seed says by how much it does.
 
-    Its attributes are those of `KEYS`, in SI units: lengths in m, angles in rad, times in s; the others are shares.
+    Its attributes are in SI units: lengths in m, angles in rad, times in s; the others are shares. All but the noise
+    are bounds, and the seed says by how much a world differs.
 
     Raises:
         SimulationError: (on construction) for an amount that is negative or greater than its key's greatest.
     """
 
-    position: float = 0.005
-    angle: float = math.radians(5)
-    friction: float = 0.0
-    pads: float = 0.0
-    table: float = 0.0
-    force: float = 0.0
-    mass: float = 0.0
-    centre: float = 0.0
-    latency: float = 0.0
-    noise: float = 0.0
-    bias: float = 0.0
+    position: float = _bound("mm", 0.001, 50, "offset of each object's start along x and along y", usual=START_OFFSET_M)
+    angle: float = _bound("degrees", math.pi / 180, 180, "turn of each object's start about z", usual=START_TURN_RAD)
+    friction: float = _share("change of each object's friction, wherever it is touched")
+    pads: float = _share("change of the friction of the gripper's pads")
+    table: float = _share("change of the friction of the table and of what stands on it")
+    force: float = _share("change of the gripper's force")
+    mass: float = _share("change of each object's mass")
+    centre: float = _bound("mm", 0.001, 15, "offset of each object's centre of mass along x, y and z, inside it")
+    latency: float = _bound("ms", 0.001, 200, "time from a command until the actuators get it")
+    noise: float = _bound("mm", 0.001, 20, "standard deviation of every observed position")
+    bias: float = _bound("mm", 0.001, 20, "constant error of all observed positions along x, y and z")
 
     def __post_init__(self) -> None:
         """Check the amounts."""
@@ -95,6 +89,9 @@ class Perturbation:
         amounts = (f"{name}={value / KEYS[name].scale:.12g}" for name, value in vars(self).items() if value)
         return ",".join(amounts) or "none"
 
+
+KEYS: dict[str, PerturbationKey] = {amount.name: amount.metadata["key"] for amount in fields(Perturbation)}
+"""The keys of `--perturb`."""
 
 NONE = Perturbation(position=0.0, angle=0.0)
 """The nominal world."""
@@ -128,13 +125,13 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
     The seed and each key draw their part whatever the other amounts are. Start poses are drawn by `initial_state`, the
     camera's error by `camera_bias`; this changes everything else.
     """
+    if replace(perturbation, position=0.0, angle=0.0, noise=0.0, bias=0.0) == NONE:
+        return scene
     objects = [obj.name for obj in scene.model.objects]
     rng = np.random.default_rng([seed, MATTER_STREAM])
     matter = rng.uniform(-1, 1, (len(objects), 2)) * [perturbation.friction, perturbation.mass]
     pads = rng.uniform(-1, 1) * perturbation.pads
     devices, centres = _device_draws(seed, len(objects))
-    if replace(perturbation, position=0.0, angle=0.0, noise=0.0, bias=0.0) == NONE:
-        return scene
     model = copy.copy(scene.mujoco)
     if perturbation.centre:
         model = _with_centres(scene, dict(zip(objects, centres, strict=True)), perturbation.centre)

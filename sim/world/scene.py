@@ -23,7 +23,7 @@ from sim.world.furniture import add_pedestal, add_station, add_table, markings_o
 from sim.world.layout import arrange
 from sim.world.materials import add_studio
 from sim.world.objects import add_objects, add_spares, start_slots, stored_at
-from sim.world.places import Slot, Station
+from sim.world.places import START_OFFSET_M, START_TURN_RAD, Slot, Station
 from sim.world.shapes import ObjectShape, shapes_of
 from sim.world.tabletop import Marking
 
@@ -206,7 +206,7 @@ def _check_start(scene: Scene, own: UserScene) -> None:
 
 
 def initial_state(
-    scene: Scene, *, seed: int | None = None, position: float = 0.005, angle: float = np.radians(5)
+    scene: Scene, *, seed: int | None = None, position: float = START_OFFSET_M, angle: float = START_TURN_RAD
 ) -> mujoco.MjData:
     """Return the state before the first action: arm at home, hand open, objects at rest in their slots.
 
