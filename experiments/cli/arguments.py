@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
 from collections.abc import Callable, Sequence
 from decimal import Decimal, InvalidOperation
 from typing import Any, NoReturn
@@ -41,6 +42,14 @@ class Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"{self.prog}: {told}\n{self.format_usage()}More: `{self.prog} --help`\n")
 
 
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Fits paragraphs to the width of the terminal; one with indented lines, such as examples, stays as it is."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        paragraphs = text.rstrip().split("\n\n")
+        return "\n\n".join(part if "\n " in part else textwrap.fill(part, width) for part in paragraphs)
+
+
 def add_command(
     commands: Commands[argparse.ArgumentParser], command: Command, *examples: str, more: str = ""
 ) -> argparse.ArgumentParser:
@@ -52,7 +61,7 @@ def add_command(
         commands: where it is added.
         command: carries it out.
         examples: calls that work, two at least.
-        more: text at the end of the help, in lines of at most 120 characters.
+        more: text at the end of the help, see `HelpFormatter`.
     """
     summary = (command.__doc__ or "").partition("\n")[0]
     lines = "".join(f"\n  {example}" for example in examples)
@@ -61,7 +70,7 @@ def add_command(
         help=summary,
         description=summary,
         epilog=f"examples:{lines}" + (f"\n\n{more}" if more else ""),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=HelpFormatter,
     )
     add_quiet(parser, default=argparse.SUPPRESS)
     parser.set_defaults(command=command)

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 import prefplan
-from experiments.cli.arguments import Command, Parser, add_quiet
+from experiments.cli.arguments import Command, HelpFormatter, Parser, add_quiet
 from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from experiments.commands.execution import demo, export, film, measure, report, run, sweep, verify, view
 from experiments.commands.machine import completion, doctor, robots
@@ -103,7 +103,7 @@ def parser() -> argparse.ArgumentParser:
         prog="prefplan",
         description="Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out.",
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=HelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"prefplan {prefplan.__version__}")
     add_quiet(parser)

@@ -31,8 +31,5 @@ def find(scenario: str, *, measured: bool = True) -> Scenario:
         return load(named, measured=measured)
     if path.suffix or path.exists() or len(path.parts) > 1:
         return load(path, measured=measured)
-    here = sorted(file.stem for file in Path().glob("*.toml"))
-    raise ScenarioError(
-        f"no scenario named {scenario!r} ships {choices(scenario, names())} "
-        f"or is in this folder {choices(scenario, here)}"
-    )
+    known = sorted({*names(), *(file.stem for file in Path().glob("*.toml"))})
+    raise ScenarioError(f"no scenario named {scenario!r} ships or is in this folder {choices(scenario, known)}")

@@ -139,5 +139,7 @@ def _typed(kind: Any, value: Any, where: str) -> Any:
     """Return a value if it has a type."""
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         shown = value if isinstance(value, Decimal) else repr(value)
-        raise ScenarioError(f"{where}: must be {NOUNS[kind]}, not {shown}")
+        is_single_table = kind is list and isinstance(value, Mapping) and "." not in where
+        wanted = f"tables, each under [[{where}]]" if is_single_table else NOUNS[kind]
+        raise ScenarioError(f"{where}: must be {wanted}, not {shown}")
     return value

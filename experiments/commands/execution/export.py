@@ -26,9 +26,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan export case_study_3 --to mjcf",
     )
     more = (
-        "glb: a run as binary glTF 2.0, y upwards, in metres; the animation's time is the simulated time in seconds.\n"
-        "mjcf: the scene that is simulated, a folder with scene.xml and its meshes; keyframe `start` is its start.\n"
-        "      It opens with: python -m mujoco.viewer --mjcf=out/case_study_3/mjcf/scene.xml"
+        "glb: a run as binary glTF 2.0, y upwards, in metres; the animation's time is the simulated time, s.\n\n"
+        "mjcf: the scene that is simulated, a folder with scene.xml and its meshes; keyframe `start` is its start. "
+        "It opens with: python -m mujoco.viewer --mjcf=out/case_study_3/mjcf/scene.xml"
     )
     parser = add_command(commands, export, *examples, more=more)
     source = parser.add_argument(
@@ -50,6 +50,8 @@ def export(options: argparse.Namespace) -> int:
     if options.to == "mjcf":
         return _export_scene(options)
     run = Path(options.source)
+    if run.suffix != ".npz":
+        raise PrefplanError(f"{run}: --to glb takes the log of a run, an .npz file that `prefplan run` wrote")
     path: Path = options.out or run.with_suffix(".glb")
     if path.suffix.lower() != ".glb":
         raise PrefplanError(f"{path}: the file's name ends in .glb")

@@ -22,7 +22,7 @@ from prefplan.planner import Planner
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     more = (
-        "Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with\n"
+        "Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with "
         "the same options in the same folder are used again: an interrupted report goes on."
     )
     parser = add_command(

@@ -34,8 +34,8 @@ def test_a_mistake_in_the_scenario_is_told_on_stderr(
 @pytest.mark.parametrize(
     ("scenario", "message"),
     [
-        ("case_study_11", "'case_study_11' ships (did you mean 'case_study_1'?) or is in this folder (valid: detour)"),
-        ("detuor", "or is in this folder (did you mean 'detour'?)"),
+        ("case_study_11", "'case_study_11' ships or is in this folder (did you mean 'case_study_1'?)"),
+        ("detuor", "'detuor' ships or is in this folder (did you mean 'detour'?)"),
         ("nowhere.toml", "nowhere.toml: no such file"),
         ("far/away", "far/away: no such file"),
         (".", ".: cannot be read"),

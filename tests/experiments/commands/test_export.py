@@ -41,6 +41,7 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(run: Run, cu
     ("words", "message"),
     [
         (["no.npz", "--to", "glb"], "no.npz: no such file"),
+        (["case_study_3", "--to", "glb"], "case_study_3: --to glb takes the log of a run"),
         (["text.npz", "--to", "glb"], "text.npz: broken, or not a log"),
         (["text.npz", "--to", "glb", "--out", "arm.gltf"], "arm.gltf: the file's name ends in .glb"),
         (["text.npz", "--to", "gbl"], "--to: unknown value 'gbl' (did you mean 'glb'?)"),

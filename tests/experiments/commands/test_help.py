@@ -54,6 +54,13 @@ def test_every_example_is_a_call_of_its_command_with_a_scenario_that_it_can_take
     assert f"prefplan {name}" in line
 
 
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_fits_a_terminal_except_for_examples_to_copy(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = COMMANDS[name].format_help().splitlines()
+    assert [line for line in lines if len(line) > 80 and not line.startswith("  ")] == []
+
+
 @pytest.mark.parametrize("line", QUICK)
 def test_the_examples_that_plan_work(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

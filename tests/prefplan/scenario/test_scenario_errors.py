@@ -106,7 +106,7 @@ def test_a_missing_kind_of_preference_comes_with_the_valid_ones(file: Path) -> N
         (GRID, 'name = "bake"', "name = 3", "tasks[1].name: must be a string, not 3"),
         (GRID, 'formula = "F cheese"', "formula = 3", "tasks[0].formula: must be a string, not 3"),
         (GRID, '["bake", "eat"]', '"bake"', "preference.order: must be a list, not 'bake'"),
-        (GRID, TASKS, '[tasks]\neat = "F cheese"\n', "tasks: must be a list, not {'eat': 'F cheese'}"),
+        (GRID, TASKS, "[tasks]\nname = 3\n", "tasks: must be tables, each under [[tasks]], not {'name': 3}"),
         (GRAPH, 'to = "s1"', "to = 1", "model.transitions[0].to: must be a string, not 1"),
         (GRAPH, 's2 = ["plant"]', 's2 = "plant"', "model.labels.s2: must be a list, not 'plant'"),
         (GRAPH, 'propositions = ["rock"]', 'propositions = "rock"', "model.propositions: must be a list, not 'rock'"),
