@@ -1,4 +1,4 @@
-"""Scenario files to start from, one for each kind of model, with every key explained in its comments."""
+"""Scenario files to start from, one for each kind of model, with comments on its keys."""
 
 from __future__ import annotations
 

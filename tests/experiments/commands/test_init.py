@@ -58,6 +58,14 @@ def test_the_prices_that_the_comments_offer_can_be_had(run: Run, tmp_path: Path,
     assert any(task["skip"] for task in found.json["tasks"])
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_tables_that_the_comments_offer_can_be_had(run: Run, tmp_path: Path, kind: str) -> None:
+    offered = r"^# (?=\[|mud = |wall = |name = |formula = )"
+    (tmp_path / "mine.toml").write_text(re.sub(offered, "", starter(kind, file="mine.toml"), flags=re.MULTILINE))
+    found = run("check", "mine.toml", "--json", "--quick")
+    assert (found.status, found.err) == (0, "")
+
+
 def test_the_file_is_named_as_said(run: Run, tmp_path: Path) -> None:
     for name in ("here", "below/there.toml", str(tmp_path / "far" / "v1.5")):
         result = run("init", name)
