@@ -26,13 +26,16 @@ from experiments.cli.status import DONE, INTERRUPTED
 from experiments.commands.planning.checkup import check
 from experiments.sweep.job import Record, Sweep, failure_class, pack, roll_out
 from experiments.sweep.recorded import RECORDS
-from experiments.sweep.results import USUAL
 from experiments.sweep.summary import share, wilson
 from prefplan.errors import PrefplanError
 from prefplan.front import NoPlanError
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
 from prefplan.scenario.decode import load
+from sim.world.randomization import Perturbation
+
+USUAL = Perturbation()
+"""By how much starts differ."""
 
 NEAR_M, FAR_M, ASIDE_RAD = 0.32, 0.68, 1.0
 """Where locations are drawn: distances from the base, and angles from straight ahead."""

@@ -19,7 +19,6 @@ from experiments import scenarios
 from experiments.cli.arguments import positive
 from experiments.cli.status import DONE
 from experiments.runs.carry_out import begin, scene_of
-from experiments.sweep.results import names
 from prefplan.planner import Planner
 from sim.motion.kinematics import Arm
 from sim.motion.planning import MotionPlanner
@@ -48,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print the page and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeats", type=positive, default=5, metavar="N", help="of each (default: 5)")
-    parser.add_argument("--scenario", action="append", choices=names(), help="only this one; may be repeated")
+    parser.add_argument("--scenario", action="append", metavar="NAME", help="only this one; may be repeated")
     options = parser.parse_args(arguments)
     columns = {name: measure(name, repeats=options.repeats) for name in options.scenario or ["case_study_3", "kitchen"]}
     print(markdown(columns))
