@@ -79,6 +79,9 @@ class GridMap(PlanMap):
         areas += [(name, "terrain", ground.boxes) for name, ground in self.model.terrain.items()]
         return [*(Named(name, kind, _rectangle(max(boxes, key=_area)), True) for name, kind, boxes in areas), *goals]
 
+    def _unnamed(self) -> list[np.ndarray]:
+        return [_rectangle(box) for boxes in self.model.obstacles.values() for box in boxes]
+
     def _kept_clear(self, plan: Plan) -> np.ndarray:
         """Return up to some hundred points along a path, between its states too."""
         states = self.path(plan)

@@ -62,12 +62,13 @@ def draw_parallel(axes: Axes, front: Front) -> None:
     low, high = values.min(axis=0), values.max(axis=0)
     shares = (values - low) / np.where(high > low, high - low, 1.0)
     places = range(values.shape[1])
+    numbers: dict[float, list[str]] = {}
     for i, (share, color) in enumerate(zip(shares, _colors(front), strict=True)):
         axes.plot(places, share, "o-", color=color, linewidth=1.3, markersize=4, alpha=0.85, zorder=3)
-        if len(front) <= MOST_NUMBERED:
-            axes.annotate(
-                str(i), (0, share[0]), (-6, 0), textcoords="offset points", ha="right", va="center", fontsize=6.5
-            )
+        numbers.setdefault(share[0], []).append(str(i))
+    for at, equal in numbers.items() if len(front) <= MOST_NUMBERED else ():
+        text = ", ".join(equal)
+        axes.annotate(text, (0, at), (-6, 0), textcoords="offset points", ha="right", va="center", fontsize=6.5)
     for place, least, most in zip(places, low, high, strict=True):
         axes.axvline(place, color="#444444", linewidth=0.9, zorder=2)
         for value, at, offset in ((least, 0, -11), (most, 1, 5)):

@@ -62,12 +62,18 @@ class Named(NamedTuple):
 
 
 def write_names(
-    axes: Axes, named: Sequence[Named], *, dots: Sequence[np.ndarray], path: np.ndarray, font_size: float
+    axes: Axes,
+    named: Sequence[Named],
+    *,
+    dots: Sequence[np.ndarray],
+    others: Sequence[np.ndarray],
+    path: np.ndarray,
+    font_size: float,
 ) -> None:
     """Write names on a map whose axes have their final place, where there is space.
 
-    They cover neither `dots`, (4,) rectangles, nor the (P, 2) points of a path, if they can; the font size is in
-    points.
+    They cover neither `dots` nor `others`, (4,) rectangles, nor the (P, 2) points of a path, nor what has another name,
+    if they can; the font size is in points.
     """
     to_pixels = axes.transData.transform
     texts = [_write(axes, one.text, one.kind, font_size) for one in named]
@@ -77,12 +83,9 @@ def write_names(
         Label((extent.width + 2 * PAD, extent.height + 2 * PAD), target, one.inside)
         for extent, target, one in zip(extents, targets, named, strict=True)
     ]
-    areas = [target for target, one in zip(targets, named, strict=True) if one.inside and one.kind == "name"]
-    obstacles = Obstacles(
-        to_pixels(path),
-        np.array([to_pixels(dot.reshape(2, 2)).ravel() for dot in dots]),
-        np.array(areas).reshape(-1, 4),
-    )
+    areas = [target for target, one in zip(targets, named, strict=True) if one.inside]
+    dots, others = ([to_pixels(one.reshape(2, 2)).ravel() for one in rectangles] for rectangles in (dots, others))
+    obstacles = Obstacles(to_pixels(path), np.array(dots), np.array([*areas, *others]).reshape(-1, 4))
     frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
     line = font_size * axes.figure.dpi / POINTS
     for text, rectangle, target in zip(texts, place(labels, frame, obstacles, line=line), targets, strict=True):
@@ -149,6 +152,10 @@ class PlanMap(ABC):
     def _kept_clear(self, plan: Plan) -> np.ndarray:
         """Return (P, 2) points of a plan's path that names do not cover."""
 
+    def _unnamed(self) -> list[np.ndarray]:
+        """Return the (4,) rectangles of areas that no name is for."""
+        return []
+
     def draw(self, axes: Axes, plan: Plan) -> None:
         """Draw the map with a plan: the path with its direction, the start and where tasks are satisfied; no text."""
         axes.set_aspect("equal")
@@ -184,7 +191,14 @@ class PlanMap(ABC):
         named = self._names({plan.states[step] for step in goals}, done)
         dots = [one.target for one in named if not one.inside]
         start = square(self._start(plan), START_SIZE * self.mark)
-        write_names(axes, named, dots=[start, *dots], path=self._kept_clear(plan), font_size=font_size)
+        write_names(
+            axes,
+            named,
+            dots=[start, *dots],
+            others=self._unnamed(),
+            path=self._kept_clear(plan),
+            font_size=font_size,
+        )
 
     def goals(self, plan: Plan) -> dict[int, list[str]]:
         """Return the tasks that a plan satisfies, by the number of actions taken until then."""

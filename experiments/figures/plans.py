@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from pathlib import Path
 
 from experiments.cli.output import relaxed, worth
@@ -20,6 +21,9 @@ MOST_PLANS = 23
 """Most plans in a figure; with the front it has two dozen panels."""
 
 COLUMNS = 4
+
+TITLE_LETTERS, LINE = 34, 0.18
+"""Most letters in a line of a panel's title, and the height of one more line, inches."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
@@ -40,13 +44,15 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     rows = math.ceil((len(front) + 1) / columns)
     shape = min(1.6, max(0.6, plan_map.size[1] / plan_map.size[0]))
     most = max(len(plan.relaxations) for plan in front)
-    size = (columns * PANEL, rows * (PANEL * shape + 0.35 + 0.14 * most))
+    titles = [textwrap.fill(f"{i}: {worth(plan, penalty='μ =')}", TITLE_LETTERS) for i, plan in enumerate(front)]
+    more_lines = max(title.count("\n") for title in titles)
+    size = (columns * PANEL, rows * (PANEL * shape + 0.35 + 0.14 * most + LINE * more_lines))
     with drawing(size=size, layout=True) as figure:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
-        for i, (axes, plan) in enumerate(zip(panels, front, strict=False)):
+        for axes, plan, title in zip(panels, front, titles, strict=False):
             plan_map.draw(axes, plan)
             axes.set_xlabel("\n".join(line.strip() for line in relaxed(plan)), fontsize=7.5)
-            axes.set_title(f"{i}: {worth(plan, penalty='μ =')}")
+            axes.set_title(title)
         draw_front(panels[len(front)], scenario, front, brief=True)
         panels[len(front)].set_title("Pareto front")
         for axes in panels[len(front) + 1 :]:

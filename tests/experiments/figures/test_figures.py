@@ -14,9 +14,47 @@ from PIL import Image
 
 from experiments import scenarios
 from experiments.commands.command_line import main
+from experiments.figures import plans
 from experiments.figures.front import draw, draw_front
 from experiments.figures.maps import map_of
 from prefplan import Front, Plan, Scenario, pareto_front
+from prefplan.scenario.decode import loads
+
+MUDDY = """
+[model]
+kind = "grid"
+size = [12, 8]
+start = [0, 0]
+cost = { time = 1, energy = 1 }
+[model.terrain]
+mud = { boxes = [[3, 0, 5, 5]], cost = { time = 1, energy = 4 } }
+ridge = { boxes = [[8, 3, 8, 7]], cost = { time = 3, energy = 3 } }
+[model.regions]
+soil = [6, 1, 6, 1]
+battery = [11, 6, 11, 7]
+base = [0, 7, 0, 7]
+[model.obstacles]
+rock = [7, 2, 7, 5]
+[[tasks]]
+name = "sample"
+formula = "F (soil & F base)"
+[[tasks]]
+name = "power"
+formula = "F (battery & F base)"
+[[tasks]]
+name = "home"
+formula = "F base"
+[[preferences]]
+name = "soon"
+kind = "deadline"
+deadlines = { sample = { by = 20, weight = 2 } }
+of = "time"
+[[preferences]]
+name = "even"
+kind = "expression"
+expression = "abs(sample - power)"
+of = "energy"
+"""
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -131,6 +169,22 @@ def test_a_map_shows_regions_by_name_and_tasks_where_they_are_satisfied(axes: Ax
     assert not axes.texts
     plan_map.label(axes, plan)
     assert {text.get_text() for text in axes.texts} == {"dirt", "plant", "rock", "charge", "phi1", "phi2", "phi3"}
+
+
+def test_titles_lie_apart_and_a_name_keeps_off_an_obstacle_beside_what_it_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(plans, "write_figure", lambda figure, path: drawn.append(figure))
+    scenario = loads(MUDDY, name="muddy")
+    plans.draw(scenario, pareto_front(scenario.problem()), tmp_path / "plans.png")
+    (figure,) = drawn
+    one, other = (axes.title.get_window_extent() for axes in figure.axes[:2])
+    assert not one.overlaps(other)
+    for axes in figure.axes[:2]:
+        (name,) = [text for text in axes.texts if text.get_text() == "ridge"]
+        rocks = [patch for patch in axes.patches if patch.get_gid() == "obstacle"]
+        assert rocks and not any(name.get_window_extent().overlaps(rock.get_window_extent()) for rock in rocks)
 
 
 def test_plans_automata_and_a_system_are_drawn(tmp_path: Path) -> None:
