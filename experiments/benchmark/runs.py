@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import resource
-import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -32,8 +31,6 @@ YARDSTICKS = {
 
 MAX_BYTES = 8e9
 """Memory limit of every search: what a laptop with 16 GB has to spare."""
-
-MAXRSS_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024
 
 
 @dataclass(frozen=True)
@@ -117,7 +114,8 @@ def _measure(run: BenchmarkRun) -> Timing:
 
 
 def _peak() -> int:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * MAXRSS_UNIT_BYTES
+    """Return the greatest memory of this process so far, bytes."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 Planned = tuple[float, int, Points | None, str | None]

@@ -35,6 +35,11 @@ def condense(actions: Sequence[str]) -> str:
     return ", ".join(action if n == 1 else f"{n} x {action}" for action, n in runs)
 
 
+def listed(words: Sequence[str]) -> str:
+    """Return words as `a, b and c`."""
+    return "".join(words) if len(words) < 2 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
 def worth(plan: Plan, *, penalty: str = "preference penalty") -> str:
     """Return the objectives of a plan in words; `penalty` is what the only preference is called."""
     if len(plan.costs) > 1 or len(plan.preferences) != len(plan.costs):
@@ -157,7 +162,7 @@ def show_front(console: Console, scenario: Scenario, front: Front) -> None:
     what, columns = "cost and preference penalty", ["cost", "penalty"]
     if not problem.is_bi_objective:
         columns = list(problem.objective_names)
-        what = f"{', '.join(columns[:-1])} and {columns[-1]}"
+        what = listed(columns)
     table = Table(title=f"{escape(scenario.name)}: Pareto front of {what}", title_justify="left")
     table.add_column("#", justify="right")
     for name in columns:

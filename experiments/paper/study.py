@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import mimetypes
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -20,9 +21,6 @@ from prefplan import Front, PrefplanError
 
 AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "erratum", "measured"
 """Verdicts. An erratum: the paper contradicts itself, and ours is what its other statement gives; times: measured."""
-
-KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
-"""Media types of figures by the ending of their files."""
 
 
 @dataclass(frozen=True)
@@ -140,4 +138,5 @@ class Report:
 
 
 def _data_url(picture: Path) -> str:
-    return f"data:{KINDS[picture.suffix]};base64,{base64.b64encode(picture.read_bytes()).decode()}"
+    kind, _ = mimetypes.guess_type(picture)
+    return f"data:{kind};base64,{base64.b64encode(picture.read_bytes()).decode()}"

@@ -57,7 +57,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         "upwards": len(problem.cost_names) if problem.preferences else 1,
         "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [
-            _task(task, named[task.name], automaton.accepting, automaton.dead)
+            _task(task, named[task.name], automaton.dead)
             for task, automaton in zip(problem.tasks, problem.automata, strict=True)
         ],
         "rules": [_rule(rule) for rule in problem.rules],
@@ -199,7 +199,6 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
         "as_planned": outcome["executed"] == list(plan.actions),
         "replans": outcome["replans"],
         "seconds": outcome["sim_seconds"],
-        "placement_error_mm": outcome["max_placement_error_mm"],
         "certificate": recording.certificate,
     }
 
@@ -223,7 +222,7 @@ def _rule(rule: Rule) -> dict[str, str]:
     }
 
 
-def _task(task: Task, title: str, accepting: int | None, dead: int | None) -> dict[str, Any]:
+def _task(task: Task, title: str, dead: int | None) -> dict[str, Any]:
     offers = []
     for one in task.relax:
         where = "anywhere" if one.when == "true" else f"where {one.when} holds"
@@ -235,7 +234,6 @@ def _task(task: Task, title: str, accepting: int | None, dead: int | None) -> di
         "title": title,
         "formula": " ".join(task.formula.split()),
         "words": words_of(task.tree),
-        "accepting": accepting,
         "dead": dead,
         "offers": offers,
     }

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from experiments.cli.output import condense, number, relaxed
+from experiments.cli.output import condense, listed, number, relaxed
 from experiments.report.differences import Parking, common, landmarks, set_aside
 from experiments.report.preference_words import shares
 from experiments.runs.formula_words import at_words, titles
@@ -38,7 +38,7 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
     if not scenario.problem().is_bi_objective:
         first, *others = plan.objectives.items()
         beside = [f"{objective} {number(value)}" for objective, value in others]
-        return f"No plan takes less {first[0]}.", [f"Beside that: {_all(beside)}."]
+        return f"No plan takes less {first[0]}.", [f"Beside that: {listed(beside)}."]
     headline = "No plan costs less" if plan.actions else "Nothing has to be done: this plan costs nothing"
     details = list[str]()
     if exact(plan.preference) == 0:
@@ -62,8 +62,8 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
     extra = number(_minus(plan.plan.cost, other.plan.cost))
     means = _means(scenario.model, plan.ledger, other.ledger)
     gains, losses = _gains(scenario, plan, other, name)
-    reason = f"{means} so that {_all(gains)}" if means else _all(gains)
-    headline = f"{extra} more than {other.name}: {reason}" + (f", although {_all(losses)}." if losses else ".")
+    reason = f"{means} so that {listed(gains)}" if means else listed(gains)
+    headline = f"{extra} more than {other.name}: {reason}" + (f", although {listed(losses)}." if losses else ".")
     details = [
         f"Its preference penalty is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
         *_times(plan, other, name),
@@ -79,8 +79,8 @@ def _explain_several(scenario: Scenario, plan: NamedPlan, other: NamedPlan, name
     more = [f"{number(change)} more {key}" for key, change in changes.items() if change > 0]
     less = [f"{number(to_number(-exact(change)))} less {key}" for key, change in changes.items() if change < 0]
     means = _means(scenario.model, plan.ledger, other.ledger).rstrip(",")
-    gained = f", for {_all(less)}" if less and more else _all(less)
-    headline = f"{_all(more)}{gained} than {other.name}" if more or less else f"as good as {other.name}"
+    gained = f", for {listed(less)}" if less and more else listed(less)
+    headline = f"{listed(more)}{gained} than {other.name}" if more or less else f"as good as {other.name}"
     headline = headline[0].upper() + headline[1:] + (f": {means}." if means else ".")
     return headline, [*_times(plan, other, name), *_actions(scenario.model, plan.ledger, other.ledger)]
 
@@ -109,7 +109,7 @@ def _means(model: Model, plan: Ledger, other: Ledger) -> str:
         kinds = Counter(model.action(action).kind for action in mine)
         kinds -= Counter(model.action(action).kind for action in theirs)
         if kinds:
-            return f"it takes {_all([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
+            return f"it takes {listed([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
     alike = common(mine, theirs)
     if alike < len(mine):
         return f"it does {mine[alike]}" + (f" instead of {theirs[alike]}" if alike < len(theirs) else "")
@@ -129,10 +129,10 @@ def _gains(
         pairs = zip(shares(scenario.preference, plan.plan), shares(scenario.preference, other.plan), strict=True)
         for now, before in pairs:
             if now.missed is not None and before.missed is not None and now.missed < before.missed:
-                change = f"misses that by {number(now.missed)} instead of {number(before.missed)}"
+                words = f", preferred {now.preferred}, is off by {number(now.missed)} instead of"
                 if now.missed == 0:
-                    change = f"keeps that instead of missing it by {number(before.missed)}"
-                gains.append(f"{name[now.task]}, preferred {now.preferred}, {change}")
+                    words = f" is as preferred, {now.preferred}, instead of off by"
+                gains.append(f"{name[now.task]}{words} {number(before.missed)}")
     if not gains:
         for task, cost in plan.plan.task_costs.items():
             if _minus(other.plan.task_costs[task], cost) > 0:
@@ -157,7 +157,7 @@ def _overtakings(
             if later:
                 overtaking.setdefault(later, []).append(name[task])
     for later, tasks in overtaking.items():
-        yield f"{_all(tasks)} {'is' if len(tasks) == 1 else 'are'} done {side} {_all(later)}"
+        yield f"{listed(tasks)} {'is' if len(tasks) == 1 else 'are'} done {side} {listed(later)}"
 
 
 def _before(ledger: Ledger, one: str, other: str) -> bool:
@@ -212,12 +212,8 @@ def _actions(model: Model, plan: Ledger, other: Ledger) -> list[str]:
 
 
 def _parked(parked: Sequence[Parking], model: Model) -> str:
-    return _all([f"{parking.obj} is put aside {at_words(parking.place, model)}" for parking in parked])
+    return listed([f"{parking.obj} is put aside {at_words(parking.place, model)}" for parking in parked])
 
 
 def _minus(one: Number, other: Number) -> Number:
     return to_number(exact(one) - exact(other))
-
-
-def _all(clauses: Sequence[str]) -> str:
-    return "".join(clauses) if len(clauses) < 2 else f"{', '.join(clauses[:-1])} and {clauses[-1]}"

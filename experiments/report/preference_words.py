@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from experiments.cli.output import number
+from experiments.cli.output import listed, number
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Plan
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
@@ -42,7 +42,10 @@ def in_words(preference: Preference, tasks: Sequence[str]) -> str:
     amount = "violation cost" if paid else "cost"
     match preference:
         case Order(order):
-            steps = [entry if isinstance(entry, str) else _in_any_order(entry) for entry in order or tasks]
+            steps = [
+                entry if isinstance(entry, str) else listed(entry) + " in any order" * (len(entry) > 1)
+                for entry in order or tasks
+            ]
             others = [name for name in tasks if name not in _flat(order or tasks)]
             also = f" ({', '.join(others)} weigh nothing)" if others else ""
             return (
@@ -121,10 +124,6 @@ def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction
 def _flat(order: Sequence[str | tuple[str, ...]]) -> list[str]:
     """Return the tasks of an order, those of groups too."""
     return [name for entry in order for name in ([entry] if isinstance(entry, str) else entry)]
-
-
-def _in_any_order(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:-1])} and {names[-1]} in any order" if len(names) > 1 else names[0]
 
 
 def _limit(by: Number, weight: Number, paid: bool) -> str:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from datetime import timedelta
 from importlib.metadata import version
 from typing import Any
 
@@ -86,13 +87,7 @@ def work(
         for new, record in enumerate(results, start=1):
             records.add(record)
             good += record["completed"]
-            left = (time.monotonic() - began) / new * (len(missing) - new)
-            tell(stage, done + new, workload.rollouts, f"{good / (done + new):.1%} completed, {duration(left)} left")
+            left = timedelta(seconds=round((time.monotonic() - began) / new * (len(missing) - new)))
+            tell(stage, done + new, workload.rollouts, f"{good / (done + new):.1%} completed, {left} left")
             if workload.cluster and enough():
                 return
-
-
-def duration(seconds: float) -> str:
-    """Return a duration as h:mm:ss."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"

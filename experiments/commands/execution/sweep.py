@@ -6,7 +6,7 @@ import argparse
 import json
 import shlex
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from experiments.cli.options import PLAN, VIDEO, add_options
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
-from prefplan.errors import PrefplanError
+from prefplan.errors import PrefplanError, choices
 from prefplan.front import NoPlanError
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
@@ -193,8 +193,8 @@ def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int
     if header["scenario_sha256"] != fingerprint(scenario):
         raise PrefplanError(f"--replay {wanted}: {scenario.path} has changed since the sweep in {folder}")
     if wanted not in records:
-        there = spans(records) or "none"
-        raise PrefplanError(f"--replay {wanted}: no such rollout in {path}; valid: {there}")
+        valid = map(str, sorted(records))
+        raise PrefplanError(f"--replay {wanted}: no such rollout in {path} {choices(str(wanted), valid)}")
     record, into = records[wanted], folder / f"rollout_{wanted}"
     _, command, _, *conditions = shlex.split(record["replay"])
     look = ["--camera", options.camera, "--quality", options.quality]
@@ -216,14 +216,3 @@ def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int
     elif not options.json:
         print(f"rollout {wanted} ended as recorded: {'completed' if record['completed'] else record['reason']}")
     return status
-
-
-def spans(numbers: Iterable[int]) -> str:
-    """Return whole numbers as text, such as `0 to 5, 7`."""
-    found: list[list[int]] = []
-    for number in sorted(numbers):
-        if found and found[-1][-1] == number - 1:
-            found[-1][1:] = [number]
-        else:
-            found.append([number])
-    return ", ".join(" to ".join(map(str, span)) for span in found)

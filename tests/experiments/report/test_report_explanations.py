@@ -71,8 +71,8 @@ def refuted(name: str, plan: pp.Plan) -> list[str]:
             "case_study_1",
             1,
             0,
-            "2 more than the cheapest: after tacos it goes to p4 instead of p3, so that phi2, preferred second, misses "
-            "that by 25 instead of 26.",
+            "2 more than the cheapest: after tacos it goes to p4 instead of p3, so that phi2, preferred second, is off "
+            "by 25 instead of 26.",
         ),
         (
             "case_study_1",
@@ -134,7 +134,7 @@ def test_a_plan_that_keeps_a_deadline_says_so() -> None:
     headline, _ = explain(scenario, kept, cheapest)
     assert kept.plan.preference == 0 and "misses" not in headline
     late = cheapest.plan.task_costs["phi1"] - due.by
-    assert headline.endswith(f"so that phi1, preferred by {due.by}, keeps that instead of missing it by {late}.")
+    assert headline.endswith(f"so that phi1 is as preferred, by {due.by}, instead of off by {late}.")
 
 
 @pytest.mark.parametrize("name", SHIPPED)

@@ -278,7 +278,7 @@ def test_replay_repeats_a_recorded_rollout_with_a_video(call: Run, cup: Path, mo
     assert "rollout 1 ended otherwise than recorded" in err and "recorded 1\n" in err
     status, out, err = call("--replay", "2")
     assert (status, out) == (2, "")
-    assert err.endswith("--replay 2: no such rollout in out/cup/sweep_cost/rollouts.jsonl; valid: 0 to 1\n")
+    assert err.endswith("--replay 2: no such rollout in out/cup/sweep_cost/rollouts.jsonl (valid: 0, 1)\n")
     (cup / "cup.toml").write_text(CUP + "\n# changed\n")
     assert "cup.toml has changed since the sweep" in call("--replay", "1")[2]
 

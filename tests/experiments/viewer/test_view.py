@@ -152,7 +152,6 @@ def test_a_browser_is_opened_where_there_is_a_screen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     addresses: list[str] = []
-    monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setenv("DISPLAY", display)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setattr(webbrowser, "open", addresses.append)
