@@ -19,6 +19,7 @@ from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
 from prefplan.front import Front, Plan
 from prefplan.ledger import Ledger
+from prefplan.logic.formula import TRUE, Until
 from prefplan.models.grid import GridModel
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import PreferenceObjective
@@ -215,10 +216,13 @@ def _map_words(scenario: Scenario, planned: Ledger) -> str:
 
 def _rule(rule: Rule) -> dict[str, str]:
     price = "" if rule.skip is None else f"; it may be broken once, for {number(rule.skip)}"
+    never = rule.broken
+    if isinstance(never, Until) and (never.left, never.low, never.high) == (TRUE, 0, None):
+        never = never.right  # what never holds at last never holds
     return {
         "name": rule.name,
         "formula": " ".join(rule.formula.split()),
-        "words": f"never: {words_of(rule.broken)}{price}",
+        "words": f"never: {words_of(never)}{price}",
     }
 
 

@@ -10,7 +10,7 @@ from scenario_texts import shipped_front, task_tables
 
 import prefplan as pp
 from experiments import scenarios
-from experiments.report.data import check_plan
+from experiments.report.data import check_plan, page_data
 from experiments.report.differences import Parking, parkings
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.preference_words import in_words, shares
@@ -254,3 +254,19 @@ def test_a_preference_is_told_in_words_and_shares(preference: pp.Preference, add
 )
 def test_a_formula_in_words_keeps_its_parts_together(formula: str, words: str) -> None:
     assert words_of(pp.parse(formula)) == words
+
+
+@pytest.mark.parametrize(
+    ("formula", "words"),
+    [
+        ("G !(view & sample)", "never: view and sample; it may be broken once, for 3"),
+        ("G (sample -> !F view)", "never: sample and eventually view; it may be broken once, for 3"),
+        ("X !view", "never: one action later view; it may be broken once, for 3"),
+    ],
+)
+def test_a_rule_says_what_never_holds(formula: str, words: str) -> None:
+    rule = f'[[rules]]\nname = "apart"\nformula = "{formula}"\nskip = 3\n'
+    preference = '[preference]\nkind = "max"\nover = "violation"\n'
+    scenario = loads(CAMPUS.partition("[preference]")[0] + rule + preference, name="campus")
+    front = pp.pareto_front(scenario.problem())
+    assert [one["words"] for one in page_data(scenario, front, {})["rules"]] == [words]
