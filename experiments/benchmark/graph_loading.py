@@ -17,14 +17,14 @@ from typing import Any
 from experiments.benchmark.road_network import Roads, arcs_text, coordinates_text, road_network
 from prefplan.models.graph_files.model import GraphFileModel
 
+COLUMNS, ROWS = 820, 708
+"""Crossings from west to east and from south to north, before those outside the city are left out."""
+
 
 def main() -> None:
     """Print a row of a table for each format."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--columns", type=int, default=820, help="crossings from west to east, see road_network")
-    parser.add_argument("--rows", type=int, default=708, help="crossings from south to north")
-    options = parser.parse_args()
-    roads = road_network(options.columns, options.rows)
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    roads = road_network(COLUMNS, ROWS)
     print(f"{len(roads.points)} nodes, {len(roads.sources)} edges\n")
     print("| format | MB | read, CPU s | build, CPU s | peak memory, MB |\n| --- | --- | --- | --- | --- |")
     with tempfile.TemporaryDirectory() as name:

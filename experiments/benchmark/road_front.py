@@ -19,6 +19,9 @@ from typing import NamedTuple
 from prefplan import Planner, Problem, Task
 from prefplan.models.graph_files.model import GraphFileModel
 
+NETWORK, QUERIES = "DC1", "DC_ODpairs.txt"
+"""Files of the network and of its queries."""
+
 COSTS = ("first", "second")
 """The two costs, in the order of the file."""
 
@@ -38,14 +41,12 @@ class Query(NamedTuple):
 def main() -> None:
     """Print a row of a table for each query, and check it by a search of its own."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="with the network's file and that of its queries")
-    parser.add_argument("--network", default="DC1", help="file of the network")
-    parser.add_argument("--queries", default="DC_ODpairs.txt", help="file of the queries")
-    options = parser.parse_args()
-    for name in (options.network, options.queries):
-        if not (options.folder / name).is_file():
-            parser.error(f"folder: {options.folder} has no file {name}")
-    arcs, queries = read_arcs(options.folder / options.network), read_queries(options.folder / options.queries)
+    parser.add_argument("folder", type=Path, help=f"with the files {NETWORK} and {QUERIES}")
+    source = parser.parse_args().folder
+    for name in (NETWORK, QUERIES):
+        if not (source / name).is_file():
+            parser.error(f"folder: {source} has no file {name}")
+    arcs, queries = read_arcs(source / NETWORK), read_queries(source / QUERIES)
     print("| query | points | labels expanded | read, CPU s | front, CPU s |\n| --- | --- | --- | --- | --- |")
     with tempfile.TemporaryDirectory() as folder:
         files = write_dimacs(arcs, Path(folder))

@@ -165,15 +165,12 @@ def main() -> None:
     """Write the files, and print the labels for the scenario."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=scenarios.FOLDER, help="where to write city.*.gz")
-    parser.add_argument("--columns", type=int, default=COLUMNS)
-    parser.add_argument("--rows", type=int, default=ROWS)
-    parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    roads = road_network(options.columns, options.rows, seed=options.seed)
+    roads = road_network()
     for ending, text in (("gr", arcs_text(roads)), ("co", coordinates_text(roads))):
         write_bytes(options.folder / f"city.{ending}.gz", gzip.compress(text.encode(), mtime=0))
-    print(f"# seed {options.seed}: {len(roads.points)} crossings, {len(roads.sources)} roads\n\n[model.labels]")
-    for kind, crossings in places(roads, seed=options.seed).items():
+    print(f"# {len(roads.points)} crossings, {len(roads.sources)} roads\n\n[model.labels]")
+    for kind, crossings in places(roads).items():
         print("\n".join(f'{crossing + 1} = ["{kind}"]' for crossing in crossings))
 
 
