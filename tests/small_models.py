@@ -1,4 +1,4 @@
-"""Small models and problems, and the maps of the paper."""
+"""Small models and problems."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def label(system: TransitionSystem, *actions: str) -> frozenset[str]:
 
 
 def judged(problem: Problem) -> judge.GraphProblem:
-    """Return a problem as the judge sees it, state by state; its states are called by their numbers."""
+    """Return a problem as the judge sees it, state by state but for its preference; states are called by number."""
     system = problem.system
     edges = [
         judge.Edge(
@@ -67,8 +67,11 @@ def judged(problem: Problem) -> judge.GraphProblem:
         for edge in system.edges(state)
     ]
     labels = {f"{state}": system.label(state) for state in range(system.size)}
-    tasks = tuple(judge.JudgedTask(task.name, judge.parse(task.formula)) for task in problem.tasks)
-    return judge.GraphProblem(f"{system.start}", tuple(edges), labels, tasks)
+    tasks = []
+    for task in problem.tasks:
+        relax = (judge.Relaxation(entry.assume, judge.parse(entry.when), entry.cost) for entry in task.relax)
+        tasks.append(judge.JudgedTask(task.name, judge.parse(task.formula), tuple(relax), task.skip))
+    return judge.GraphProblem(f"{system.start}", tuple(edges), labels, tuple(tasks))
 
 
 def measured(what: ManipulationModel) -> ManipulationModel:
@@ -88,19 +91,3 @@ def build(preference: Preference, names: Sequence[str] = NAMES, **task: Any) -> 
         edges, start="s", propositions=["p", "q", "r"], labels={"t": ["p"], "u": ["q"]}
     )
     return Problem(system, [Task(name, "F q", **task) for name in names], preference)
-
-
-MEADOW = {"dirt": (2, 0, 2, 0), "plant": (1, 1, 1, 1), "rock": (1, 2, 1, 2), "charge": (2, 2, 2, 2)}
-"""Regions of Examples 1 to 3, 3 x 3 cells: boxes x0 y0 x1 y1, corners inclusive."""
-
-TOWN = {
-    "p1": (2, 0, 4, 2),
-    "p2": (7, 2, 9, 4),
-    "tacos": (12, 1, 18, 5),
-    "cheese": (17, 7, 19, 9),
-    "p3": (17, 11, 19, 15),
-    "p4": (16, 17, 18, 19),
-    "grocer": (10, 10, 14, 19),
-    "pizza": (0, 15, 6, 18),
-}
-"""Regions of Case Studies 1 and 2, 20 x 20 cells."""

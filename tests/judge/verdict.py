@@ -9,6 +9,7 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from itertools import combinations
+from typing import Any
 
 from judge.enumerate import cheapest_cost, exact_plans
 from judge.numbers import to_resolution
@@ -110,16 +111,21 @@ def feasible(problem: GraphProblem, names: Sequence[str]) -> bool:
     return cheapest_cost(replace(problem, tasks=tasks)) is not None
 
 
+def relaxations(plan: Plan) -> list[dict[str, Any]]:
+    """Return what a plan relaxes and skips as `replay` takes it."""
+    return [
+        {"task": bought.task, "step": bought.step, "cost": bought.cost}
+        | ({"skip": True} if bought.assume is None else {"assume": bought.assume})
+        for bought in plan.relaxations
+    ]
+
+
 def misjudged(problem: GraphProblem, plan: Plan) -> str | None:
     """Return how a plan differs from what replaying it gives, or None."""
     prices = {printed(entry.cost): entry.cost for task in problem.tasks for entry in task.relax}
     prices |= {printed(task.skip): task.skip for task in problem.tasks if task.skip is not None}
-    relaxations = [
-        {"task": bought.task, "step": bought.step, "cost": prices[bought.cost]}
-        | ({"skip": True} if bought.assume is None else {"assume": bought.assume})
-        for bought in plan.relaxations
-    ]
-    told = replay(problem, plan.actions, relaxations)
+    exactly = [entry | {"cost": prices[entry["cost"]]} for entry in relaxations(plan)]
+    told = replay(problem, plan.actions, exactly)
     same = printed(told.cost) == plan.cost and printed(told.mu) == plan.preference and told.ends
     same &= told.states == tuple(plan.states)
     names = problem.names

@@ -5,7 +5,6 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,7 +14,6 @@ from judge.enumerate import explored
 from judge.examples import TRAPS
 from judge.fuzz import AGREES, draw, judged
 from judge.verdict import OPTIONS, misjudged, verdict
-from small_models import TOWN
 
 from prefplan import Planner, pareto_front
 from prefplan.scenario.decode import from_dict
@@ -114,31 +112,3 @@ def test_points_that_pruning_by_another_key_would_lose_are_found(name: str) -> N
         front = Planner(planned, options=options).front()
         assert [(plan.cost, plan.preference) for plan in front] == points
         assert not [wrong for plan in front if (wrong := misjudged(problem, plan))]
-
-
-def relaxed(name: str, formula: str, assume: str = "", when: str = "", price: int = 0) -> judge.JudgedTask:
-    """Return a task with at most one relaxation."""
-    entries = (judge.Relaxation(assume, judge.parse(when), price),) if assume else ()
-    return judge.JudgedTask(name, judge.parse(formula), entries)
-
-
-@pytest.mark.parametrize(
-    ("skip", "points"), [(25, [(50, 77), (60, 30), (64, 15)]), (20, [(50, 67), (60, 30), (64, 15)])]
-)
-def test_the_front_of_case_study_2(skip: int, points: list[tuple[int, int]]) -> None:
-    """The paper's text prices skipping phi5 at 20; the point (50, 77) of its figure takes 25."""
-    tasks = [
-        relaxed("phi1", "!pizza U cheese", "cheese", "grocer", 15),
-        relaxed("phi2", "F(grocer & F(p2))"),
-        relaxed("phi3", "F(tacos & F(p3) & F(p4))", "p4", "true", 15),
-        relaxed("phi4", "F(pizza & F(p1))", "pizza", "tacos", 12),
-        replace(relaxed("phi5", "(!cheese U pizza) & (!cheese U tacos)"), skip=skip),
-    ]
-    weights = {"phi1": 1, "phi2": 1, "phi3": 1, "phi4": 1, "phi5": 2}
-    preference = {"kind": "weighted-sum", "weights": weights, "over": "violation"}
-    problem = judge.grid_problem((20, 20), (0, 0), TOWN, tasks, preference)
-    front = Planner(from_dict(problem.scenario()).problem()).front()
-    assert [(plan.cost, plan.preference) for plan in front] == points
-    assert not [wrong for plan in front if (wrong := misjudged(problem, plan))]
-    assert ("phi5", None) in {(bought.task, bought.assume) for bought in front[0].relaxations}
-    assert sum(bought.cost for bought in front[0].relaxations) == points[0][1] - skip

@@ -13,33 +13,11 @@ from judge import (
     cheapest_cost,
     exact_front,
     exact_plans,
-    grid_problem,
     random_problem,
     replay,
 )
-from judge.examples import graph, tasks
+from judge.examples import graph
 from judge.semantics import holds_now
-from small_models import MEADOW
-
-
-@pytest.fixture
-def example() -> GraphProblem:
-    """The paper's Examples 1-3."""
-    formulas = tasks("F charge", "F (plant & F rock)", "!plant U dirt")
-    return grid_problem((3, 3), (0, 0), MEADOW, formulas, {"kind": "order"})
-
-
-def test_the_papers_example_has_its_plan_and_its_front(example: GraphProblem) -> None:
-    outcome = replay(example, ["E", "E", "W", "N", "N", "E"])
-    assert (outcome.cost, outcome.task_costs, outcome.mu, outcome.ends) == (6, (6, 5, 2), 4, True)
-    assert exact_front(example, max_cost=20) == [(6, 4), (9, 3)]
-
-
-def test_the_papers_example_misses_charge_with_the_action_it_prints(example: GraphProblem) -> None:
-    outcome = replay(example, ["E", "E", "W", "N", "N", "W"])
-    assert outcome.satisfied == (False, True, True)
-    assert outcome.task_costs[0] == outcome.cost == 6
-    assert not outcome.ends
 
 
 def test_zero_cost_loops_end_and_cost_nothing() -> None:

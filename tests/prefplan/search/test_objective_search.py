@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from judge.enumerate import TooManyError
 from judge.several import COST_NAMES, SeveralProblem, bounds_of, random_several, replayed, several_front
-from judge.verdict import printed
+from judge.verdict import printed, relaxations
 
-from prefplan import NoPlanError, Options, Plan, Planner, Problem, Task, TransitionSystem, UnfinishedError
+from prefplan import NoPlanError, Options, Planner, Problem, Task, TransitionSystem, UnfinishedError
 from prefplan.limits import Limits
 from prefplan.models.several_costs import with_costs
 from prefplan.product.product_automaton import Product
@@ -28,14 +28,6 @@ OPTIONS = (
     Options(heuristic=2, contraction=False),
     Options(compiled=False),
 )
-
-
-def relaxations(plan: Plan) -> list[dict[str, Any]]:
-    return [
-        {"task": bought.task, "step": bought.step, "cost": bought.cost}
-        | ({"skip": True} if bought.assume is None else {"assume": bought.assume})
-        for bought in plan.relaxations
-    ]
 
 
 def wrong(problem: SeveralProblem, options: tuple[Options, ...]) -> str | None:
