@@ -52,35 +52,6 @@ def test_values_by_hand(preference: dict[str, Any], expected: float) -> None:
     assert judge.reference(preference, names)(costs, (0, 0, 0)) == expected
 
 
-def random_table(rng: random.Random, names: Sequence[str]) -> dict[str, Any]:
-    """Draw a `[preference]` table whose numbers have up to two decimals."""
-
-    def number() -> float:
-        return rng.choice((0, 1, rng.randrange(10), rng.randrange(100) / 10, rng.randrange(500) / 100))
-
-    kind = rng.choice(("order", "weighted-sum", "deadline"))
-    if kind == "order":
-        return judge.random_preference(rng, names, kind)
-    if kind == "weighted-sum":
-        return {"kind": kind, "weights": {name: number() for name in names}}
-    late = [name for name in names if rng.random() < 0.7]
-    rows = {name: {"by": number()} | ({"weight": number()} if rng.random() < 0.6 else {}) for name in late}
-    return {"kind": kind, "deadlines": rows}
-
-
-def test_random_preferences_agree_with_their_definitions() -> None:
-    for seed in range(300):
-        rng = random.Random(seed)
-        names = rng.sample(["t1", "t2", "t3", "t4"], rng.randint(1, 4))
-        unit = rng.choice((1, 10, 100))
-        costs = {name: Fraction(rng.choice((0, 2, 5, rng.randrange(12 * unit))), unit) for name in names}
-        table = random_table(rng, names)
-        plan = plan_of(names, list(costs.values()), table)
-        expected = judge.reference(table, names)(tuple(costs.values()), (0,) * len(names))
-        assert plan.task_costs == {name: float(cost) for name, cost in costs.items()}, seed
-        assert judge.exact(plan.preference) == expected, (seed, table)
-
-
 def test_a_preference_over_violations_reads_the_prices_paid() -> None:
     weights = {"kind": "weighted-sum", "weights": {"x": 1, "y": 1, "z": 2}, "over": "violation"}
     terms = [{"kind": "order", "weight": 3}, {"kind": "max", "over": "violation"}]
