@@ -66,22 +66,23 @@ def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds()
     seconds = {charged: distances(network, [start, *kinds], barred=is_library & (not charged)) for charged in (0, 1)}
     wanted = [("pharmacy", "clinic"), ("depot", "post"), ("bakery", "school"), ("market",), ("charger",)]
     wanted += [("workshop",), ("library", "bank")]
-    frontier: list[tuple[float, int, tuple[int, ...]]] = [(0, start, (0,) * 7)]
-    closed = set()
+    best = {(start, (0,) * 7): 0.0}
+    frontier = [(0.0, start, (0,) * 7)]
     while frontier:
         spent, place, done = heapq.heappop(frontier)
         if all(count == len(places) for count, places in zip(done, wanted, strict=True)):
             break
-        if (place, done) in closed:
+        if spent > best[place, done]:
             continue
-        closed.add((place, done))
         for other, kind in kinds.items():
             reached = tuple(
                 count + (count < len(places) and places[count] == kind)
                 for count, places in zip(done, wanted, strict=True)
             )
-            if reached != done and (done[4] or kind != "library"):
-                heapq.heappush(frontier, (spent + seconds[done[4]][place][other], other, reached))
+            after = spent + seconds[done[4]][place][other]
+            if reached != done and (done[4] or kind != "library") and after < best.get((other, reached), np.inf):
+                best[other, reached] = after
+                heapq.heappush(frontier, (after, other, reached))
     assert spent == cheapest_plan(scenario.problem()).cost
 
 

@@ -11,7 +11,7 @@ import pytest
 from experiments import scenarios
 from experiments.commands import command_line
 
-PLANNING = ("front", "plan", "automaton", "draw", "list", "check")
+PLANNING = ("front", "plan", "automaton", "list", "check")
 """Commands quick enough that their examples are carried out here."""
 
 SIMULATED = ("run", "view", "sweep", "measure")

@@ -24,6 +24,7 @@ from typing import Any
 import pytest
 from command_line import main
 
+from experiments.commands.command_line import parser
 from experiments.sweep import job, workers
 from experiments.viewer import session
 from sim.execution import cost_measurement
@@ -149,13 +150,17 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, value in {**AS_ON_A_TERMINAL, "PATH": os.pathsep.join(path), "PYTHONPATH": str(ROOT)}.items():
         monkeypatch.setenv(name, value)
     # The tests of sweeps have their processes; here each process would load the simulation once more.
-    monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, **options: (job.roll_out(sweep, k) for k in numbers)
-    )
+    monkeypatch.setattr(workers, "on_this_machine", rolled_out_alike)
     monkeypatch.setattr(cost_measurement, "measure_all", measured_alike)
     # What a browser makes of it, the tests of the viewer see.
     monkeypatch.setattr(session, "watch", lambda *arguments, **options: None)
     return tmp_path
+
+
+def rolled_out_alike(sweep: job.Sweep, numbers: Sequence[int], **options: Any) -> Iterator[job.Record]:
+    """Carry out the last rollout only, and say that all others went the same; each takes a second."""
+    record = job.roll_out(sweep, numbers[-1])
+    return (record | {"rollout": number} for number in numbers)
 
 
 def measured_alike(scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int) -> Iterator[Measurement]:
@@ -198,6 +203,9 @@ def line_printed_by(line: str) -> str:
         return ""
     if line.startswith("pip install "):
         assert set(re.findall(r"\w+", line.partition("[")[2])) <= EXTRAS
+        return ""
+    if line.startswith("prefplan run ") and re.search(" --(camera|inset) ", line):
+        parser().parse_args(shlex.split(line)[1:])  # of a plan that was carried out before
         return ""
     line = re.sub(r"^(?:MUJOCO_GL=\w+ )?prefplan run ", "prefplan run --no-video ", line)
     line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
