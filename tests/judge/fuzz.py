@@ -53,10 +53,10 @@ def draw(number: int) -> tuple[str, GraphProblem]:
 
 def judged(numbers: Iterator[int]) -> Iterator[tuple[int, str, str, str]]:
     """Yield for each problem its number, its name, the outcome and what is wrong."""
-    for k, number in enumerate(numbers):
+    for number in numbers:
         name, problem = draw(number)
         try:
-            wrong = verdict(problem, OPTIONS if k % ALL_OPTIONS_EVERY == 0 else OPTIONS[:1])
+            wrong = verdict(problem, OPTIONS if number % ALL_OPTIONS_EVERY == 0 else OPTIONS[:1])
             yield number, name, DIFFERS if wrong else AGREES, wrong or ""
         except TooManyError:
             yield number, name, TOO_LARGE, ""

@@ -175,11 +175,10 @@ def test_what_is_higher_than_the_fingers_are_long_is_taken_near_its_top_and_set_
     assert recover(TALL, "knock:can@2", seed=3).completed
 
 
-@pytest.mark.slow
 def test_success_is_judged_by_the_tasks(recover: Recover) -> None:
-    outcome = recover("kitchen", "knock:pie@24", "knock:fish@24", "knock:mug@24", seed=4)
+    outcome = recover(TALL, "knock:can@8", seed=3)
     assert outcome.rollout.completed, outcome.rollout.reason
-    assert outcome.ledger.final.satisfied == {"ada", "ben", "cleo", "tidy"}
+    assert len(outcome.executed) == 8 and outcome.ledger.final.satisfied == {"can", "pack"}
 
 
 @pytest.mark.parametrize("seed", [7, 9])

@@ -31,7 +31,7 @@ def planned(problem: judge.GraphProblem) -> Problem:
 @pytest.mark.parametrize("kind", ["order", "deadline", "max", "expression"])
 def test_every_best_trade_off_of_errands_is_within_the_percentage(kind: str) -> None:
     fewer: set[int] = set()
-    for seed in range(12):
+    for seed in range(8):
         problem = judge.random_errands(seed, kind)
         planner = Planner(planned(problem))
         exact = planner.front(max_cost=MAX_COST)
@@ -51,7 +51,7 @@ def test_every_best_trade_off_of_errands_is_within_the_percentage(kind: str) -> 
 def test_every_best_trade_off_of_random_problems_is_within_the_percentage(options: Options) -> None:
     """Judged by enumeration: every kind of preference, relaxations, and every style of numbers."""
     judged = 0
-    for number in range(40):
+    for number in range(25):
         _, problem = draw(number)
         limit = exact_limit(problem)
         if limit is None or planned(problem).resolution is not None:
@@ -64,7 +64,7 @@ def test_every_best_trade_off_of_random_problems_is_within_the_percentage(option
         for percent in (0, *PERCENT):
             assert (number, beyond(planner.front(within=percent, max_cost=limit), expected, percent)) == (number, None)
             judged += 1
-    assert judged > 100
+    assert judged > 60
 
 
 def test_half_a_percent_and_thousands_are_percentages_too() -> None:
