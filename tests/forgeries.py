@@ -169,6 +169,19 @@ def frames_cut_out(log: Log) -> Log:
     return replace(log, **{name: getattr(log, name)[keep] for name in ARRAYS})
 
 
+def stopped_early(log: Log) -> Log:
+    """Return a log that ends with its second action, and tells of no more."""
+    done = log.about.actions[:2]
+    return telling(cut(log, done[-1].end), actions=done)
+
+
+def appears_at_its_goal(log: Log) -> Log:
+    """Return a log in which the cup stays where it starts until the last moment."""
+    rows, first = log.qpos.copy(), log.about.joints["cup"]
+    rows[log.times < log.times[-1] - 0.3, first : first + 7] = log.qpos[0, first : first + 7]
+    return replace(log, qpos=rows)
+
+
 OPEN = np.array([0, 0, 0, 0, 0, 0, 0, 10**6])
 
 ONE_JOINT = np.array([1, 1, 1, 0, 1, 1, 1.0])
@@ -185,8 +198,11 @@ PLAIN = (
     ),
     Forgery("the gripper commanded open", lambda log: replace(log, controls=log.controls + OPEN), "pad forces"),
     Forgery("speeds all zero", scaled("speeds", 0), "joint speeds"),
+    Forgery("accelerations all zero", scaled("accelerations", 0), "joint accelerations"),
+    Forgery("a joint past its stop", shifted("qpos", "joint4", -2.0), "joint positions"),
     Forgery("velocities all zero", scaled("qvel", 0), "objects"),
     Forgery("a weak grip", scaled("pad_forces", 0.1), "pad forces"),
+    Forgery("no pad presses", scaled("pad_forces", 0), "action 2"),
     Forgery("a grip of 100 kN", scaled("pad_forces", 7000), "pad forces"),
     Forgery("a weak grip told", detail("grasped", force=[0.51, 0.51]), "events"),
     Forgery("a grip of 100 kN told", detail("grasped", force=[1e5, 1e5]), "events"),
@@ -203,6 +219,7 @@ PLAIN = (
     Forgery(
         "the cup at its goal from 2 s on", lambda log: moved(log, "cup", (0.45, -0.1, 0.0225), since=2.0), "objects"
     ),
+    Forgery("the cup in its place until the end", appears_at_its_goal, "action 2"),
     Forgery("the cup floats up", drifting("cup", 0.5, (0, 0, 0.2), 0.3), "objects"),
     Forgery("the cup slides by itself", drifting("cup", 0.2, (0.0, 0.6, 0), 0.3), "objects"),
     Forgery("an arm that leaps", shifted("qpos", "joint7", 0.05, since=3.0), "objects"),
@@ -226,6 +243,8 @@ PLAIN = (
         "hand",
     ),
     Forgery("frames cut out", frames_cut_out, "recording"),
+    Forgery("frames in reverse", lambda log: replace(log, times=log.times[::-1].copy()), "recording"),
+    Forgery("frames and actions cut off", stopped_early, "completed"),
     Forgery("frames cut off", lambda log: cut(log, 3.0), "recording"),
     Forgery("a cheaper task claimed", lambda log: claiming(log, task_costs={"tidy": 3}), "task cost tidy"),
     Forgery(

@@ -63,6 +63,16 @@ can = { start = "desk", kind = "cylinder", size = [0.055, 0.10] }
 pack = { start = "side", kind = "box", size = [0.05, 0.04, 0.09] }
 """ + task_tables(can="F can_tray", pack="F pack_bin", preference="")
 
+HIGH_CAN = """
+[model.locations]
+desk = { at = [0.45, 0.15] }
+side = { at = [0.55, -0.20] }
+tray = { at = [0.50, 0.0] }
+[model.objects]
+can = { start = "desk", kind = "cylinder", size = [0.055, 0.10] }
+box = { start = "side", kind = "box", size = [0.05, 0.04, 0.09] }
+""" + task_tables(can="F can_tray", preference="")
+
 PLANK = """
 [model.locations]
 l = { at = [0.5, 0.04] }
@@ -179,6 +189,22 @@ def test_success_is_judged_by_the_tasks(recover: Recover) -> None:
     outcome = recover(TALL, "knock:can@8", seed=3)
     assert outcome.rollout.completed, outcome.rollout.reason
     assert len(outcome.executed) == 8 and outcome.ledger.final.satisfied == {"can", "pack"}
+
+
+@pytest.mark.parametrize(
+    ("seed", "faults"),
+    [
+        # The hand is still round the can's top when it has risen by 5 cm from its middle.
+        pytest.param(4245214700, ["knock:can@3"], id="knocked over as the hand leaves it"),
+        # Its top brushes a finger between two frames; nothing is seen until it lies.
+        pytest.param(1596810411, ["slip@4", "blind:1.8@4"], id="slips unseen"),
+    ],
+)
+def test_a_high_can_is_put_down_in_the_end_and_the_log_is_honest(
+    recover: Recover, seed: int, faults: list[str]
+) -> None:
+    outcome = recover(HIGH_CAN, *faults, seed=seed)
+    assert outcome.rollout.completed and all(time is not None for _, time in outcome.faults)
 
 
 @pytest.mark.parametrize("seed", [7, 9])

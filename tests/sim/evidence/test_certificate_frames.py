@@ -7,81 +7,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from forged_logs import cut, log_of_run, moved, refutations, telling
+from forged_logs import log_of_run, refutations, telling
 from scenario_texts import PAST_A_TOWER
 
 from prefplan.scenario.decode import loads
 from sim.evidence.dynamics import Dynamics
-from sim.evidence.log import ARRAYS, Log
+from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import check_contacts
 from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event
 from sim.skills import transfer, transport
-from sim.world.scene import Scene
 
 GRAZE_M = 0.002
 """How deep a load is in a bystander as it passes over it."""
 
 
 @pytest.mark.usefixtures("claims_alone")
-@pytest.mark.parametrize("k", [0, 1, 6, 13])
-def test_a_recording_cut_short_is_refuted(arch_log: Log, k: int) -> None:
-    end = 0.0 if k == 0 else arch_log.about.actions[k - 1].end
-    found = refutations(cut(arch_log, end))
-    assert f"but action {k + 1} `" in found["recording"]
-    # Told shorter to match, it tells of tasks that were not done.
-    found = refutations(telling(cut(arch_log, end), actions=arch_log.about.actions[:k]))
-    assert "recording" not in found and "not satisfied: " in found["completed"]
-
-
-@pytest.mark.usefixtures("claims_alone")
-def test_frames_cut_out_are_missed(arch_log: Log) -> None:
-    keep = (arch_log.times < 5) | (arch_log.times > 6)
-    arrays = {name: getattr(arch_log, name)[keep] for name in ARRAYS}
-    assert refutations(replace(arch_log, **arrays))["recording"].startswith("frames are missing or out of order after")
-    assert "out of order" in refutations(replace(arch_log, times=arch_log.times[::-1].copy()))["recording"]
-
-
-@pytest.mark.parametrize(("obj", "share"), [("blue", 0.1), ("pink", 0.1), ("green", 0.95)])
-def test_a_block_that_is_teleported_is_missed_where_it_was(arch_log: Log, obj: str, share: float) -> None:
-    since = share * arch_log.times[-1]
-    found = refutations(moved(arch_log, obj, (0.30, 0.45, 0.0225), since=since))
-    assert found["objects"].startswith(f"{obj} moves by ")
-    assert any(name.startswith("action ") for name in found)
-    assert ("completed" in found) == (obj != "green")
-
-
-def test_a_block_that_appears_where_it_was_wanted_was_not_carried_there(arch_log: Log, scene: Scene) -> None:
-    """Only the end is made up: pink, left alone on the arch, is suddenly in the bin."""
-    start, goal = (scene.slots[name][0].position for name in ("top", "bin1"))
-    first = arch_log.about.joints["pink"]
-    qpos = arch_log.qpos.copy()
-    qpos[:, first : first + 7] = arch_log.qpos[0, first : first + 7]
-    late = arch_log.times > arch_log.times[-1] - 0.5
-    qpos[late, first : first + 7] = arch_log.qpos[-1, first : first + 7]
-    found = refutations(replace(arch_log, qpos=qpos))
-    assert np.hypot(*(goal - start)[:2]) > 0.3
-    assert found["objects"].startswith("pink moves by ")
-    assert "action 2" in found and "holding_pink" in found["action 2"]
-    assert found["completed"].startswith("not satisfied: ")
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "action", "words"),
-    [
-        pytest.param(
-            "pad_forces", 0, "action 2", "frames show nothing, the log says holding_pink", id="no pad presses"
-        ),
-        pytest.param("glow", -1, "action 4", "log says pink_sanitized", id="no location works"),
-    ],
-)
-def test_what_no_frame_shows_was_neither_held_nor_marked(
-    arch_log: Log, name: str, value: int, action: str, words: str
-) -> None:
-    found = refutations(replace(arch_log, **{name: np.full_like(getattr(arch_log, name), value)}))
-    assert words in found[action]
-    # What was never held was not put down either, and so not marked.
+def test_what_no_location_was_seen_to_mark_was_not_marked(arch_log: Log) -> None:
+    found = refutations(replace(arch_log, glow=np.full_like(arch_log.glow, -1)))
+    assert "log says pink_sanitized" in found["action 4"]
     assert found["completed"] == "not satisfied: phi1, phi2"
 
 
@@ -95,16 +40,6 @@ def test_a_limit_that_was_passed_is_told(arch_log: Log, name: str, joint: int) -
     beyond[100, joint] = 1.01 * np.asarray(PANDA.load_limits[name])[joint]
     words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name.replace('_', ' ')}"]
     assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
-
-
-def test_a_joint_past_its_stop_is_told_and_speeds_and_accelerations_are_not_hidden(arch_log: Log) -> None:
-    qpos = arch_log.qpos.copy()
-    qpos[:, arch_log.about.joints["joint4"]] = -3.1
-    none = np.zeros_like(arch_log.speeds)
-    found = refutations(replace(arch_log, qpos=qpos, speeds=none, accelerations=none))
-    assert "exceeded" in found["joint positions"]
-    assert "but at most 0.00 rad/s are recorded" in found["joint speeds"]
-    assert "but at most 0.00 rad/s^2 are recorded" in found["joint accelerations"]
 
 
 def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:
