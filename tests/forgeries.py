@@ -86,6 +86,10 @@ def cheaper(log: Log) -> Log:
     return claiming(telling(log, actions=actions), cost=total, task_costs={"tidy": total})
 
 
+def grasped_for_nothing(log: Log) -> Log:
+    return telling(log, actions=tuple(replace(a, cost=0) if a.action == "grasp cup" else a for a in log.about.actions))
+
+
 def left_out(*numbers: int) -> Callable[[Log], Log]:
     """Return a forgery that leaves actions out, counted from 1, and claims the lower costs."""
 
@@ -231,6 +235,9 @@ PLAIN = (
         lambda log: drifting("cup", float(log.times[-1]) - 0.15, (0.1, 0, 0), 1.0)(log),
         "rest",
     ),
+    Forgery("a grasp that costs nothing", grasped_for_nothing, "action costs"),
+    Forgery("another start in the scenario", rewritten('start = "desk"', 'start = "tray"'), "start"),
+    Forgery("a harder formula in the scenario", rewritten("F cup_tray", "F (cup_tray & cup_desk)"), "completed"),
     Forgery("an action left out", lambda log: without_action(log, 1), "total cost"),
     Forgery("a transit left out", left_out(1), "hand"),
     Forgery("a transport left out", left_out(3), "hand"),

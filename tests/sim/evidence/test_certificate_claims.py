@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from forged_logs import claiming, log_of_run, refutations, telling, without_action
+from forged_logs import claiming, log_of_run, refutations, telling
 from scenario_texts import shipped
 
 from prefplan import Purchase
@@ -59,19 +59,6 @@ def test_without_its_relaxations_a_task_is_not_satisfied(relaxed_log: Log) -> No
     assert found["violation cost serve"] == "4 is claimed, but it is 0"
 
 
-@pytest.mark.usefixtures("claims_alone")
-@pytest.mark.parametrize("k", [1, 4, 9, 14])
-def test_no_action_can_be_dropped_or_made_cheaper_unnoticed(arch_log: Log, k: int) -> None:
-    found = refutations(without_action(arch_log, k))
-    assert "total cost" in found
-    actions = list(arch_log.about.actions)
-    if actions[k - 1].action == "release pink san":
-        assert found["completed"] == "not satisfied: phi2"
-    actions[k - 1] = replace(actions[k - 1], cost=0)
-    words = refutations(telling(arch_log, actions=tuple(actions)))["action costs"]
-    assert words.startswith(f"action {k} `{actions[k - 1].action}` costs") and words.endswith("not 0")
-
-
 def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     log = log_of_run(shipped("case_study_3_energy"))
     assert certify(log).confirmed
@@ -86,19 +73,3 @@ def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     # After a surprise the arm has seen for itself what lies where.
     surprise = Event(actions[k].start, "replan", {})
     assert "action costs" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))
-
-
-@pytest.mark.usefixtures("claims_alone")
-@pytest.mark.parametrize(
-    ("before", "after", "name", "words"),
-    [
-        ('start = "top"', 'start = "table"', "start", "pink is 0.7102 m or rad from where seed 4 puts it"),
-        ("& blue_bin1)", "& blue_bin2)", "completed", "not satisfied: phi1"),
-    ],
-)
-def test_another_scenario_is_judged_by_what_it_says(
-    arch_log: Log, before: str, after: str, name: str, words: str
-) -> None:
-    text = arch_log.about.text.replace(before, after)
-    assert text != arch_log.about.text
-    assert refutations(telling(arch_log, text=text))[name] == words
