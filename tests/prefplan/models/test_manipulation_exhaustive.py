@@ -88,7 +88,7 @@ def random_model(seed: int) -> ManipulationModel:
     return ManipulationModel(rng.choice(["home", *names]), COSTS, tuple(places), tuple(objects))
 
 
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", range(24))
 def test_random_models_agree_with_a_plain_walk_over_the_states(seed: int) -> None:
     what = random_model(seed)
     system = what.transition_system()

@@ -195,7 +195,7 @@ def test_a_model_that_its_bounds_would_not_fit_is_not_begun() -> None:
     assert front.ended == "memory" and not front
 
 
-@pytest.mark.parametrize(("limit", "ended"), [({"max_memory": 20 * 2**20}, "memory"), ({"max_seconds": 0.2}, "time")])
+@pytest.mark.parametrize(("limit", "ended"), [({"max_memory": 5 * 2**20}, "memory"), ({"max_seconds": 0.2}, "time")])
 def test_limits_hold_while_a_model_is_built(limit: dict[str, float], ended: str) -> None:
     """Tasks that see every object everywhere leave nothing out of a model of 10^9 states."""
     spots = tuple(Location(f"s{k}", at=(0.1 * k, 0.0)) for k in range(9))
