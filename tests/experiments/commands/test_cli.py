@@ -56,6 +56,7 @@ def test_a_scenario_that_does_not_exist(run: Run, detour: Path, scenario: str, m
         (["front", "example", "--max-cost", "-1"], "'-1' is not a number >= 0"),
         (["front", "example", "--max-cost", "cheap"], "'cheap' is not a number >= 0"),
         (["front", "example", "--max-cost", "nan"], "'nan' is not a number >= 0"),
+        (["front", "example", "--within=-5%"], "--within: '-5' is not a number >= 0"),
         (["plan", "example", "--max-preference"], "--max-preference"),
     ],
 )

@@ -18,6 +18,7 @@ from prefplan.scenario.decode import from_dict
 from prefplan.search import driver, guided
 from prefplan.search.beam import beam_search
 from prefplan.search.driver import BiObjectiveSearch
+from prefplan.search.vector_search import VectorSearch
 
 
 @pytest.fixture(autouse=True)
@@ -27,7 +28,8 @@ def _few_tasks_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planner_module, "DRAFTED_TASKS", 1)
     monkeypatch.setattr(guided, "FIRST_EXPANDED", 2)
     monkeypatch.setattr(guided, "WIDTHS", (1, 2))
-    monkeypatch.setattr(driver.Search, "pops", 1)
+    for search in (driver.Search, VectorSearch):
+        monkeypatch.setattr(search, "pops", 1)
 
 
 def stop_after(looks: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,18 +80,19 @@ def test_a_stopped_search_for_a_plan_proves_no_more_than_is_so() -> None:
     assert known > 10
 
 
-def test_a_stopped_front_has_plans_beyond_and_proves_no_more_than_is_so() -> None:
+@pytest.mark.parametrize("within", [0, 40])
+def test_a_stopped_front_has_plans_beyond_and_proves_no_more_than_is_so(within: int) -> None:
     proven = 0
-    for problem in problems():
+    for problem in (*problems(), judge.random_errands(0, "max"), judge.random_errands(0, "expression")):
         planned = from_dict(problem.scenario(), name="problem").problem()
         exact = pareto_front(planned, max_cost=100)
         expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
         for looks in (10, 20, 30, 40, 55) if exact else ():
             with pytest.MonkeyPatch.context() as patch:
                 stop_after(looks, patch)
-                front = pareto_front(planned, max_cost=100)
+                front = pareto_front(planned, within=within, max_cost=100)
             assert all(misjudged(problem, plan) is None for plan in front)
-            below = front.complete_below or 0
+            below = 0 if within or front.complete_below is None else front.complete_below
             points = [(plan.cost, plan.preference) for plan in front]
             assert front.complete or all((plan.cost, plan.preference) in points for plan in exact if plan.cost < below)
             if front.ended and front.within is not None:

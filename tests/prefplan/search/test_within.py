@@ -1,10 +1,8 @@
-"""Fronts within some percent keep what they promise, and so do fronts whose search was stopped."""
+"""Fronts within some percent keep what they promise."""
 
 from __future__ import annotations
 
 from decimal import Decimal
-from fractions import Fraction
-from typing import Any
 
 import judge
 import pytest
@@ -13,10 +11,7 @@ from judge.fuzz import draw
 from judge.verdict import OPTIONS, beyond, exact_limit, misjudged
 
 from prefplan import Options, Planner, PrefplanError, Problem, pareto_front
-from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
-from prefplan.search.driver import Search
-from prefplan.search.vector_search import VectorSearch
 
 PERCENT = (1, 5, 20, 50)
 
@@ -75,36 +70,3 @@ def test_half_a_percent_and_thousands_are_percentages_too() -> None:
     assert [plan.cost for plan in pareto_front(problem, within=0)] == [plan.cost for plan in exact]
     with pytest.raises(PrefplanError, match="within: -1 is negative"):
         pareto_front(problem, within=-1)
-
-
-def stopped(problem: Problem, slices: int, monkeypatch: pytest.MonkeyPatch, **options: Any) -> Any:
-    """Return the front of a search that is stopped after so many labels."""
-    looks = []
-
-    def out_of_time(limits: Limits) -> bool:
-        looks.append(limits)
-        return len(looks) > slices
-
-    with monkeypatch.context() as patch:
-        for search in (Search, VectorSearch):
-            patch.setattr(search, "pops", 1)
-        patch.setattr(Limits, "out_of_time", property(out_of_time))
-        return pareto_front(problem, **options)
-
-
-@pytest.mark.parametrize("options", [{}, {"within": 40}])
-@pytest.mark.parametrize("kind", ["order", "max", "expression"])
-def test_a_stopped_front_proves_no_more_than_is_so(
-    kind: str, options: dict[str, int], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    proven: set[object] = set()
-    for seed in range(3):
-        problem = planned(judge.random_errands(seed, kind))
-        exact = pareto_front(problem, max_cost=MAX_COST)
-        expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
-        for slices in range(0, 400, 40):
-            front = stopped(problem, slices, monkeypatch, max_cost=MAX_COST, **options)
-            if front.within is not None:
-                assert beyond(front, expected, Fraction(str(front.within))) is None
-            proven |= {front.within} if front.ended else set()
-    assert proven, "no front was stopped"

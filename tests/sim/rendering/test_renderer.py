@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import copy
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,11 +15,11 @@ from scipy.ndimage import binary_erosion, median_filter
 
 from prefplan.models.manipulation.model import Location, ManipulationModel
 from sim.errors import RenderingError
-from sim.rendering import renderer
+from sim.rendering import renderer, video
 from sim.rendering.antialias import smooth_edges
 from sim.rendering.quality import DRAFT
 from sim.rendering.renderer import CURE, check_rendering, gl_backend
-from sim.rendering.video import render_frame
+from sim.rendering.video import render_frame, render_video
 from sim.world.scene import Scene, build_scene, initial_state
 
 SIZE = (160, 90)
@@ -111,35 +112,25 @@ def test_a_machine_without_gl_is_told_what_mends_it_in_one_sentence(
     assert "\n" not in str(caught.value) and CURE in str(caught.value) and "unset MUJOCO_GL" in str(caught.value)
 
 
-def test_without_gl_there_is_physics_but_no_picture_and_no_video(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+def test_without_gl_there_is_no_picture_and_of_a_video_that_fails_nothing_is_left(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setenv("MUJOCO_GL", "egl")
-    monkeypatch.setenv("PYOPENGL_PLATFORM", "none")
-    code = f"""
-import sys
-sys.path = {sys.path}
-from pathlib import Path
-from types import SimpleNamespace
-import numpy as np
-from prefplan.models.manipulation.model import Location, ManipulationModel
-from sim.errors import RenderingError
-from sim.world.scene import build_scene, initial_state
-from sim.rendering.video import render_frame, render_video
-costs = dict(transit=1, grasp=1, transport=1, release=1)
-scene = build_scene(ManipulationModel("home", costs, (Location("a", at=(0.5, 0.0)),), ()), meshes=False)
-qpos = initial_state(scene).qpos
-rollout = SimpleNamespace(times=np.zeros(1), qpos=qpos[None], glow=-np.ones(1))
-for render in (lambda: render_frame(scene, qpos), lambda: render_video(scene, rollout, (), "out/video.mp4")):
-    try:
-        render()
-    except RenderingError as error:
-        print(error)
-print(list(Path("out").iterdir()))
-"""
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
-    picture, video, left = done.stdout.splitlines()
-    assert PACKAGES in picture and PACKAGES in video and left == "[]"
+    def refuse(*_: Any) -> Any:
+        raise ImportError("no EGL")
+
+    qpos = initial_state(scene).qpos
+    monkeypatch.setattr(renderer, "_gl_context", refuse)
+    with pytest.raises(RenderingError, match=PACKAGES) as caught:
+        render_frame(scene, qpos)
+
+    def fail(jobs: Any, workers: int) -> Any:
+        raise caught.value
+
+    monkeypatch.setattr(video, "_in_processes", fail)
+    rollout: Any = SimpleNamespace(times=np.zeros(1), qpos=qpos[None], glow=-np.ones(1))
+    with pytest.raises(RenderingError, match=PACKAGES):
+        render_video(scene, rollout, (), tmp_path / "out" / "video.mp4")
+    assert list((tmp_path / "out").iterdir()) == []
 
 
 def test_a_backend_the_user_chose_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
