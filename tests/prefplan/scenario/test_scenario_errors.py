@@ -20,8 +20,6 @@ RELAX = 'formula = "F plant"\nrelax = [{ assume = "rock", when = "true", cost = 
     ("text", "old", "new", "message"),
     [
         (GRID, "cost = 1", "cots = 1", "model.cots: unknown key (did you mean 'cost'?)"),
-        (GRID, "[model.regions]", "[model.region]", "model.region: unknown key (did you mean 'regions'?)"),
-        (GRID, 'name = "eat"', 'nmae = "eat"', "tasks[0].nmae: unknown key (did you mean 'name'?)"),
         (GRID, "[preference]", "[prefrence]", "prefrence: unknown key (did you mean 'preference'?)"),
         (
             GRID,
@@ -29,26 +27,11 @@ RELAX = 'formula = "F plant"\nrelax = [{ assume = "rock", when = "true", cost = 
             'title = "x"\n[model]',
             "title: unknown key (valid: model, tasks, preference, preferences, rules)",
         ),
-        (GRAPH, "cost = 1", "cots = 1", "model.transitions[0].cots: unknown key (did you mean 'cost'?)"),
         (GRAPH, 'to = "s2"', 'too = "s2"', "model.transitions[1].too: unknown key (did you mean 'to'?)"),
         (TABLE, 'marks = "clean"', 'mark = "x"', "model.locations.san.mark: unknown key (did you mean 'marks'?)"),
-        (TABLE, "fixed = false", "fixd = 1", "model.objects.pink.fixd: unknown key (did you mean 'fixed'?)"),
-        (TABLE, "by = 20", "until = 20", "preference.deadlines.phi1.until: unknown key (valid: by, weight)"),
         (GRID, 'order = ["bake", "eat"]', 'over = "violation"', "preference.over: unknown key (did you mean 'order'?)"),
         (TABLE, "release = 1", "releese = 1", "model.costs: unknown action 'releese' (did you mean 'release'?)"),
-    ],
-)
-def test_an_unknown_key_is_named_with_the_nearest_known(
-    file: Path, text: str, old: str, new: str, message: str
-) -> None:
-    assert error_of(file, with_change(text, old, new)) == message
-
-
-@pytest.mark.parametrize(
-    ("text", "old", "new", "message"),
-    [
         (GRID, 'kind = "grid"', 'kind = "gird"', "model.kind: unknown kind 'gird' (did you mean 'grid'?)"),
-        (GRID, 'kind = "grid"', 'kind = "3d"', "model.kind: unknown kind '3d' (valid: graph, grid, manipulation)"),
         (GRID, 'kind = "grid"\n', "", "model.kind: missing (valid: graph, grid, manipulation)"),
         (GRID, 'kind = "order"', 'kind = "ordr"', "preference.kind: unknown kind 'ordr' (did you mean 'order'?)"),
         (
@@ -59,7 +42,9 @@ def test_an_unknown_key_is_named_with_the_nearest_known(
         ),
     ],
 )
-def test_an_unknown_kind_is_named_with_the_valid_ones(file: Path, text: str, old: str, new: str, message: str) -> None:
+def test_an_unknown_key_or_kind_is_named_with_those_there_are(
+    file: Path, text: str, old: str, new: str, message: str
+) -> None:
     assert error_of(file, with_change(text, old, new)) == message
 
 
@@ -70,18 +55,12 @@ TASKS = GRID[GRID.index("[[tasks]]") : GRID.index("[preference]")]
     ("text", "old", "key"),
     [
         (GRID, "size = [4, 3]\n", "model.size"),
-        (GRID, "start = [0, 0]\n", "model.start"),
         (GRID, 'name = "bake"\n', "tasks[1].name"),
-        (GRID, 'formula = "F cheese"\n', "tasks[0].formula"),
         (GRID, TASKS, "tasks"),
-        (GRID, GRID[GRID.index("[preference]") :], "preference"),
         (GRID, GRID[: GRID.index("[[tasks]]")], "model"),
-        (GRAPH, 'start = "s0"\n', "model.start"),
         (GRAPH, 'from = "s1", ', "model.transitions[1].from"),
-        (GRAPH, "weights = { phi1 = 0.1 }\n", "preference.weights"),
         (TABLE, 'start = "left", ', "model.objects.blue.start"),
         (TABLE, "by = 20, ", "preference.deadlines.phi1.by"),
-        (TABLE, "deadlines = { phi1 = { by = 20, weight = 2 } }\n", "preference.deadlines"),
     ],
 )
 def test_a_missing_key_is_named(file: Path, text: str, old: str, key: str) -> None:
@@ -102,36 +81,15 @@ def test_a_missing_kind_of_preference_comes_with_the_valid_ones(file: Path) -> N
         (GRID, "start = [0, 0]", "start = [0]", "model.start: must have 2 entries, not 1"),
         (GRID, "start = [0, 0]", "start = [0.5, 0]", "model.start[0]: must be an integer, not 0.5"),
         (GRID, "[2, 0, 3, 1]", '"all"', "model.regions.cheese: must be a list, not 'all'"),
-        (GRID, "[2, 0, 3, 1]", "[[2, 0, 3, 1], 5]", "model.regions.cheese[1]: must be a list, not 5"),
         (GRID, 'name = "bake"', "name = 3", "tasks[1].name: must be a string, not 3"),
-        (GRID, 'formula = "F cheese"', "formula = 3", "tasks[0].formula: must be a string, not 3"),
-        (GRID, '["bake", "eat"]', '"bake"', "preference.order: must be a list, not 'bake'"),
         (GRID, TASKS, "[tasks]\nname = 3\n", "tasks: must be tables, each under [[tasks]], not {'name': 3}"),
-        (GRAPH, 'to = "s1"', "to = 1", "model.transitions[0].to: must be a string, not 1"),
         (GRAPH, 's2 = ["plant"]', 's2 = "plant"', "model.labels.s2: must be a list, not 'plant'"),
-        (GRAPH, 'propositions = ["rock"]', 'propositions = "rock"', "model.propositions: must be a list, not 'rock'"),
-        (GRAPH, "phi1 = 0.1", 'phi1 = "1"', "preference.weights.phi1: must be a number, not '1'"),
         (GRAPH, 'formula = "F plant"', RELAX, "tasks[0].relax[0].cost: must be a number, not '1'"),
         (TABLE, "release = 1", 'release = "x"', "model.costs.release: must be a number, not 'x'"),
-        (TABLE, 'on = ["left", "right"]', 'on = "left"', "model.locations.top.on: must be a list, not 'left'"),
         (TABLE, "capacity = 2", "capacity = 1.5", "model.locations.bin.capacity: must be an integer, not 1.5"),
         (TABLE, "fixed = false", "fixed = 0", "model.objects.pink.fixed: must be true or false, not 0"),
-        (TABLE, "[0.1, 0.3, 0.9, 1]", '"blue"', "model.objects.blue.rgba: must be a list, not 'blue'"),
         (TABLE, "[0.50, 0.03]", "[0.50]", "model.locations.left.at: must be [x, y] or [x, y, height], not [0.5]"),
         (TABLE, "[0.50, 0.03]", '[0.50, "0"]', "model.locations.left.at[1]: must be a number, not '0'"),
-    ],
-)
-def test_a_wrong_type_is_named_with_the_right_one(file: Path, text: str, old: str, new: str, message: str) -> None:
-    assert error_of(file, with_change(text, old, new)) == message
-
-
-def test_an_empty_file_misses_its_first_key(file: Path) -> None:
-    assert error_of(file, "") == "model: missing"
-
-
-@pytest.mark.parametrize(
-    ("text", "old", "new", "message"),
-    [
         (
             GRID,
             "F cheese",
@@ -147,20 +105,17 @@ def test_an_empty_file_misses_its_first_key(file: Path) -> None:
         ),
         (GRID, 'name = "bake"', 'name = "eat"', "tasks[1].name: 'eat' is used twice"),
         (GRID, "cost = 1", "cost = -1", "model.cost: negative cost -1"),
-        (GRID, "start = [0, 0]", "start = [1, 1]", "model.start: [1, 1] lies in obstacle 'wall'"),
         (GRID, '["bake", "eat"]', "[]", "preference.order: must name at least one task (valid: eat, bake)"),
-        (GRAPH, "cost = 0.5", "cost = -0.5", "model.transitions[1].cost: negative cost -0.5"),
-        (GRAPH, 'start = "s0"', 'start = "s9"', "model.start: unknown state 's9' (valid: s0, s1, s2)"),
         (GRAPH, WEIGHED, 'kind = "expression"', "preference.expression: missing"),
-        (GRAPH, "phi1 = 0.1", "phi = 1", "preference.weights: unknown task 'phi' (did you mean 'phi1'?)"),
         (TABLE, ", release = 1", "", "model.costs: no cost for 'release'"),
-        (TABLE, "release = 1", "release = -1", "model.costs.release: negative cost -1"),
-        (TABLE, "capacity = 2", "capacity = 0", "model.locations.bin.capacity: must be at least 1, not 0"),
-        (TABLE, "by = 20", "by = -20", "preference.deadlines.phi1.by: must not be negative, but is -20"),
     ],
 )
 def test_values_that_do_not_fit_are_named_by_their_key(file: Path, text: str, old: str, new: str, message: str) -> None:
     assert error_of(file, with_change(text, old, new)) == message
+
+
+def test_an_empty_file_misses_its_first_key(file: Path) -> None:
+    assert error_of(file, "") == "model: missing"
 
 
 def test_a_formula_error_shows_the_place(file: Path) -> None:

@@ -59,7 +59,7 @@ def test_every_best_trade_off_of_random_problems_is_within_the_percentage(option
         for percent in (0, *PERCENT):
             assert (number, beyond(planner.front(within=percent, max_cost=limit), expected, percent)) == (number, None)
             judged += 1
-    assert judged > 60
+    assert judged > 50
 
 
 def test_half_a_percent_and_thousands_are_percentages_too() -> None:
