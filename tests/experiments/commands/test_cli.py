@@ -70,7 +70,7 @@ def test_a_wrong_call_is_told_on_stderr_with_the_usage_of_its_command(
     assert f"\nusage: {name} [-h]" in result.err and result.err.endswith(f"\nMore: `{name} --help`\n")
 
 
-@pytest.mark.parametrize("arguments", [[], ["--help"], ["front", "--help"], ["plan", "--help"]])
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["front", "--help"]])
 def test_help_is_no_error(run: Run, arguments: list[str]) -> None:
     result = run(*arguments)
     assert (result.status, result.err) == (0, "")

@@ -114,12 +114,6 @@ def test_max_preference_bounds_the_first_preference_whatever_the_others_are_call
         assert run(command, "depot.toml", "--max-preference", "2").status == 0
 
 
-def test_bounds_without_a_plan_say_what_is_possible(run: Run, depot: Path) -> None:
-    result = run("front", "depot.toml", "--at-most", "energy=3", "--json")
-    assert (result.status, result.json["front"]) == (3, [])
-    assert result.json["reason"] == {"kind": "bound", "tasks": [], "smallest": 3.5}
-
-
 def test_bounds_by_name_hold_for_one_cost_and_one_preference_too(run: Run) -> None:
     by_name = run("front", "example", "--at-most", "cost=8", "--json").json["front"]
     assert by_name == run("front", "example", "--max-cost", "8", "--json").json["front"]

@@ -165,11 +165,6 @@ def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> 
     assert "vase" in str([event.detail for event in outcome.rollout.events if event.kind == "unaffected"])
 
 
-def test_what_a_task_needs_and_fell_over_is_set_upright(recover: Recover) -> None:
-    outcome = recover(BYSTANDER.replace("x_bin", "vase_bin"), "knock:vase@1", seed=1)
-    assert outcome.rollout.completed
-
-
 @pytest.mark.parametrize("seed", [4, 24])
 def test_what_lies_beside_a_wall_is_put_down_by_a_hand_that_is_clear_of_it(recover: Recover, seed: int) -> None:
     assert recover(WALL, "knock:carton@1", seed=seed).completed

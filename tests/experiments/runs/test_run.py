@@ -110,23 +110,6 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
     assert json.loads((cup / "deep" / "down" / "cost.json").read_text()) == printed
 
 
-def test_a_perturbed_run_differs_by_more_than_its_start(run: Run, cup: Path) -> None:
-    default, perturbed = (
-        run("run", "cup.toml", "--json", "--no-video", "--seed", "3", "--perturb", f"position=5,angle=5{more}")
-        for more in ("", ",pads=0.3,table=0.5,force=0.2,mass=0.9,centre=5,latency=20")
-    )
-    assert default.status == perturbed.status == 0
-    assert default.json["events"] != perturbed.json["events"]
-
-
-def test_people_get_a_summary(run: Run, cup: Path) -> None:
-    result = run("run", "cup.toml", "--no-video", "--plan", "0")
-    assert (result.status, result.err) == (0, "")
-    assert "carried out, 4 of 4 actions, cost 10" in result.out
-    assert "tidy satisfied at cost 10" in result.out
-    assert (cup / "out" / "cup" / "plan_0.json").exists()
-
-
 def test_a_surprise_is_planned_around(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(0.60, 0.10)))
     result = run("run", "cup.toml", "--no-video")

@@ -239,12 +239,3 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]
     assert [bought.task for bought in outcome.plan.relaxations] == ["tidy"]
     assert outcome.ledger.final.satisfied == {"other"} and outcome.pursuit.violated == ()
-
-
-def test_what_fell_from_the_table_and_is_not_needed_does_not_matter(
-    arch: Scenario, arch_front: Front, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(programs, "initial_state", displaced(green=(3.0, 0.0)))
-    outcome = carry_out(arch, scene_of(arch), arch_front[0])
-    assert_consistent(outcome)
-    assert "green" not in " ".join(outcome.executed) and outcome.pursuit.replans >= 1
