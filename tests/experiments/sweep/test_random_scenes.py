@@ -56,9 +56,9 @@ def test_the_page_counts_what_was_refused_completed_and_failed() -> None:
 
 
 def test_a_scene_is_checked_and_carried_out(tmp_path: Path) -> None:
-    done = carry_out(0, 3, tmp_path)
+    done = carry_out(0, 39, tmp_path)
     assert done["class"] is None and done["completed"] and done["certified"], done
-    assert (tmp_path / "scene_3.toml").read_text() == scene_text(0, 3)
+    assert (tmp_path / "scene_39.toml").read_text() == scene_text(0, 39)
 
 
 def test_a_scene_without_a_plan_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

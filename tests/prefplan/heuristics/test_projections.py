@@ -21,7 +21,7 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.successors import INFINITE
 
 
-@pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in range(36)])
+@pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in (*range(12), *range(24, 30))])
 def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     seed: int, measured: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

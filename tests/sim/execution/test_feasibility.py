@@ -79,7 +79,7 @@ def test_what_walls_alone_keep_from_the_hand_is_refused_though_an_object_is_in_t
     places = Location("here", at=(0.5, 0.0)), Location("front", at=(0.434, 0.0))
     objects = Object("cup", "here"), Object("jar", "front")
     walls = [Fixture(name, "box", at=(0.5, y, 0.06), size=(0.2, 0.02, 0.12)) for name, y in (("a", 0.04), ("b", -0.04))]
-    model = ManipulationModel("home", COSTS, places, objects, fixtures=tuple(walls))
+    model = ManipulationModel("home", COSTS, places, objects, fixtures=tuple(walls), robot="panda_suction")
     found = ArmCheck(build_scene(model, meshes=False)).check("cup", "here")
     assert not found.take and not found.put
     assert found.reason == "no room for the fingers: they would touch fixture a and fixture b and table"

@@ -148,7 +148,7 @@ def test_a_suction_cup_takes_a_mesh_where_it_is_flat_and_the_hand_fits(tmp_path:
         assert all(map(in_bracket, below)) and not any(map(in_bracket, [*above, *palm]))
     log = log_of_run(replace(scenario, model=replace(model, robot="panda_suction")), seed=3)
     assert log.about.claims.completed and certify(log).refuted == ()
-    TUBE.export(tmp_path / "bracket.stl")
+    trimesh.creation.icosphere(2, 0.025).export(tmp_path / "bracket.stl")
     with pytest.raises(SimulationError, match=r"cup.file: it is nowhere flat over 0.028 x 0.028 m"):
         build_scene(model, robot="panda_suction", meshes=False)
 
@@ -176,7 +176,7 @@ def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
 )
 def test_what_is_no_mesh_is_refused(tmp_path: Path, keys: str, message: str) -> None:
     (tmp_path / "bad.stl").write_text("no mesh")
-    TUBE.export(tmp_path / "tube.stl")
+    TUBE.convex_hull.export(tmp_path / "tube.stl")
     with pytest.raises(PrefplanError) as caught:
         build_scene(model_of(scenario_with(tmp_path, keys)), meshes=False)
     assert isinstance(caught.value, SimulationError) or "model." in message
