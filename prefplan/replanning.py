@@ -18,6 +18,7 @@ import numpy as np
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number, whole_numbers
 from prefplan.front import NoPlanError, Plan
+from prefplan.ledger import Ledger
 from prefplan.models.generated import GeneratedSystem, OnDemand
 from prefplan.models.transition_system import Quotient, Trajectory, TransitionSystem
 from prefplan.planner import Planner
@@ -107,22 +108,51 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
     return tuple(broken)
 
 
-def achievable(problem: Problem, past: Past, system: TransitionSystem) -> Plan | None:
-    """Return a cheapest plan, past included, for as many tasks as can still be satisfied together, or None for none.
+def achievable(problem: Problem, past: Past, system: TransitionSystem) -> tuple[Problem, Plan] | None:
+    """Return as many tasks as can still be satisfied together, and a cheapest plan for them; None for none.
 
-    Of tasks that conflict, the last one is left out first. Its mu says nothing: the preference is over all tasks.
+    Of tasks that conflict, the last one is left out first. The preference of the smaller problem is always 0; that of
+    the plan, which begins with the past, and its task costs are those of all tasks.
     """
     tasks = problem.tasks
     while tasks:
         fewer = Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=problem.rules)
         try:
-            return continue_cheaply(fewer, past, system)
+            plan = continue_cheaply(fewer, past, system)
         except NoPlanError as error:
             if error.reason.kind == "rule":
                 break
             left_out = error.reason.tasks[-1]
             tasks = tuple(task for task in tasks if task.name != left_out)
+        else:
+            labels, costs = _ahead(past, plan, system)
+            worth = Ledger.of(problem, plan.actions, (*past.costs, *costs), labels, plan.relaxations).final
+            return fewer, replace(
+                plan,
+                preference=worth.preference,
+                preferences=dict.fromkeys(plan.preferences, worth.preference),
+                task_costs=worth.task_costs,
+                violation_costs=worth.violation_costs,
+            )
     return None
+
+
+def spoiled(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> tuple[str, ...]:
+    """Return the names of the tasks that a plan, which begins with the past, makes impossible for whatever comes."""
+    labels, _ = _ahead(past, plan, system)
+    before = damaged(problem, labels[: len(past.labels) + 1])
+    return tuple(name for name in damaged(problem, labels) if name not in before)
+
+
+def _ahead(past: Past, plan: Plan, system: TransitionSystem) -> tuple[list[frozenset[str]], list[Number]]:
+    """Return the labels before and after each action of a plan that begins with the past, and what those ahead cost."""
+    state, costs = system.start, list[Number]()
+    labels = [*past.labels, system.label(state)]
+    for action in plan.actions[len(past.actions) :]:
+        state, cost = system.step(state, action)
+        labels.append(system.label(state))
+        costs.append(cost)
+    return labels, costs
 
 
 def _reaching(past: Past, plan: Plan, system: TransitionSystem) -> Plan:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import cast
@@ -11,16 +10,14 @@ from prefplan.errors import ModelError, PrefplanError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, Plan
 from prefplan.ledger import Label
-from prefplan.models.manipulation.action import at, holding
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
-from prefplan.replanning import Past, achievable, damaged, violated
+from prefplan.replanning import Past, achievable, continue_cheaply, damaged, spoiled, violated
 from sim.execution.executor import Execution
+from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.perception.sensors import ObservationTimeoutError
-
-MAX_ATTEMPTS = 3
-"""An action that leads to the same unexpected state this often is given up."""
 
 MAX_REPLANS = 10
 """New plans in one execution."""
@@ -78,10 +75,12 @@ class ClosedLoop:
         """
         self.run, self.plan = run, plan
         self._problem, self._go_on, self._on_progress = problem, go_on, on_progress
+        # What is still pursued, and why that is not all of the problem.
+        self._goal = problem
+        self._shortfalls: list[str] = []
         self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.states[problem.system.start])]
         self._replans = self._retries = 0
-        self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
-        self._barred: set[tuple[frozenset[str], str]] = set()
+        self._failures = Failures()
 
     @property
     def pursuit(self) -> Pursuit:
@@ -93,7 +92,10 @@ class ClosedLoop:
         return [state.label for state in self._states]
 
     def pursue(self) -> None:
-        """Execute the plan until it is completed or given up; then `run.reason` says why."""
+        """Execute the plan until it is completed or given up; then `run.reason` says why.
+
+        Where not all tasks can be done any more, those are that can, unless that spoils one of the others.
+        """
         try:
             if not self.run.check_state():
                 self._replan()
@@ -107,8 +109,10 @@ class ClosedLoop:
                     self._replan()
             self._on_progress(len(self.plan.actions), len(self.plan.actions), "")
         except _GivenUp as end:
-            self.run.reason = str(end)
-            self.run.cell.log_event("ended", reason=str(end))
+            self._shortfalls.append(str(end))
+        if self._shortfalls:
+            self.run.reason = "; ".join(self._shortfalls)
+            self.run.cell.log_event("ended", reason=self.run.reason)
 
     def _is_completed(self) -> bool:
         """Return whether the plan is carried out, and nothing moves any more where the model says that it is."""
@@ -136,9 +140,11 @@ class ClosedLoop:
             state = run.reground()
         except ObservationTimeoutError as error:
             raise _GivenUp(f"{surprise}; {error}") from None
-        self._record_failure(state)
+        if run.steps:
+            self._failures.record(run, self._problem, self._states)
+        self._states[len(run.steps) :] = [state]
         try:
-            system = run.scene.model.transition_system().without(self._barred)
+            system = run.scene.model.transition_system().without(self._failures.barred)
         except PrefplanError as error:
             raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         if self._is_unaffected(system):
@@ -146,11 +152,12 @@ class ClosedLoop:
             run.go_on(system)
             return
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
-        past = self._past()
+        past, problem = self._past(), self._failures.ruled(self._goal, self._labels)
         try:
-            self.plan = self._go_on(self._problem, past, system)
+            self.plan = self._go_on(problem, past, system)
         except NoPlanError as error:
-            raise _GivenUp(self._why_no_plan(surprise, past, system, error)) from None
+            surprise = self._why_no_plan(surprise, error)
+            self._leave_tasks_out(surprise, problem, past, system)
         except PrefplanError as error:
             raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         actions = self.plan.actions[len(run.steps) :]
@@ -166,18 +173,6 @@ class ClosedLoop:
         if broken := damaged(self._problem, self._labels):
             detail["violated"] = list(broken)
         run.cell.log_event("replan", **detail)
-
-    def _record_failure(self, state: ManipulationState) -> None:
-        """Record the present state; bar an action that was blocked, or failed repeatedly without a change of state."""
-        steps = self.run.steps
-        if not steps:
-            self._states = [state]
-            return
-        action = steps[-1].action
-        self._attempts[action, state] += 1
-        if self._attempts[action, state] >= MAX_ATTEMPTS or self.run.blocked is not None:
-            self._barred |= {(self._conditions_of_failure(s, action), action) for s in (self._states[-1], state)}
-        self._states[len(steps) :] = [state]
 
     def _is_unaffected(self, system: TransitionSystem) -> bool:
         """Return whether the rest of the plan does to the tasks in a new model what it was to do in the present one."""
@@ -201,22 +196,6 @@ class ClosedLoop:
             trace.append((label, cost))
         return [*trace, (system.label(state) & self._problem.task_propositions, 0)]
 
-    def _conditions_of_failure(self, state: ManipulationState, action: str) -> frozenset[str]:
-        """Return the propositions under which an action that failed would fail again.
-
-        An action that another object blocks is barred until an object moves. One that a fixture blocks, or whose goal
-        is out of reach, is barred until its own object moves. A transit has no object, and its path depends on how
-        high the objects are piled up: it is barred until any object moves, or if a fixture keeps the hand from where
-        an object lies off every location, until that one does.
-        """
-        symbolic, blocked = self.run.scene.model.action(action), self.run.blocked
-        obj = symbolic.obj
-        if not obj and symbolic.location in self.run.scene.temporary:
-            obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
-        if not obj or blocked is None or any(name in self.run.scene.shapes for name in blocked):
-            return state.label
-        return state.label & {holding(obj), at(obj, state.place.get(obj, ""))} or state.label
-
     def _past(self) -> Past:
         """Return the executed actions, and the observed state before each of them."""
         steps = self.run.steps
@@ -228,26 +207,42 @@ class ClosedLoop:
             tuple(state.label for state in before),
         )
 
-    def _why_no_plan(self, surprise: str, past: Past, system: TransitionSystem, error: NoPlanError) -> str:
-        """Return why there is no plan any more, and what could still be achieved, in a sentence."""
+    def _why_no_plan(self, surprise: str, error: NoPlanError) -> str:
+        """Return why there is no plan any more for all tasks, in a sentence."""
         why = [surprise]
-        if broken := violated(self._problem, self._labels):
+        if broken := violated(self._goal, self._labels):
             why.append(f"{' and '.join(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
-        elif max(self._attempts.values(), default=0) >= MAX_ATTEMPTS:
+        elif self._failures.repeated:
             why.append(f"given up after {MAX_ATTEMPTS} attempts")
-        elif self._barred:
+        elif self._failures:
             why.append("there is no way round it")
         else:
             why.append(str(error.reason))
-        why += [f"{obj} {reason}" for obj, reason in self.run.lost.items()]
-        rest = achievable(self._problem, past, system)
-        if rest is not None and rest.task_costs:
-            skipped = {bought.task for bought in rest.relaxations if bought.assume is None}
-            ends = {"satisfied": rest.task_costs.keys() - skipped, "skipped": rest.task_costs.keys() & skipped}
+        return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.run.lost.items())])
+
+    def _leave_tasks_out(self, why: str, problem: Problem, past: Past, system: TransitionSystem) -> None:
+        """Pursue those tasks alone that can still be done, unless that spoils one of the others for good.
+
+        Raises:
+            _GivenUp: it does, or nothing is left to do for them.
+        """
+        found = achievable(problem, past, system)
+        if found is None:
+            raise _GivenUp(why)
+        fewer, plan = found
+        left_out = [name for name in problem.names if name not in fewer.names]
+        spoils = [name for name in spoiled(self._problem, past, plan, system) if name not in fewer.names]
+        if spoils or len(plan.actions) <= len(past.actions):
+            skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
+            ends = {"satisfied": set(fewer.names) - skipped, "skipped": skipped}
             words = [
-                f"{' and '.join(name for name in rest.task_costs if name in names)} could still be {end}"
+                f"{' and '.join(name for name in fewer.names if name in names)} could still be {end}"
                 for end, names in ends.items()
                 if names
             ]
-            why.append(f"{' and '.join(words)}, at a total cost of {rest.cost}")
-        return "; ".join(why)
+            but = f", but then {' and '.join(spoils)} never" if spoils else ""
+            raise _GivenUp(f"{why}; {' and '.join(words)}, at a total cost of {plan.cost}{but}")
+        nothing = WeightedSum({}, over="violation")
+        self._goal = Problem(self._problem.system, fewer.tasks, nothing, rules=self._problem.rules)
+        self._go_on, self.plan = continue_cheaply, plan
+        self._shortfalls.append(f"{why}; {' and '.join(left_out)} left out")

@@ -21,7 +21,8 @@ from sim.evidence.certificate import certify
 from sim.execution.faults import read_fault
 from sim.perception.sensors import NoisySensor
 from sim.simulation.workcell import Workcell
-from sim.skills import transfer
+from sim.skills import transfer, transport
+from sim.world.places import Slot
 from sim.world.scene import Scene
 
 FAULTY = [
@@ -226,6 +227,55 @@ def test_what_can_only_be_skipped_is_not_called_satisfied(
     assert "tidy is violated beyond repair; other could still be skipped, at a total cost of 0" in str(
         outcome.rollout.reason
     )
+
+
+def test_what_can_still_be_done_is_when_a_task_cannot(
+    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = small()
+    outcome = pursue_from(scenario, displaced(cup=(0.90, 0.25)), monkeypatch)
+    assert not outcome.completed and str(outcome.reason).endswith("cup fell from the table; tidy left out")
+    assert (
+        outcome.executed
+        == outcome.plan.actions
+        == ("transit shelf", "grasp jug", "transport jug desk", "release jug desk")
+    )
+    assert outcome.ledger.final.satisfied == {"other"} and outcome.pursuit.violated == ()
+    assert (outcome.plan.task_costs, outcome.plan.preference) == (outcome.task_costs, outcome.ledger.final.preference)
+    certificate = certify(evidence(scenario, scene_of(scenario), outcome))
+    assert [check.name for check in certificate.refuted] == ["start"]
+
+
+def test_what_would_spoil_a_task_that_cannot_be_done_now_is_left(
+    small: Callable[..., Scenario], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "floor.toml").write_text(small().text.replace("!cup_shelf U", "!jug_desk U"))
+    outcome = pursue_from(load(tmp_path / "floor.toml"), displaced(cup=(0.90, 0.25)), monkeypatch)
+    assert outcome.executed == () and outcome.pursuit.violated == ()
+    assert str(outcome.reason).endswith(
+        "cup fell from the table; other could still be satisfied, at a total cost of 10, but then tidy never"
+    )
+
+
+def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
+    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the hand takes the cup from the desk it cannot bring it to the tray; as it takes it from elsewhere, it can."""
+    scenario = small(fixtures="rack = { at = [0.35, 0.30] }")
+    choose = transport.choose_placement_of_held
+
+    def from_desk(cell: Workcell, obj: str, slot: Slot) -> object:
+        if (obj, slot.location) == ("cup", "tray") and not any(event.kind == "placed" for event in cell.events):
+            raise BlockedError.beside_fingers({"post"})
+        return choose(cell, obj, slot)
+
+    monkeypatch.setattr(transport, "choose_placement_of_held", from_desk)
+    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
+    assert outcome.completed, outcome.reason
+    cup = [action for action in outcome.executed if "cup" in action]
+    tray = ["transport cup tray", "release cup tray"]
+    assert cup == ["grasp cup", tray[0], "transport cup rack", "release cup rack", "grasp cup", *tray]
+    assert outcome.pursuit.replans == 1
 
 
 def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(

@@ -1,0 +1,96 @@
+"""Failed actions, and what plans made after them leave out or bring first."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from prefplan.models.manipulation.action import at, holding
+from prefplan.models.manipulation.model import ManipulationState
+from prefplan.problem import Problem, Rule
+from sim.execution.executor import Execution
+
+MAX_ATTEMPTS = 3
+"""An action that leads to the same unexpected state this often is given up, as are so many ways to put an object down
+at a location."""
+
+
+class Failures:
+    """The failed actions of an execution.
+
+    Attributes:
+        barred: actions that plans must not contain where some propositions hold.
+        repeated: whether an action failed so often that it was given up.
+    """
+
+    def __init__(self) -> None:
+        """Nothing has failed yet."""
+        self.barred: set[tuple[frozenset[str], str]] = set()
+        self.repeated = False
+        self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
+        # By the object, where it was taken, and where it is not to be put before it was elsewhere.
+        self._detours: dict[tuple[str, str, str], Rule] = {}
+
+    def __bool__(self) -> bool:
+        """Whether plans leave anything out."""
+        return bool(self.barred or self._detours)
+
+    def record(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> None:
+        """Record the last action of an execution as failed; it counts if it was blocked, or failed repeatedly.
+
+        Args:
+            run: the execution.
+            problem: what is pursued.
+            before: the observed states up to that action.
+        """
+        action, state = run.steps[-1].action, run.steps[-1].observed
+        self._attempts[action, state] += 1
+        repeated = self._attempts[action, state] >= MAX_ATTEMPTS
+        self.repeated |= repeated
+        if (repeated or run.blocked is not None) and not self._needs_detour(run, problem, before):
+            self.barred |= {(_conditions(run, s), action) for s in (before[-1], state)}
+
+    def ruled(self, problem: Problem, labels: Sequence[frozenset[str]]) -> Problem:
+        """Return a problem with the rules of detours, but those that a surprise broke by the last label."""
+        if not self._detours:
+            return problem
+        rules = tuple(self._detours.values())
+        broken = Problem(problem.system, problem.tasks, problem.preference, rules=rules).broken(labels)
+        kept = (*problem.rules, *(rule for rule in rules if rule.name not in broken))
+        return Problem(problem.system, problem.tasks, problem.preference, rules=kept)
+
+    def _needs_detour(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> bool:
+        """Return whether a held object that a fixture keeps from a location may get there by way of another.
+
+        The hand may not come there as it took the object where that was; from elsewhere it takes it in another way.
+        Then no plan brings it from the one place straight to the other any more.
+        """
+        symbolic, blocked = run.scene.model.action(run.steps[-1].action), run.blocked
+        obj, target = symbolic.obj, symbolic.location
+        if blocked is None or run.steps[-1].observed.held != obj or any(name in run.scene.shapes for name in blocked):
+            return False
+        source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
+        known = {at(obj, source), at(obj, target)} <= problem.system.propositions
+        tried = [start for other, start, end in self._detours if (other, end) == (obj, target)]
+        if not known or source in tried or len(tried) >= MAX_ATTEMPTS:
+            return False
+        formula = f"G !({at(obj, source)} & X ({holding(obj)} U {at(obj, target)}))"
+        self._detours[obj, source, target] = Rule(f"detour_{obj}_{source}_{target}", formula)
+        return True
+
+
+def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
+    """Return the propositions of a state under which the last action would fail again.
+
+    An action that another object blocks is barred until an object moves. One that a fixture blocks, or whose goal
+    is out of reach, is barred until its own object moves. A transit has no object, and its path depends on how
+    high the objects are piled up: it is barred until any object moves, or if a fixture keeps the hand from where
+    an object lies off every location, until that one does.
+    """
+    symbolic, blocked = run.scene.model.action(run.steps[-1].action), run.blocked
+    obj = symbolic.obj
+    if not obj and symbolic.location in run.scene.temporary:
+        obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
+    if not obj or blocked is None or any(name in run.scene.shapes for name in blocked):
+        return state.label
+    return state.label & {holding(obj), at(obj, state.place.get(obj, ""))} or state.label
