@@ -24,12 +24,8 @@ from prefplan.scenario.decode import load
 
 COSTS = "{ transit = 3, grasp = 1, transport = 5, release = 1 }"
 TWO_COSTS = (
-    "{ "
-    + ", ".join(
-        f"{kind} = {{ time = {time}, energy = {energy} }}"
-        for kind, time, energy in (("transit", 3, 1), ("grasp", 1, 2), ("transport", 5, 9), ("release", 1, 1))
-    )
-    + " }"
+    "{ transit = { time = 3, energy = 1 }, grasp = { time = 1, energy = 2 }, "
+    "transport = { time = 5, energy = 9 }, release = { time = 1, energy = 1 } }"
 )
 
 
