@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import mujoco
@@ -11,20 +12,11 @@ from command_line import Run, assert_is_error
 from glb_files import GlbFile
 from scenario_texts import CUP
 
-from experiments.commands.command_line import main
 from sim.evidence.log import read_log
 
 
-@pytest.fixture(scope="module")
-def cup(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The log of a run."""
-    folder = tmp_path_factory.mktemp("cup")
-    (folder / "cup.toml").write_text(CUP)
-    assert main(["run", str(folder / "cup.toml"), "--no-video", "--out", str(folder)]) == 0
-    return folder / "cost.npz"
-
-
-def test_the_file_lies_beside_the_log_unless_another_place_is_named(run: Run, cup: Path) -> None:
+def test_the_file_lies_beside_the_log_unless_another_place_is_named(run: Run, signed_log: Path) -> None:
+    cup = Path(shutil.copy(signed_log, "."))
     result = run("export", str(cup), "--to", "glb")
     assert (result.status, result.out, result.err) == (0, f"{cup.with_suffix('.glb')}\n", "")
     file, log = GlbFile(cup.with_suffix(".glb").read_bytes()), read_log(cup)

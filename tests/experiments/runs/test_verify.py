@@ -8,51 +8,24 @@ from pathlib import Path
 
 import pytest
 from command_line import Run, assert_is_error
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
 from scenario_texts import CUP, PLACES_NEARBY, cup_scenario
 
-from experiments.commands.command_line import main
 from experiments.runs import evidence
 from sim.evidence.log import encode, read_log
 
 
-@pytest.fixture(scope="module")
-def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with two pairs of keys, PEM and OpenSSH."""
-    folder = tmp_path_factory.mktemp("keys")
-    for name, kind, public_kind in (("pem", "PKCS8", "SubjectPublicKeyInfo"), ("ssh", "OpenSSH", "OpenSSH")):
-        key, coding = Ed25519PrivateKey.generate(), Encoding.OpenSSH if name == "ssh" else Encoding.PEM
-        private = key.private_bytes(Encoding.PEM, getattr(PrivateFormat, kind), NoEncryption())
-        (folder / name).write_bytes(private)
-        (folder / f"{name}.pub").write_bytes(key.public_key().public_bytes(coding, getattr(PublicFormat, public_kind)))
-    return folder
-
-
-@pytest.fixture(scope="module")
-def cup(tmp_path_factory: pytest.TempPathFactory, keys: Path) -> Path:
-    """The signed log of a run, and nothing else of it."""
-    folder = tmp_path_factory.mktemp("cup")
-    (folder / "cup.toml").write_text(CUP)
-    how = ["--no-video", "--seed", "3", "--key", str(keys / "pem"), "--out", str(folder)]
-    assert main(["run", str(folder / "cup.toml"), *how]) == 0
-    (folder / "cup.toml").unlink()
-    (folder / "cost.json").unlink()
-    return folder / "cost.npz"
-
-
 @pytest.fixture
-def forged(cup: Path, tmp_path: Path) -> Path:
-    log = read_log(cup)
+def forged(signed_log: Path, tmp_path: Path) -> Path:
+    log = read_log(signed_log)
     claims = replace(log.about.claims, cost=9)
     path = tmp_path / "forged.npz"
     path.write_bytes(encode(replace(log, about=replace(log.about, claims=claims))))
     return path
 
 
-def test_a_run_leaves_its_certificate(cup: Path, run: Run) -> None:
-    written = json.loads(cup.with_name("cost.certificate.json").read_text())
-    result = run("verify", str(cup), "--json")
+def test_a_run_leaves_its_certificate(signed_log: Path, run: Run) -> None:
+    written = json.loads(signed_log.with_name("cost.certificate.json").read_text())
+    result = run("verify", str(signed_log), "--json")
     assert result.status == 0
     printed = result.json
     assert printed == written
@@ -76,10 +49,10 @@ def test_a_run_leaves_its_certificate(cup: Path, run: Run) -> None:
 
 
 def test_people_see_every_check_also_without_the_meshes(
-    cup: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+    signed_log: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sim.robots.panda.mesh_folder", lambda: None)
-    log = read_log(cup)
+    log = read_log(signed_log)
     path = tmp_path / "mug.npz"  # under another name, so that the scene is built again
     path.write_bytes(encode(replace(log, about=replace(log.about, scenario="mug"))))
     status, printed, _ = run("verify", str(path))
@@ -117,35 +90,36 @@ def test_a_run_that_its_log_refutes_was_not_carried_out(
     assert result.status == 4 and "cup: wrongly taken for completed after 4 of 4 actions" in result.out
 
 
-def test_a_log_is_checked_at_every_level(cup: Path, keys: Path, tmp_path: Path, run: Run) -> None:
+def test_a_log_is_checked_at_every_level(signed_log: Path, keys: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "same.toml").write_text(f"# with a comment\n{CUP}")
     levels = ["--scenario", str(tmp_path / "same.toml"), "--resimulate", "--key", str(keys / "pem.pub")]
-    result = run("verify", str(cup), *levels, "--json")
+    result = run("verify", str(signed_log), *levels, "--json")
     assert result.status == 0
     printed = result.json
     assert printed["levels"] == ["plain", "scenario", "resimulate", "key"] and len(printed["proves"]) == 4
     names = [check["name"] for check in printed["checks"]]
     assert {"signature", "scenario", "simulated again"} < set(names)
-    assert b"PRIVATE" not in cup.read_bytes() and (keys / "pem").read_bytes()[30:60] not in cup.read_bytes()
+    contents = signed_log.read_bytes()
+    assert b"PRIVATE" not in contents and (keys / "pem").read_bytes()[30:60] not in contents
 
 
-def test_another_scenario_and_another_key_refute(cup: Path, keys: Path, tmp_path: Path, run: Run) -> None:
+def test_another_scenario_and_another_key_refute(signed_log: Path, keys: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "dearer.toml").write_text(CUP.replace("transit = 3", "transit = 4"))
-    result = run("verify", str(cup), "--scenario", str(tmp_path / "dearer.toml"))
+    result = run("verify", str(signed_log), "--scenario", str(tmp_path / "dearer.toml"))
     words = "model.costs.transit is 3 in the log, 4 in the given one"
     assert result.status == 4 and f"NO  scenario: the log is of another one: {words}\n" in result.out
-    result = run("verify", str(cup), "--key", str(keys / "ssh.pub"))
+    result = run("verify", str(signed_log), "--key", str(keys / "ssh.pub"))
     assert result.status == 4 and "NO  signature: the file is not what the owner of the key signed\n" in result.out
 
 
 @pytest.mark.parametrize("name", ["none", "pem"])
-def test_what_is_no_public_key_is_refused(cup: Path, keys: Path, name: str, run: Run) -> None:
-    result = run("verify", str(cup), "--key", str(keys / name))
+def test_what_is_no_public_key_is_refused(signed_log: Path, keys: Path, name: str, run: Run) -> None:
+    result = run("verify", str(signed_log), "--key", str(keys / name))
     assert (result.status, result.out) == (2, "") and result.err.startswith(f"prefplan: {keys / name}: ")
 
 
 @pytest.mark.parametrize("name", ["none.npz", "cost.certificate.json", "."])
-def test_what_is_no_log_is_refused(cup: Path, name: str, run: Run) -> None:
-    result = run("verify", str(cup.parent / name))
+def test_what_is_no_log_is_refused(signed_log: Path, name: str, run: Run) -> None:
+    result = run("verify", str(signed_log.parent / name))
     assert_is_error(result, "prefplan: ")
     assert result.err.count("\n") == 1

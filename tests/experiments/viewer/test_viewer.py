@@ -17,7 +17,6 @@ from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
 from prefplan.scenario.decode import loads
-from sim.execution.faults import Fault
 from sim.simulation.rollout import Event
 from sim.world.scene import build_scene, initial_state
 
@@ -31,10 +30,10 @@ AGES = 1e6
 """Longer than any run, s."""
 
 
-def live_run(scenario: Scenario, *faults: Fault, until: float = AGES) -> LiveRun:
-    problem, scene = scenario.problem(), scene_of(scenario, faults=faults)
+def live_run(scenario: Scenario, *, until: float = AGES) -> LiveRun:
+    problem, scene = scenario.problem(), scene_of(scenario)
     plan = preferred_plan(problem)
-    return LiveRun(problem, lambda tell: begin(problem, scene, plan, faults=faults, tell=tell), until=until)
+    return LiveRun(problem, lambda tell: begin(problem, scene, plan, tell=tell), until=until)
 
 
 @pytest.fixture(scope="module")
@@ -144,15 +143,6 @@ def test_a_run_that_is_stopped_ends_early() -> None:
     run.start()
     run.join(60)
     assert not run.is_alive() and not run.ended and run.failure is None
-
-
-def test_faults_are_told() -> None:
-    run = live_run(loads(CUP), Fault("miss", 1, amount=1))
-    run.run()
-    end = run.statuses[-1]
-    assert end.ended == "completed"
-    told = "\n".join(end.news)
-    assert re.search(r"s  fault miss:1@1\n.* s  after `grasp cup`.*: tried again", told), told
 
 
 def test_what_the_arm_does_to_reach_an_object_is_told() -> None:

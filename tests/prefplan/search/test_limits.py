@@ -68,12 +68,6 @@ def is_a_true_beginning(front: Front, whole: Front) -> bool:
     return known and all(point in points(front) for point in points(whole) if point[0] < below)  # type: ignore[operator]
 
 
-def test_no_time_leaves_a_beginning(problem: Problem, whole: Front) -> None:
-    front = pareto_front(problem, max_seconds=0)
-    assert front.ended == "time" and not front.complete and front.reason is None
-    assert is_a_true_beginning(front, whole)
-
-
 @pytest.mark.parametrize("megabytes", [0, 0.2, 0.5, 0.8])
 def test_little_memory_leaves_a_beginning(problem: Problem, whole: Front, megabytes: float) -> None:
     raw = Options(heuristic=1, preference_bound=False, contraction=False)
