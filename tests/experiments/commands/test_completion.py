@@ -77,9 +77,3 @@ def test_a_shell_can_read_its_script(run: Run, folder: Path, shell: str) -> None
         read = 'autoload -Uz compinit; compinit -u -d ./dump; eval "$(<./script)"; (( ${+_comps[prefplan]} ))'
     done = subprocess.run([shell, "-c", read], cwd=folder, capture_output=True, text=True, check=True)
     assert done.stderr == ""
-
-
-def test_an_unknown_shell_is_told(run: Run) -> None:
-    result = run("completion", "bsh")
-    assert (result.status, result.out) == (2, "")
-    assert "unknown value 'bsh' (did you mean 'bash'?)" in result.err

@@ -152,11 +152,6 @@ def test_the_file_can_be_written_elsewhere(scenario: Path, run: Run, monkeypatch
     assert Path("there/measured.json").exists() and not measurements_file(scenario).exists()
 
 
-def test_only_manipulation_is_measured(run: Run) -> None:
-    status, _, err = run("measure", "case_study_1")
-    assert status == 2 and "only a manipulation model can be carried out" in err
-
-
 def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> None:
     assert set(EXECUTED) == set(MEASURED)
 

@@ -62,18 +62,6 @@ def test_bad_input_is_told_in_a_sentence(run: Run, cup: Path, words: list[str], 
     assert_is_error(run("run", *words, "--no-video", "--json"), message)
 
 
-def test_a_robot_that_cannot_be_fetched_is_told_in_a_sentence(
-    run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(cup / "cache"))
-    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
-    monkeypatch.delitem(sys.modules, "robot_descriptions.panda_mj_description", raising=False)
-    result = run("run", "cup.toml", "--robot", "menagerie", "--no-video", "--json")
-    assert_is_error(result, "cannot be fetched")
-    assert "the robot `panda`" in result.err and result.err.count("\n") == 1
-    assert not (cup / "out").exists()
-
-
 def test_a_task_that_cannot_be_done_is_told_before_anything_moves(run: Run, cup: Path) -> None:
     (cup / "never.toml").write_text(CUP.replace("F cup_tray", "F (cup_tray & cup_desk)"))
     result = run("run", "never.toml", "--json", "--no-video")

@@ -194,7 +194,6 @@ def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
     [
         (["cup.toml", "--port=65536"], "'65536' is not a port, 0 to 65535"),
         (["cup.toml", "--port=http"], "'http' is not a port, 0 to 65535"),
-        (["case_study_3", "--camera=wirst"], "--camera: unknown name 'wirst' (did you mean 'wrist'?)"),
         (["case_study_1", "--no-open"], "only a manipulation model can be carried out"),
     ],
 )
