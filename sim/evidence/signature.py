@@ -56,7 +56,7 @@ def read_private_key(path: Path) -> Ed25519PrivateKey:
     """
     serialization, ed25519 = _cryptography()
     loaders = (serialization.load_pem_private_key, serialization.load_ssh_private_key)
-    return _read(path, [partial(load, password=None) for load in loaders], ed25519.Ed25519PrivateKey)
+    return _read(path, "private", [partial(load, password=None) for load in loaders], ed25519.Ed25519PrivateKey)
 
 
 def read_public_key(path: Path) -> Ed25519PublicKey:
@@ -66,8 +66,8 @@ def read_public_key(path: Path) -> Ed25519PublicKey:
         LogError: the file cannot be read or holds no such key, or `cryptography` is not installed.
     """
     serialization, ed25519 = _cryptography()
-    loaders = [serialization.load_pem_public_key, serialization.load_ssh_public_key]
-    return _read(path, loaders, ed25519.Ed25519PublicKey)
+    loaders = (serialization.load_pem_public_key, serialization.load_ssh_public_key)
+    return _read(path, "public", loaders, ed25519.Ed25519PublicKey)
 
 
 def _cryptography() -> tuple[ModuleType, ModuleType]:
@@ -79,7 +79,7 @@ def _cryptography() -> tuple[ModuleType, ModuleType]:
     return serialization, ed25519
 
 
-def _read(path: Path, loaders: Iterable[Callable[[bytes], Any]], kind: type[Key]) -> Key:
+def _read(path: Path, which: str, loaders: Iterable[Callable[[bytes], Any]], kind: type[Key]) -> Key:
     from cryptography.exceptions import UnsupportedAlgorithm
 
     try:
@@ -91,5 +91,4 @@ def _read(path: Path, loaders: Iterable[Callable[[bytes], Any]], kind: type[Key]
             key = load(contents)
             if isinstance(key, kind):
                 return key
-    which = "private" if kind.__name__ == "Ed25519PrivateKey" else "public"
     raise LogError(f"{path}: not a {which} Ed25519 key (PEM or OpenSSH, without a passphrase)")

@@ -56,9 +56,7 @@ def compose(
         RenderingError: a video is missing or cannot be read, or ffmpeg failed.
     """
     durations = [_duration(video) for video in videos]
-    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y"]
-    for video in videos:
-        command += ["-i", str(video)]
+    command = [part for video in videos for part in ("-i", str(video))]
     steps, shown = [], []
     strip = 2 * round(HEADING * height) if headings else 0
     for i, duration in enumerate(durations):
@@ -83,11 +81,22 @@ def compose(
             joined += ",crop=trunc(iw/2)*2:ih"
         draft = Path(folder, f"whole{path.suffix}")
         command += ["-filter_complex", ";".join([*steps, joined]), *ENCODERS[path.suffix].split(), str(draft)]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode:
-            raise RenderingError(f"{path}: ffmpeg could not make it: {done.stderr.strip().splitlines()[-1]}")
+        run_ffmpeg(command, making=path)
         os.replace(draft, path)
     return path
+
+
+def run_ffmpeg(command: Sequence[str], *, making: Path) -> None:
+    """Run ffmpeg with some options.
+
+    Raises:
+        RenderingError: it failed; the message names what was to be made.
+    """
+    done = subprocess.run(
+        [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *command], capture_output=True, text=True
+    )
+    if done.returncode:
+        raise RenderingError(f"{making}: ffmpeg could not make it: {done.stderr.strip().splitlines()[-1]}")
 
 
 def _duration(video: Path) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from joblib import Parallel, cpu_count, delayed
 
 from sim.errors import RenderingError
 from sim.rendering.cameras import REST_S, with_strays
+from sim.rendering.clips import run_ffmpeg
 from sim.rendering.overlay import Caption, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.renderer import Painter
@@ -230,8 +230,5 @@ def _join(parts: Iterable[Path], whole: Path) -> None:
     """Join videos of the same encoding."""
     index = whole.with_suffix(".txt")
     index.write_text("".join(f"file '{part.name}'\n" for part in parts))
-    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "concat", "-i", str(index)]
-    command += ["-c", "copy", "-movflags", "+faststart", str(whole)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode:
-        raise RenderingError(f"ffmpeg could not join the parts: {done.stderr.strip()}")
+    options = ["-f", "concat", "-i", str(index), "-c", "copy", "-movflags", "+faststart", str(whole)]
+    run_ffmpeg(options, making=whole)

@@ -95,7 +95,8 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
                 stations[name] = replace(station, lamp=lamp_foot(station, fixed, walls, slots, at_slots))
     if faults:
         raise SimulationError(*faults)
-    return TableLayout(tuple(stations.values()), {place.name: slots[place.name] for place in model.locations})
+    slots = {place.name: slots[place.name] for place in model.locations}
+    return TableLayout(tuple(stations.values()), slots, shapes)
 
 
 def _check_mass(obj: Object, mass: float, robot: Robot) -> None:

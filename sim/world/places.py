@@ -9,7 +9,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.geometry.rectangle import Rectangle
-from sim.world.shapes import Extent
+from sim.world.shapes import Extent, ObjectShape
 
 AT_RADIUS_M = 0.045
 """Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
@@ -99,15 +99,17 @@ class Station:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """The stations and slots of a model.
+    """The stations and slots of a model, and the shapes of its objects.
 
     Attributes:
         stations: the locations on the table and on fixtures, in the order of the file.
         slots: for every location, in the order of the file, as many slots as its capacity.
+        shapes: of every object, in the order of the file.
     """
 
     stations: tuple[Station, ...]
     slots: dict[str, tuple[Slot, ...]]
+    shapes: dict[str, ObjectShape]
 
 
 def unused_names(model: ManipulationModel, stem: str, number: int, *, taken: Iterable[str] = ()) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from sim.world.layout import arrange
 from sim.world.materials import add_studio
 from sim.world.objects import add_objects, add_spares, start_slots, stored_at
 from sim.world.places import START_OFFSET_M, START_TURN_RAD, Slot, Station
-from sim.world.shapes import ObjectShape, shapes_of
+from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking
 
 TIMESTEP = 0.002
@@ -133,7 +133,7 @@ def build_scene(
     if own is not None:
         model = resolved(model, own)
     layout = arrange(model, robot)
-    shapes = shapes_of(model, robot.gripper)
+    shapes = layout.shapes
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)

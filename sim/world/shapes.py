@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from prefplan.errors import check_known
-from prefplan.models.manipulation.model import ManipulationModel, Object
+from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
 from sim.external.body_parts import parts_of
 from sim.external.meshes import MeshParts, mesh_of
@@ -45,8 +45,6 @@ DENSITY_KG_M3 = 0.055 / CUBE_EDGE_M**3
 MASSES_KG = (0.020, 0.250)
 """Limits of the mass of an object of which none is given."""
 
-HERE = Path()
-
 USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
 
@@ -63,14 +61,12 @@ LEAST_ACROSS = 1e-9
 ROUND_TURNS = 16
 """Number of turns of a round object about the vertical that are told apart."""
 
-QUARTER_TURNS = np.array(
-    [
-        np.eye(3)[list(order)] * signs[:, None]
-        for order in itertools.permutations(range(3))
-        for signs in np.array([*itertools.product((1.0, -1.0), repeat=3)])
-        if np.linalg.det(np.eye(3)[list(order)] * signs[:, None]) > 0
-    ]
-)
+_MIRRORED = [
+    np.eye(3)[list(order)] * np.array(signs)[:, None]
+    for order, signs in itertools.product(itertools.permutations(range(3)), itertools.product((1.0, -1.0), repeat=3))
+]
+
+QUARTER_TURNS = np.array([turn for turn in _MIRRORED if np.linalg.det(turn) > 0])
 """(24, 3, 3) rotations that turn a cube into itself, the identity first."""
 
 
@@ -233,16 +229,7 @@ def opening(width: float) -> float:
     return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
 
 
-def shapes_of(model: ManipulationModel, gripper: Gripper) -> dict[str, ObjectShape]:
-    """Return the shape of every object.
-
-    Raises:
-        SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
-    """
-    return {obj.name: shape_of(obj, gripper, model.folder, model.scene) for obj in model.objects}
-
-
-def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE, scene: str | None = None) -> ObjectShape:
+def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | None = None) -> ObjectShape:
     """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
 
     Args:
@@ -252,7 +239,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE, scene: str | No
         scene: the user's own, if there is one.
 
     Raises:
-        SimulationError: as in `shapes_of`.
+        SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
     """
     where = f"objects.{obj.name}"
     check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
@@ -271,8 +258,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = HERE, scene: str | No
     closing = tuple(width for width in (along, across) if low <= width <= high)
     symmetry = {"cylinder": 0.0, "mesh": 2 * math.pi}.get(obj.kind, math.pi / 2 if along == across else math.pi)
     mass = obj.mass or float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
-    half = np.array([along, across, height]) / 2
-    shape = ObjectShape(obj.kind, half, closing, symmetry, mass)
+    shape = ObjectShape(obj.kind, np.array([along, across, height]) / 2, closing, symmetry, mass)
     if mesh is None:
         _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
         return shape
