@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -108,14 +108,21 @@ def staged(scene: Scene, places: Places) -> Scene:
             used = {slots[other] for other, there in places.items() if there == place and other in slots}
             taken = np.array([[i in used] for i in range(known[place])])
             slots[obj] = int(free_slot(taken)[0])
+    found = beginning(scene, places, slots)
+    replace(found.model, begin=None)  # raises ModelError for what lies on nothing
+    return found
+
+
+def beginning(scene: Scene, places: Places, slots: Mapping[str, int]) -> Scene:
+    """Return a scene that has some of the objects alone, each in a slot of a location, and the empty hand at its start.
+
+    Slots are by object, wherever a location has several.
+    """
+    model = scene.model
     objects = tuple(replace(obj, start=places[obj.name]) for obj in model.objects if obj.name in places)
     begin = ManipulationState(model.start, None, tuple(places.items()), slots=tuple(slots.items()))
-    replace(model, objects=objects, begin=None)  # raises ModelError for what lies on nothing
-    return replace(
-        scene,
-        model=replace(model, objects=objects, begin=begin),
-        shapes={name: shape for name, shape in scene.shapes.items() if name in places},
-    )
+    shapes = {name: shape for name, shape in scene.shapes.items() if name in places}
+    return replace(scene, model=replace(model, objects=objects, begin=begin), shapes=shapes)
 
 
 def positions(scene: Scene, arrangement: Scene) -> np.ndarray:

@@ -18,6 +18,7 @@ from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import hand_poses, location_of
 from sim.errors import SimulationError
+from sim.execution.arrangement import beginning
 from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
 from sim.simulation.rollout import Effort
@@ -68,7 +69,7 @@ def sources() -> str:
     """Return a digest of the sources that decide what an action takes; measurements with another one are outdated."""
     digest = hashlib.sha256()
     sim = Path(__file__).parents[1]
-    programs = (source for name in MOTION for source in sorted((sim / name).glob("*.py")))
+    programs = (source for name in MOTION for source in sorted((sim / name).rglob("*.py")))
     for path in (*programs, *sorted((sim.parent / "assets").glob("*.xml"))):
         digest.update(path.read_text(encoding="utf-8").encode())
     return digest.hexdigest()
@@ -167,9 +168,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
         resting[state.held] = state.hand
         if state.hand_slot is not None:
             slots[state.held] = state.hand_slot
-    objects = tuple(replace(obj, start=resting[obj.name]) for obj in model.objects)
-    begin = ManipulationState(model.start, None, tuple(resting.items()), slots=tuple(slots.items()))
-    scene = replace(scene, model=replace(model, objects=objects, begin=begin))
+    scene = beginning(scene, resting, slots)
     cell = Workcell(scene, initial_state(scene))
     taken, action = state.held or trial.put, model.action(trial.action)
     before = [

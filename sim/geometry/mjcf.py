@@ -111,4 +111,4 @@ def draw_solid(
     add_solid(spec, name, solid)
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[*xy, z])
     geom.contype = geom.conaffinity = geom.mass = 0
-    geom.group = VISIBLE
+    geom.group, geom.rgba = VISIBLE, [0.5, 0.5, 0.5, 1]  # MuJoCo's own colour, for which the material's counts

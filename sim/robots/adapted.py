@@ -128,6 +128,12 @@ def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
     add_servo(spec, name, joint.range, torque, stiffness, damping)
 
 
+def set_pad(pad: mujoco.MjsGeom, *, friction: float) -> None:
+    """Let a pad touch objects stiffly and without turning on them; `friction` is the sliding one."""
+    pad.condim, pad.priority, pad.friction = 4, 1, [friction, 0.02, 0.0005]
+    pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
+
+
 def add_servo(
     spec: mujoco.MjSpec,
     name: str,

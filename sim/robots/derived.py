@@ -10,6 +10,7 @@ import numpy as np
 
 from sim.errors import RobotError
 from sim.geometry.mjcf import box_corners
+from sim.robots.adapted import set_pad
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, Gripper, Linkage, SuctionGripper
 
 COMMANDS = 25
@@ -98,8 +99,8 @@ def derived_gripper(
     )
     lengths = np.array([states[i].length for i in kept])
     squeeze = _set_force(spec, actuator, linkage, lengths, force_n)
-    for name in pads:
-        _set_pad(spec, name)
+    for pad in map(spec.geom, pads):
+        set_pad(pad, friction=max(1.0, float(pad.friction[0])))
     gripper = Gripper(
         actuator, joints, pads, opening_m, squeeze, min(FIRM_FORCE_N, FIRM_SHARE * force_n), 0, 0, 0, 0, 0, linkage
     )
@@ -160,12 +161,13 @@ def suction_gripper(
     motor = spec.actuator(actuator)
     if motor.trntype != mujoco.mjtTrn.mjTRN_BODY:
         raise RobotError(f"the actuator {actuator!r} is no adhesion actuator")
-    lips = [geom.name for geom in spec.body(motor.target).geoms if geom.contype]
+    lips = [geom for geom in spec.body(motor.target).geoms if geom.contype]
     if len(lips) != 1:
         raise RobotError(f"the body {motor.target!r} of the suction cup has {len(lips)} colliding shapes, not one")
     motor.set_to_adhesion(force_n)
     motor.ctrllimited, motor.ctrlrange = mujoco.mjtLimited.mjLIMITED_TRUE, [0.0, 1.0]
-    _set_pad(spec, lips[0])
+    (lip,) = lips
+    set_pad(lip, friction=max(1.0, float(lip.friction[0])))
     model = spec.compile()
     data = mujoco.MjData(model)
     for name, value in arm.items():
@@ -173,7 +175,7 @@ def suction_gripper(
     mujoco.mj_kinematics(model, data)
     joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
     firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
-    gripper = SuctionGripper(actuator, joints, (lips[0],), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, 0, 0, 0, 0, 0)
+    gripper = SuctionGripper(actuator, joints, (lip.name,), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, 0, 0, 0, 0, 0)
     sizes = _dimensions(model, [data], gripper, tool)
     press = SuctionGripper.press_m if spec.body(motor.target).joints else RIGID_PRESS_M
     cup = {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "press_m": press}
@@ -219,14 +221,6 @@ def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np
     if stiffness <= 0:
         raise RobotError(f"the actuator {actuator!r} is no position servo")
     return float(np.clip(force_n / stiffness, *SQUEEZES_M))
-
-
-def _set_pad(spec: mujoco.MjSpec, name: str) -> None:
-    """Let a pad touch objects stiffly and without turning on them."""
-    pad = spec.geom(name)
-    pad.condim, pad.priority = 4, 1
-    pad.friction = [max(1.0, float(pad.friction[0])), 0.02, 0.0005]
-    pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
 
 
 def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gripper, tool: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import trimesh
 from sim.errors import RobotError
 from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid, yaw_quat
 from sim.geometry.solids import smoothed
-from sim.robots.adapted import DAMPING_TIME_S, STIFFNESS_PER_TORQUE, WHOLE_TURN_RAD, add_servo
+from sim.robots.adapted import DAMPING_TIME_S, STIFFNESS_PER_TORQUE, WHOLE_TURN_RAD, add_servo, set_pad
 from sim.robots.gripper import Gripper
 from sim.robots.meshes import asset_folder
 from sim.robots.robot import Robot
@@ -169,8 +169,7 @@ def _set_gripper(spec: mujoco.MjSpec) -> None:
         finger.pos[1] -= np.sign(finger.pos[1]) * CLOSED_GAP_M / 2
         joint.armature, joint.damping[0] = FINGER_ARMATURE_KG, FINGER_DAMPING_N_S_M
         joint.solref_limit, joint.solimp_limit = [0.02, 1], [0.9, 0.95, 0.001, 0.5, 2]
-        geom.friction, geom.condim, geom.priority = [1.2, 0.02, 0.0005], 4, 1
-        geom.solref, geom.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
+        set_pad(geom, friction=1.2)
         geom.material, geom.group = "fetch_grey", VISIBLE
         width.wrap_joint(name, 1.0)
     together = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=gripper.joints[0], name2=gripper.joints[1])

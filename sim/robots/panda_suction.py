@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 
 from sim.geometry.mjcf import HIDDEN, draw_solid
+from sim.robots.adapted import set_pad
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, SuctionGripper
 from sim.robots.panda import PANDA, panda_spec
 
@@ -50,8 +51,7 @@ def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
         name="suction_cup", type=mujoco.mjtGeom.mjGEOM_BOX, size=[LIP_HALF_M, LIP_HALF_M, 0.005], pos=[0, 0, -0.005]
     )
     lip.contype, lip.conaffinity, lip.group = 2, 1, HIDDEN
-    lip.friction, lip.condim, lip.priority = [1.0, 0.02, 0.0005], 4, 1
-    lip.solref, lip.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
+    set_pad(lip, friction=1.0)
     _draw(spec, hand, cup, float(tool[2]))
     motor = spec.add_actuator(name=SUCTION.actuator, target="suction_cup", trntype=mujoco.mjtTrn.mjTRN_BODY)
     motor.set_to_adhesion(FORCE_N)
@@ -70,8 +70,6 @@ def _draw(spec: mujoco.MjSpec, hand: mujoco.MjsBody, cup: mujoco.MjsBody, length
     outline = [(0, -0.62 * drop), (0.006, -0.62 * drop), (0.010, -0.5 * drop), (0.0075, -0.38 * drop)]
     outline += [(0.010, -0.26 * drop), (0.0075, -0.16 * drop), (rim, 0.0), (0, 0.0)]
     draw_solid(spec, cup, "cup_bellows", trimesh.creation.revolve(np.array(outline)), "cup_rubber")
-    for name in ("cup_tube", "cup_bellows"):
-        spec.geom(name).rgba = [0.5, 0.5, 0.5, 1]  # MuJoCo's own, for which the material's counts
 
 
 SUCTION = SuctionGripper(
