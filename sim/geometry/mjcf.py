@@ -62,7 +62,7 @@ def plain_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
         case mujoco.mjtGeom.mjGEOM_CYLINDER:
             return trimesh.creation.cylinder(size[0], 2 * size[1])
         case mujoco.mjtGeom.mjGEOM_CAPSULE:
-            solid = trimesh.creation.capsule(2 * size[1], size[0], count=[32, 32])
+            solid = trimesh.creation.capsule(2 * size[1], size[0], count=[16, 32])
             # Versions of trimesh differ in where it has its origin.
             return solid.apply_translation(-solid.bounds.mean(axis=0))
     return None
