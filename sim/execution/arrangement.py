@@ -9,6 +9,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import free_slot, slots_at_start
+from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 AWAY_M = np.array([50.0, 50.0, -10.0])
@@ -70,13 +71,6 @@ def _over(model: ManipulationModel, location: str) -> set[str]:
     """Return the locations that lie on a location, and so on."""
     direct = {place.name for place in model.locations if location in place.on}
     return direct.union(*(_over(model, upper) for upper in direct))
-
-
-def under(model: ManipulationModel, location: str) -> list[str]:
-    """Return the locations that a location lies on, and so on, the upper ones first."""
-    direct = list(model.location(location).on)
-    deeper = [lower for support in direct for lower in under(model, support)]
-    return list(dict.fromkeys([*direct, *deeper]))
 
 
 def _stand_in(model: ManipulationModel, places: Places, obj: str, kept: list[str]) -> str | None:

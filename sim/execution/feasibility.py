@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
 from sim.errors import BlockedError, SimulationError
-from sim.execution.arrangement import arranged, under
+from sim.execution.arrangement import arranged
 from sim.execution.refusal import Remedies
 from sim.execution.rehearsal import Rehearsal, unable_to_begin
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.skill import SkillError
+from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 TAKEN, BROUGHT = 2, 4

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from sim.errors import BlockedError, SimulationError
-from sim.execution.arrangement import positions, staged, under
+from sim.execution.arrangement import positions, staged
 from sim.execution.rehearsal import Rehearsal
 from sim.geometry.mjcf import first_met, is_solid, opaque
 from sim.motion.joint_limits import missing_turns
@@ -20,6 +20,7 @@ from sim.skills.grasp_choice import ranked
 from sim.skills.hand import frame_of
 from sim.skills.skill import SkillError
 from sim.world.fixtures import body_name
+from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 MOST_CM = 32

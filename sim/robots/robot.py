@@ -24,8 +24,8 @@ def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
                 raise RobotError(f"no {kind} {name!r} in its MJCF")
 
 
-def at_hand() -> None:
-    """Tell that nothing hinders."""
+def no_hindrance() -> None:
+    """Return None: nothing keeps a robot from being had on this machine."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Robot:
     payload_kg: float | None = None
     floor_front_m: float | None = None
     find_gripper: Callable[[], Gripper] | None = None
-    hindrance: Callable[[], str | None] = at_hand
+    hindrance: Callable[[], str | None] = no_hindrance
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     yaw: float = 0.0
 

@@ -11,7 +11,7 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.robots.gripper import Gripper
-from sim.world.fixtures import Block, blocks_of, check_carried, check_free, surfaces_of
+from sim.world.fixtures import Block, blocks_of, check_carried, check_free
 from sim.world.furniture import BIN_HEIGHT_M, BIN_WALL_M
 from sim.world.places import FLOOR, LOCATION_GAP_M, START_TURN_RAD, Station
 from sim.world.shapes import CUBE_EDGE_M
@@ -45,10 +45,10 @@ def check_surroundings(station: Station, model: ManipulationModel) -> None:
 
     What carries it in a user's own scene has been looked for already.
     """
-    outline = station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0)
+    outline, blocks = station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0), blocks_of(model.fixtures)
     if model.scene is None:
-        check_carried(station.name, outline, station.height, surfaces_of(model.fixtures))
-    check_free(station.name, outline, station.height, station.height + _top(station), blocks_of(model.fixtures))
+        check_carried(station.name, outline, station.height, blocks)
+    check_free(station.name, outline, station.height, station.height + _top(station), blocks)
 
 
 def _least_distance(station: Station, other: Station) -> float:

@@ -36,31 +36,18 @@ class Block:
         outline: what it covers, seen from above.
         low: height of its underside over the table top, m.
         high: height of its upper side, m.
+        carries: whether a location may lie on it: on a box, or on a shelf's board between the walls.
     """
 
     fixture: str
     outline: Rectangle
     low: float
     high: float
+    carries: bool = False
 
     def meets(self, outline: Rectangle, low: float, high: float) -> bool:
         """Return whether it reaches into the space over an outline between two heights, m."""
         return self.low < high - MAX_CONTACT_M and low + MAX_CONTACT_M < self.high and overlap(self.outline, outline)
-
-
-@dataclass(frozen=True)
-class SupportSurface:
-    """What a location may lie on: the free upper side of a box or of a shelf's board.
-
-    Attributes:
-        fixture: its name.
-        outline: what there is of it between the walls.
-        height: over the table top, m.
-    """
-
-    fixture: str
-    outline: Rectangle
-    height: float
 
 
 def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
@@ -70,7 +57,7 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
         x, y, z = fixture.at
         dx, dy, dz = fixture.size
         if fixture.kind == "box":
-            found.append(Block(fixture.name, _outline(fixture, 0.0, 0.0, dx, dy), z - dz / 2, z + dz / 2))
+            found.append(Block(fixture.name, _outline(fixture, 0.0, 0.0, dx, dy), z - dz / 2, z + dz / 2, carries=True))
             continue
         back = _outline(fixture, (PANEL_M - dx) / 2, 0.0, PANEL_M, dy)
         sides = [
@@ -79,35 +66,23 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
         found += [Block(fixture.name, outline, z, z + dz) for outline in (back, *sides)]
         # A board in the table top is the table top.
         tops = [z + board for board in fixture.boards if z + board > 0]
-        found += [Block(fixture.name, _between(fixture), max(0.0, top - PANEL_M), top) for top in tops]
+        found += [Block(fixture.name, _between(fixture), max(0.0, top - PANEL_M), top, carries=True) for top in tops]
     return found
 
 
-def surfaces_of(fixtures: Iterable[Fixture]) -> list[SupportSurface]:
-    """Return the surfaces above the table top that fixtures offer."""
-    found = []
-    for fixture in fixtures:
-        if fixture.kind == "box":
-            outline = _outline(fixture, 0.0, 0.0, *fixture.size[:2])
-            found.append(SupportSurface(fixture.name, outline, fixture.at[2] + fixture.size[2] / 2))
-        else:
-            heights = [fixture.at[2] + board for board in fixture.boards]
-            found += [SupportSurface(fixture.name, _between(fixture), height) for height in heights if height > 0]
-    return found
-
-
-def check_carried(name: str, outline: Rectangle, height: float, surfaces: Sequence[SupportSurface]) -> None:
-    """Raise `SimulationError` unless a location above the table top lies on a surface as a whole."""
+def check_carried(name: str, outline: Rectangle, height: float, blocks: Sequence[Block]) -> None:
+    """Raise `SimulationError` unless a location above the table top lies as a whole on a block that carries it."""
     if height <= SAME_HEIGHT_M:
         return
-    level = [surface for surface in surfaces if abs(surface.height - height) <= SAME_HEIGHT_M]
+    surfaces = [block for block in blocks if block.carries and block.high > 0]
+    level = [surface for surface in surfaces if abs(surface.high - height) <= SAME_HEIGHT_M]
     if any(contains(surface.outline, outline) for surface in level):
         return
     where = f"locations.{name}.at"
     here = [surface for surface in surfaces if overlap(surface.outline, outline)]
     if over := next((surface for surface in level if surface in here), None):
         raise SimulationError(f"{where}: it reaches over the edge of the fixture {over.fixture!r}")
-    heights = " or ".join(f"{other:g}" for other in sorted({0.0, *(round(surface.height, 6) for surface in here)}))
+    heights = " or ".join(f"{other:g}" for other in sorted({0.0, *(round(surface.high, 6) for surface in here)}))
     raise SimulationError(
         f"{where}: no fixture carries it {height:g} m above the table top; there, it can lie at {heights} m"
     )

@@ -31,7 +31,7 @@ from sim.world.places import (
     Station,
     TableLayout,
 )
-from sim.world.robot_clearance import RobotAtSlots, lamp_foot, reach
+from sim.world.robot_clearance import RobotAtSlots, reach
 from sim.world.shapes import CUBE_EDGE_M, Extent, ObjectShape, extent, shape_of
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
@@ -92,7 +92,7 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     for name, station in stations.items():
         if model.location(name).marks and station.kind != "stove" and not station.height:
             with collecting(faults):
-                stations[name] = replace(station, lamp=lamp_foot(station, fixed, walls, slots, at_slots))
+                stations[name] = replace(station, lamp=at_slots.lamp_foot(station))
     if faults:
         raise SimulationError(*faults)
     slots = {place.name: slots[place.name] for place in model.locations}

@@ -112,6 +112,13 @@ class TableLayout:
     shapes: dict[str, ObjectShape]
 
 
+def under(model: ManipulationModel, location: str) -> list[str]:
+    """Return the locations that a location lies on, and so on, the upper ones first."""
+    direct = list(model.location(location).on)
+    deeper = [lower for support in direct for lower in under(model, support)]
+    return list(dict.fromkeys([*direct, *deeper]))
+
+
 def unused_names(model: ManipulationModel, stem: str, number: int, *, taken: Iterable[str] = ()) -> tuple[str, ...]:
     """Return names, such as `spot1`, that give no proposition that the model may have."""
     used = [obj.name for obj in model.objects] + [place.name for place in model.locations]

@@ -16,10 +16,10 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.world.clearance import covered
-from sim.world.fixtures import Block, add_fixture, blocks_of, body_name
+from sim.world.fixtures import add_fixture, blocks_of, body_name
 from sim.world.furniture import add_station
 from sim.world.materials import add_studio
-from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, Slot, Station
+from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, Slot, Station, under
 from sim.world.shapes import PAD_CLEARANCE_M, Extent
 
 HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
@@ -109,6 +109,7 @@ class RobotAtSlots:
     ):
         """Compile the fixtures, the objects and the robot."""
         self._manipulation, self._robot, self._sizes = model, arm.robot, sizes
+        self._stations, self._slots = stations, slots
         self._blocks = blocks_of(model.fixtures)
         self._find_configurations(arm, slots)
         spec = arm.robot.spec()
@@ -186,12 +187,32 @@ class RobotAtSlots:
         low = float(slot.position[2])
         return any(block.meets(around, low, low + HAND_HEIGHT_M) for block in self._blocks)
 
-    def direction(self, point: np.ndarray) -> float:
-        """Return the heading from the robot's axis to a (2,) point, rad."""
-        x, y = point - self._robot.position[:2]
-        return float(np.arctan2(y, x))
+    def lamp_foot(self, station: Station) -> np.ndarray:
+        """Return the (2,) foot of a station's lamp: clear of the robot, the farther from the base the better."""
+        centre = station.outline.centre
+        x, y = centre - self._robot.position[:2]
+        outwards = float(np.arctan2(y, x))
+        turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])
+        for distance, turn in itertools.product(LAMP_DISTANCES_M, turns):
+            direction = np.array([np.cos(outwards + turn), np.sin(outwards + turn)])
+            reach = max(float((slot.position[:2] - centre) @ direction) for slot in station.slots)
+            foot = centre + direction * (reach + distance)
+            stand = Rectangle(foot, np.full(2, LAMP_HALF_M), outwards + turn)
+            nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in self._slots.values() for slot in row)
+            if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF_M / 2:
+                continue
+            if any(overlap(stand, covered(at)) for at in self._stations):
+                continue
+            head = Rectangle(foot, np.maximum(LAMP_HEAD_M, LAMP_HALF_M), outwards + turn)
+            if any(block.meets(head, 0.0, LAMP_TOP_M) for block in self._blocks):
+                continue
+            if self._is_clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
+                return foot
+        raise SimulationError(
+            f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES_M[0]:.2f} m away; move other locations off"
+        )
 
-    def clear_of_lamp(self, head: Rectangle) -> bool:
+    def _is_clear_of_lamp(self, head: Rectangle) -> bool:
         """Return whether the robot keeps clear of a lamp's head at every slot."""
         self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
         self._data.mocap_quat[0] = yaw_quat(head.yaw)
@@ -216,40 +237,8 @@ class RobotAtSlots:
 
     def _stacked(self, location: str, other: str) -> bool:
         """Return whether one location lies above the other."""
-        return _rests_on(self._manipulation, location, other) or _rests_on(self._manipulation, other, location)
-
-
-def lamp_foot(
-    station: Station, stations: Sequence[Station], walls: Sequence[Block], slots: Slots, robot: RobotAtSlots
-) -> np.ndarray:
-    """Return the (2,) foot of a station's lamp: clear of the robot, the farther from the base the better."""
-    centre = station.outline.centre
-    outwards = robot.direction(centre)
-    turns = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120])
-    for distance, turn in itertools.product(LAMP_DISTANCES_M, turns):
-        direction = np.array([np.cos(outwards + turn), np.sin(outwards + turn)])
-        reach = max(float((slot.position[:2] - centre) @ direction) for slot in station.slots)
-        foot = centre + direction * (reach + distance)
-        stand = Rectangle(foot, np.full(2, LAMP_HALF_M), outwards + turn)
-        nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in slots.values() for slot in row)
-        if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF_M / 2:
-            continue
-        if any(overlap(stand, covered(at)) for at in stations):
-            continue
-        head = Rectangle(foot, np.maximum(LAMP_HEAD_M, LAMP_HALF_M), outwards + turn)
-        if any(block.meets(head, 0.0, LAMP_TOP_M) for block in walls):
-            continue
-        if robot.clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
-            return foot
-    raise SimulationError(
-        f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES_M[0]:.2f} m away; move other locations off"
-    )
+        return other in under(self._manipulation, location) or location in under(self._manipulation, other)
 
 
 def _storeys(model: ManipulationModel, location: str) -> int:
     return max((1 + _storeys(model, support) for support in model.location(location).on), default=0)
-
-
-def _rests_on(model: ManipulationModel, upper: str, lower: str) -> bool:
-    supports = model.location(upper).on
-    return lower in supports or any(_rests_on(model, support, lower) for support in supports)

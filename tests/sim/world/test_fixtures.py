@@ -18,7 +18,7 @@ from sim.errors import SimulationError
 from sim.evidence.certificate import certify
 from sim.evidence.replay import RecordedWorld
 from sim.rendering.cameras import Camera
-from sim.world.fixtures import PANEL_M, blocks_of, surfaces_of
+from sim.world.fixtures import PANEL_M, blocks_of
 from sim.world.scene import Scene, build_scene, initial_state
 
 CRATE = '{ kind = "box", at = [0.42, -0.3, 0.05], size = [0.2, 0.24, 0.1], yaw = 15 }'
@@ -74,7 +74,7 @@ def test_a_shelf_is_open_to_the_front_alone() -> None:
     assert back.outline.centre[0] == pytest.approx(0.62 + 0.13 - PANEL_M / 2)
     assert sorted(side.outline.centre[1] for side in sides) == pytest.approx([0.2 - 0.219, 0.2 + 0.219])
     assert (board.low, board.high) == pytest.approx((0.25 - PANEL_M, 0.25))
-    assert [surface.height for surface in surfaces_of([SHELF])] == pytest.approx([0.25])
+    assert [block.high for block in blocks_of([SHELF]) if block.carries] == pytest.approx([0.25])
 
 
 def test_locations_lie_one_above_the_other(shelf: Scene) -> None:
