@@ -112,9 +112,8 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
     if not mesh.is_watertight:
         warning = "its surface is not closed, so that it collides as its convex hull"
         return MeshParts(smoothed(drawn), (hull,), warning)
-    if mesh.volume > CONVEX_SHARE * hull.volume:
-        return MeshParts(smoothed(drawn), (hull,))
-    return MeshParts(smoothed(drawn), _decomposed(mesh))
+    convex = mesh.volume > CONVEX_SHARE * hull.volume
+    return MeshParts(smoothed(drawn), (hull,) if convex else _decomposed(mesh))
 
 
 def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,19 @@ SUCTION_OPENING_M, SUCTION_SQUEEZE_M = 0.03, 0.015
 
 USUAL_LOAD_KG = 1.5
 """What is heavier is pressed harder in proportion. With 15 N, a box of 3 kg slides between the Panda's pads."""
+
+PAD_CLEARANCE_M = 0.0075
+"""Least distance from an object to either pad of the open hand where there is space, m."""
+
+MIN_HELD_WIDTH_M = 0.005
+"""Least commanded width of the hand that holds an object."""
+
+MAX_LENGTH_M = 0.120
+"""Greatest length of an object across the closing line: a longer one turns between the fingers."""
+
+MAX_LIFT_M = 0.022
+"""Greatest distance of the pads' middle from an object's, m: half of the pads hold a usual cube, 2 mm over a bin's rim,
+and it is not so far from the tool that it would not count as held."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +73,17 @@ class Gripper:
     palm_height_m: float
     palm_half_width_m: float
     linkage: Linkage | None = None
+
+    @property
+    def held_widths(self) -> tuple[float, float]:
+        """The least and the greatest width of what it takes, m."""
+        return self.squeeze_m + MIN_HELD_WIDTH_M, self.opening_m - 2 * PAD_CLEARANCE_M
+
+    @property
+    def held_heights(self) -> tuple[float, float]:
+        """The least and the greatest height of what it takes from above, m."""
+        # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
+        return 2 * self.fingertip_m, 2 * (self.palm_height_m + MAX_LIFT_M)
 
     def command(self, width: float) -> float:
         """Return what the actuator is sent for a width between the pads, m."""
@@ -113,6 +138,16 @@ class SuctionGripper(Gripper):
     """
 
     press_m: float = 0.003
+
+    @property
+    def held_widths(self) -> tuple[float, float]:
+        """See `Gripper.held_widths`: what is as wide as its lip."""
+        return 2 * self.finger_half_width_m, MAX_LENGTH_M
+
+    @property
+    def held_heights(self) -> tuple[float, float]:
+        """See `Gripper.held_heights`."""
+        return 0.0, math.inf
 
     def command(self, width: float) -> float:
         """See `Gripper.command`."""

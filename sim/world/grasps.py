@@ -12,8 +12,8 @@ import numpy as np
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.seats import Seat
 from sim.motion.trajectory import ToolPose
-from sim.robots.gripper import Gripper, SuctionGripper
-from sim.world.shapes import MAX_LIFT_M, PAD_CLEARANCE_M, ObjectShape, held_widths, opening
+from sim.robots.gripper import MAX_LIFT_M, PAD_CLEARANCE_M, Gripper, SuctionGripper
+from sim.world.shapes import ObjectShape, opening
 
 TIGHT_CLEARANCE_M = 0.0025
 """Least distance from an object to either pad where there is hardly any space, m: a sensed position is off by less."""
@@ -170,7 +170,7 @@ def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.nd
         lines = [np.array([np.cos(turn), np.sin(turn), 0.0]) for turn in ROUND_LINES_RAD]
     else:
         lines = [*np.eye(3)[:2]]
-    low, high = held_widths(gripper)
+    low, high = gripper.held_widths
     for rank, line in enumerate([*lines, np.array([0.0, 0.0, 1.0])]):
         # A round object is as wide along a line across it as along its x axis.
         width = 2 * float(shape.half[0]) if shape.is_round and not line[2] else 2 * float(np.abs(line) @ shape.half)

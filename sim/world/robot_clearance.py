@@ -15,12 +15,13 @@ from sim.geometry.mjcf import yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
+from sim.robots.gripper import PAD_CLEARANCE_M
 from sim.world.clearance import covered
 from sim.world.fixtures import add_fixture, blocks_of, body_name
 from sim.world.furniture import add_station
 from sim.world.materials import add_studio
 from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, Slot, Station, under
-from sim.world.shapes import PAD_CLEARANCE_M, Extent
+from sim.world.shapes import Extent
 
 HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
 """Half the width of the space over a slot that a hand pointing down needs at most with the wrist, and its height, m."""

@@ -20,7 +20,7 @@ from sim.external.meshes import MeshParts, mesh_of
 from sim.geometry.antipodes import Antipodes, antipodes
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.seats import Seat, seats
-from sim.robots.gripper import Gripper, SuctionGripper
+from sim.robots.gripper import MAX_LENGTH_M, PAD_CLEARANCE_M, Gripper, SuctionGripper
 
 SIZES = {
     "cube": ("edge",),
@@ -33,12 +33,6 @@ SIZES = {
 CUBE_EDGE_M = 0.045
 """Edge of an object of no given size, m: the open hand takes it with clearance on both sides."""
 
-MIN_HELD_WIDTH_M = 0.005
-"""Least commanded width of the hand that holds an object."""
-
-MAX_LENGTH_M = 0.120
-"""Greatest length of an object across the closing line: a longer one turns between the fingers."""
-
 DENSITY_KG_M3 = 0.055 / CUBE_EDGE_M**3
 """Density of beech: a cube of usual size weighs 55 g."""
 
@@ -47,13 +41,6 @@ MASSES_KG = (0.020, 0.250)
 
 USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
-
-MAX_LIFT_M = 0.022
-"""Greatest distance of the pads' middle from an object's, m: half of the pads hold a usual cube, 2 mm over a bin's rim,
-and it is not so far from the tool that it would not count as held."""
-
-PAD_CLEARANCE_M = 0.0075
-"""Least distance from an object to either pad of the open hand where there is space, m."""
 
 LEAST_ACROSS = 1e-9
 """Least part of a direction across an axis, of 1; below, they are parallel."""
@@ -209,21 +196,6 @@ def about_z(turn: float) -> np.ndarray:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def held_widths(gripper: Gripper) -> tuple[float, float]:
-    """Return the least and the greatest width of what a hand takes, m."""
-    if isinstance(gripper, SuctionGripper):
-        return 2 * gripper.finger_half_width_m, MAX_LENGTH_M
-    return gripper.squeeze_m + MIN_HELD_WIDTH_M, gripper.opening_m - 2 * PAD_CLEARANCE_M
-
-
-def held_heights(gripper: Gripper) -> tuple[float, float]:
-    """Return the least and the greatest height of what a hand takes from above, m."""
-    if isinstance(gripper, SuctionGripper):
-        return 0.0, math.inf
-    # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
-    return 2 * gripper.fingertip_m, 2 * (gripper.palm_height_m + MAX_LIFT_M)
-
-
 def opening(width: float) -> float:
     """Return how wide the hand opens round what has a width, m."""
     return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
@@ -253,7 +225,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
     else:
         x, y, height = size * 3 if len(size) == 1 else size
         volume = x * y * height
-    low, high = held_widths(gripper)
+    low, high = gripper.held_widths
     along, across = (y, x) if low <= y <= high else (x, y)
     closing = tuple(width for width in (along, across) if low <= width <= high)
     symmetry = {"cylinder": 0.0, "mesh": 2 * math.pi}.get(obj.kind, math.pi / 2 if along == across else math.pi)
@@ -286,7 +258,7 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
             width = 2 * gripper.finger_half_width_m
             raise SimulationError(f"{where}: it is nowhere flat over {width:g} x {width:g} m, as the suction cup needs")
         return replace(shape, seats=found)
-    low, high = held_widths(gripper)
+    low, high = gripper.held_widths
     pairs = antipodes(mesh.surface, low, high)
     if not any(pair.line[2] == 0 for pair in pairs):
         raise SimulationError(
@@ -301,7 +273,7 @@ def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[s
     Raises:
         SimulationError: the gripper cannot take it.
     """
-    limits_of = {"wide": held_widths(gripper), "high": held_heights(gripper), "long": (0.0, MAX_LENGTH_M)}
+    limits_of = {"wide": gripper.held_widths, "high": gripper.held_heights, "long": (0.0, MAX_LENGTH_M)}
     for adjective, length in lengths.items():
         low, high = limits_of[adjective]
         if not low <= length <= high:
