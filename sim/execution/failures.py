@@ -55,9 +55,12 @@ class Failures:
         if not self._detours:
             return problem
         rules = tuple(self._detours.values())
-        broken = Problem(problem.system, problem.tasks, problem.preference, rules=rules).broken(labels)
+        # An object may have been taken from a temporary location, which the problem does not know.
+        sources = {at(obj, source) for obj, source, _ in self._detours}
+        system = problem.system.knowing(problem.system.propositions | sources)
+        broken = Problem(system, problem.tasks, problem.preference, rules=rules).broken(labels)
         kept = (*problem.rules, *(rule for rule in rules if rule.name not in broken))
-        return Problem(problem.system, problem.tasks, problem.preference, rules=kept)
+        return Problem(system, problem.tasks, problem.preference, rules=kept)
 
     def _needs_detour(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> bool:
         """Return whether a held object that a fixture keeps from a location may get there by way of another.
@@ -70,7 +73,7 @@ class Failures:
         if blocked is None or run.steps[-1].observed.held != obj or any(name in run.scene.shapes for name in blocked):
             return False
         source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
-        known = {at(obj, source), at(obj, target)} <= problem.system.propositions
+        known = source and at(obj, target) in problem.system.propositions
         tried = [start for other, start, end in self._detours if (other, end) == (obj, target)]
         if not known or source in tried or len(tried) >= MAX_ATTEMPTS:
             return False
