@@ -14,6 +14,7 @@ from typing import Any, Protocol
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
+from prefplan.preferences.decomposition import decompose
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
 from prefplan.preferences.terms import (
     Maximum,
@@ -23,7 +24,6 @@ from prefplan.preferences.terms import (
     Term,
     Violation,
     WeightedRate,
-    decompose,
 )
 
 OVER = ("cost", "violation")
