@@ -13,6 +13,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.limits import check_limits
+from prefplan.models.graph_files.parallel_edges import dominated_edges, tell_apart
 
 LARGEST_COST = 1e15
 """Costs of a file are floats, which hold all decimals of 15 digits below this."""
@@ -174,14 +175,14 @@ class NetworkBuilder(Sink):
             k = int(np.flatnonzero((sources == missing) | (targets == missing))[0])
             ends = f"{states[sources[k]]!r} to {states[targets[k]]!r}"
             raise ModelError(f"edge from {ends}: {states[missing]!r} is not listed as a node")
-        kept = ~_beaten(sources, targets, costs, len(states))
+        kept = ~dominated_edges(sources, targets, costs, len(states))
         sources, targets, actions, costs = sources[kept], targets[kept], actions[kept], costs[:, kept]
         explicit = np.array(
             [self._index.get(name, len(states) + k) for k, name in enumerate(self._action_index)], dtype=np.int64
         )
         names = [*states, *self._action_index]
         actions = np.where(actions < 0, targets, explicit[actions] if len(explicit) else targets)
-        _tell_apart(sources, targets, actions, names)
+        tell_apart(sources, targets, actions, names)
         found = self._coordinates
         complete = len(found) == len(states)
         return Network(
@@ -267,49 +268,3 @@ def _propositions(value: Any, name: str) -> frozenset[str]:
     if isinstance(value, list) and all(isinstance(entry, str) for entry in value):
         return frozenset(value)
     raise ModelError(f"labels of node {name!r}: must be a list of names, not {value!r}")
-
-
-def _beaten(sources: np.ndarray, targets: np.ndarray, costs: np.ndarray, nodes: int) -> np.ndarray:
-    """Return the (E,) bool edges whose costs another one between the same nodes dominates."""
-    pair = sources * nodes + targets
-    # In this order an edge is dominated only by earlier ones.
-    order = np.lexsort((*costs[::-1], pair))
-    beaten = np.zeros(len(order), dtype=bool)
-    later = np.arange(len(order))
-    for distance in range(1, len(order)):
-        later = later[later >= distance]
-        later = later[pair[order[later]] == pair[order[later - distance]]]
-        if not len(later):
-            break
-        own, other = costs[:, order[later]], costs[:, order[later - distance]]
-        dominated = (other <= own).all(axis=0) & (other < own).any(axis=0)
-        beaten[order[later[dominated]]] = True
-        later = later[~dominated]
-    return beaten
-
-
-def _tell_apart(sources: np.ndarray, targets: np.ndarray, actions: np.ndarray, names: list[str]) -> None:
-    """Give parallel edges of the same action names of their own, `name#2` and so on, in place.
-
-    Raises:
-        ModelError: edges of the same action lead to different nodes.
-    """
-    index = {}
-    pair = sources * len(names) + actions
-    order = np.argsort(pair, kind="stable")
-    again = np.flatnonzero(pair[order[1:]] == pair[order[:-1]]) + 1
-    if len(again):
-        index = {name: i for i, name in enumerate(names)}
-    count, last = 1, -1
-    for k in again.tolist():
-        edge, before = order[k], order[k - 1]
-        count = count + 1 if k == last + 1 else 2
-        last = k
-        name = names[actions[edge]]
-        if targets[edge] != targets[before]:
-            raise ModelError(f"action {name!r} leaves node {names[sources[edge]]!r} twice, to different nodes")
-        numbered = f"{name}#{count}"
-        if numbered not in index:
-            index[numbered] = len(names)
-            names.append(numbered)
-        actions[edge] = index[numbered]
