@@ -9,8 +9,9 @@ import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
 from prefplan.models.manipulation.action import at, holding, marked
-from prefplan.models.manipulation.description import Description, ManipulationState
+from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.slots import free_slot, hand_poses, location_of, pose, slots_at_start
+from prefplan.models.manipulation.state import ManipulationState
 
 MAX_CODES = 2**62
 """Number of codes that fit 64-bit integers, with a margin for the differences between them."""
@@ -33,6 +34,7 @@ class StateCodes:
         over: (hands,) index of the location below each pose of the hand; that of `held` for a start elsewhere.
         above: (slots + 1,) index of the hand's pose over each slot.
         dtype: of arrays of codes: int64, or Python's integers where these do not fit.
+        radices: number of values of each digit.
         weights: value of a 1 in each digit.
         mark_digits: the digit that holds whether an object carries a mark, by (object, mark).
     """
@@ -59,12 +61,12 @@ class StateCodes:
         self._hand_slots = {
             hand: i for hand, (x, i) in zip(poses, self._slots, strict=True) if self._slot_counts[x] > 1
         }
-        self._radices = [len(self.hands)] + [self.held + 1] * len(self.objects)
+        self.radices = [len(self.hands)] + [self.held + 1] * len(self.objects)
         carried = [(obj, mark) for obj in self.objects for mark in model.marks]
-        self.mark_digits = {pair: len(self._radices) + d for d, pair in enumerate(carried)}
-        self._radices += [2] * len(carried)
+        self.mark_digits = {pair: len(self.radices) + d for d, pair in enumerate(carried)}
+        self.radices += [2] * len(carried)
         self.weights = [1]
-        for radix in self._radices:
+        for radix in self.radices:
             self.weights.append(self.weights[-1] * radix)
         self.bound = self.weights.pop()
         self.dtype = np.dtype(np.int64 if self.bound < MAX_CODES else object)
@@ -73,11 +75,6 @@ class StateCodes:
         """Return the hand's pose over a slot."""
         x, i = self._slots[slot]
         return pose(self.locations[x], i if self._slot_counts[x] > 1 else None)
-
-    @property
-    def radices(self) -> list[int]:
-        """The number of values of each digit."""
-        return list(self._radices)
 
     def seen(self, names: Collection[str] | None) -> list[tuple[int, list[str]]]:
         """Return the digits that propositions tell of; for every value of each, the one that it makes true, or "".
@@ -95,7 +92,7 @@ class StateCodes:
 
     def digit(self, codes: np.ndarray, d: int) -> np.ndarray:
         """Return one digit of every code."""
-        found: np.ndarray = codes // self.weights[d] % self._radices[d]
+        found: np.ndarray = codes // self.weights[d] % self.radices[d]
         return found.astype(np.int64)
 
     def array(self, *codes: int) -> np.ndarray:
@@ -109,7 +106,7 @@ class StateCodes:
 
     def decode(self, code: int) -> ManipulationState:
         """Return the state that a code stands for."""
-        digits = [code // w % r for w, r in zip(self.weights, self._radices, strict=True)]
+        digits = [code // w % r for w, r in zip(self.weights, self.radices, strict=True)]
         slots = dict(zip(self.objects, digits[1 : 1 + len(self.objects)], strict=True))
         resting = {obj: self._slots[slot] for obj, slot in slots.items() if slot != self.held}
         hand = self.hands[digits[0]]

@@ -1,4 +1,4 @@
-"""The parts of a manipulation model: locations, objects, costs, and its symbolic states."""
+"""The parts of a manipulation model: locations, objects and costs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from prefplan.errors import ModelError, check_known
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
+from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.surroundings import (
     Fixture,
     RobotSetup,
@@ -79,49 +80,6 @@ class Object:
     scale: float = 1.0
     body: str | None = None
     mass: float | None = None
-
-
-@dataclass(frozen=True)
-class ManipulationState:
-    """One symbolic state.
-
-    Attributes:
-        hand: location the hand is over, or the start pose's name.
-        held: object in the hand, or None.
-        places: (object, location) for every object that rests somewhere, in the model's order.
-        marks: (object, mark) for every mark an object carries.
-        slots: (object, slot) for every object at a location with several slots, in the model's order, where slots are
-            distinguished: see `prefplan.models.manipulation.slots`.
-        hand_slot: the slot that the hand is over, if its location has several and they are distinguished; None also
-            for the middle between them.
-    """
-
-    hand: str
-    held: str | None
-    places: tuple[tuple[str, str], ...]
-    marks: frozenset[tuple[str, str]] = frozenset()
-    slots: tuple[tuple[str, int], ...] = ()
-    hand_slot: int | None = None
-
-    @property
-    def place(self) -> dict[str, str]:
-        """The location of every object that rests somewhere."""
-        return dict(self.places)
-
-    @property
-    def label(self) -> frozenset[str]:
-        """The propositions true in this state."""
-        names = {at(obj, place) for obj, place in self.places} | {marked(obj, mark) for obj, mark in self.marks}
-        return frozenset(names | ({holding(self.held)} if self.held else set()))
-
-    def __str__(self) -> str:
-        """Return the state on one line."""
-        parts = [f"hand at {self.hand}"]
-        if self.held:
-            parts.append(f"holding {self.held}")
-        parts += [f"{o} on {place}" for o, place in self.places]
-        parts += [f"{o} {mark}" for o, mark in sorted(self.marks)]
-        return ", ".join(parts)
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from typing import ClassVar
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import check_costs, cost_names
-from prefplan.models.manipulation.description import Description, Location, ManipulationState, Object
+from prefplan.models.manipulation.description import Description, Location, Object
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, read_action
+from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import TransitionSystem
 

@@ -12,7 +12,8 @@ import numpy as np
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action, at, holding, parse_action
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
-from prefplan.models.manipulation.description import Description, ManipulationState
+from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.state import ManipulationState
 
 Outcomes = Iterable[tuple[Action, ManipulationState]]
 """Actions that exist in a state, each with the state it leads to."""

@@ -29,8 +29,9 @@ import numpy as np
 from prefplan.models.manipulation.action import at, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.description import Description, Location, ManipulationState
+from prefplan.models.manipulation.description import Description, Location
 from prefplan.models.manipulation.operators import read_action
+from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.state_space import Generator, reachable
 from prefplan.models.several_costs import amount
 from prefplan.models.transition_system import Barred, Quotient, Trajectory

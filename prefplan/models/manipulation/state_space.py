@@ -14,9 +14,8 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import UNMEASURED
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
 from prefplan.models.manipulation.cost_matrix import CostMatrix, cost_matrices, unmeasured
-from prefplan.models.manipulation.description import ManipulationState
-from prefplan.models.manipulation.numbering import Numbering
 from prefplan.models.manipulation.operators import Operator
+from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.transition_system import EdgeCosts, TransitionSystem
 
 CHUNK = 2**13
@@ -27,6 +26,9 @@ LAYER_BYTES = 40
 
 EDGE_BYTES = 80
 """Memory that the edges take while they are sorted by their sources, for each of them."""
+
+MAX_TABLE_CODES = 2**24
+"""Greatest number of possible codes for which a table of all of them is kept."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,53 @@ class Generator:
                 units = [matrix.unit for matrix in self.costs]
                 return int(targets[0]), tuple(int(cost[0]) * unit for cost, unit in zip(costs, units, strict=True))
         return None
+
+
+class Numbering:
+    """The numbers of codes, in the order in which they are found, and the codes by number."""
+
+    def __init__(self, bound: int) -> None:
+        """Begin with none; codes are less than a bound."""
+        self._layers: list[np.ndarray] = []
+        self._count = 0
+        self._index = np.full(bound, -1, dtype=np.int32) if bound <= MAX_TABLE_CODES else None
+        self._sorted = np.empty(0, dtype=np.int64)
+        self._numbers = np.empty(0, dtype=np.int32)
+
+    def __len__(self) -> int:
+        """Return how many codes have numbers."""
+        return self._count
+
+    @property
+    def all(self) -> np.ndarray:
+        """All codes, by number."""
+        return np.concatenate(self._layers)
+
+    def add(self, codes: np.ndarray) -> np.ndarray:
+        """Number codes that are new, smallest first, and return them."""
+        codes = np.unique(codes)
+        new = codes[self.number(codes) < 0]
+        numbers = np.arange(self._count, self._count + len(new), dtype=np.int32)
+        if self._index is not None:
+            self._index[new] = numbers
+        else:
+            places = np.searchsorted(self._sorted, new)
+            self._sorted = np.insert(self._sorted, places, new)
+            self._numbers = np.insert(self._numbers, places, numbers)
+        self._layers.append(new)
+        self._count += len(new)
+        return new
+
+    def number(self, codes: np.ndarray) -> np.ndarray:
+        """Return the numbers of codes, int32, -1 for those that have none."""
+        if self._index is not None:
+            return self._index[codes]
+        places = np.searchsorted(self._sorted, codes)
+        known = places < self._count
+        known[known] = self._sorted[places[known]] == codes[known]
+        numbers = np.full(len(codes), -1, dtype=np.int32)
+        numbers[known] = self._numbers[places[known]]
+        return numbers
 
 
 class ListedStates(OnDemand[ManipulationState]):

@@ -10,9 +10,10 @@ from functools import cached_property
 from prefplan.errors import ModelError
 from prefplan.models.generated import GeneratedSystem
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.description import Description, ManipulationState
+from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.quotient import ReducedModel, most_states
+from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.state_space import Generator, reachable
 from prefplan.models.transition_system import Barred, EdgeCosts, Quotient, TransitionSystem
 

@@ -1,0 +1,50 @@
+"""A symbolic state of a manipulation model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from prefplan.models.manipulation.action import at, holding, marked
+
+
+@dataclass(frozen=True)
+class ManipulationState:
+    """One symbolic state.
+
+    Attributes:
+        hand: location the hand is over, or the start pose's name.
+        held: object in the hand, or None.
+        places: (object, location) for every object that rests somewhere, in the model's order.
+        marks: (object, mark) for every mark an object carries.
+        slots: (object, slot) for every object at a location with several slots, in the model's order, where slots are
+            distinguished: see `prefplan.models.manipulation.slots`.
+        hand_slot: the slot that the hand is over, if its location has several and they are distinguished; None also
+            for the middle between them.
+    """
+
+    hand: str
+    held: str | None
+    places: tuple[tuple[str, str], ...]
+    marks: frozenset[tuple[str, str]] = frozenset()
+    slots: tuple[tuple[str, int], ...] = ()
+    hand_slot: int | None = None
+
+    @property
+    def place(self) -> dict[str, str]:
+        """The location of every object that rests somewhere."""
+        return dict(self.places)
+
+    @property
+    def label(self) -> frozenset[str]:
+        """The propositions true in this state."""
+        names = {at(obj, place) for obj, place in self.places} | {marked(obj, mark) for obj, mark in self.marks}
+        return frozenset(names | ({holding(self.held)} if self.held else set()))
+
+    def __str__(self) -> str:
+        """Return the state on one line."""
+        parts = [f"hand at {self.hand}"]
+        if self.held:
+            parts.append(f"holding {self.held}")
+        parts += [f"{o} on {place}" for o, place in self.places]
+        parts += [f"{o} {mark}" for o, mark in sorted(self.marks)]
+        return ", ".join(parts)
