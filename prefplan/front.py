@@ -126,12 +126,7 @@ class UnfinishedError(PrefplanError):
     """
 
     def __init__(
-        self,
-        ended: str,
-        *,
-        complete_below: Number | None = None,
-        best: Plan | None = None,
-        within: float | None = None,
+        self, ended: str, *, complete_below: Number | None = None, best: Plan | None = None, within: float | None = None
     ) -> None:
         """Keep how far the search got, and say it."""
         what = "no plan is known yet" if best is None else "a better plan may exist"
@@ -241,15 +236,12 @@ class Front(Sequence[Plan]):
         return pandas.DataFrame(rows, columns=[*(self.objectives or PAIR), *tasks, "actions"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the points, cost against preference penalty, along the border of what they dominate.
+        """Draw the points, cost against preference penalty, along the border of what they dominate; return the axes.
 
         With several costs or preferences, what is drawn is the front of the first two.
 
         Args:
             ax: where to draw; None for a new figure.
-
-        Returns:
-            The axes.
         """
         if ax is None:
             from matplotlib import pyplot
@@ -258,14 +250,12 @@ class Front(Sequence[Plan]):
         names = self.objectives[:2] or PAIR
         shown = self.over(names) if len(self.objectives) > 2 else self
         points = sorted(tuple(map(float, point_of(plan)[:2])) for plan in shown)
-        costs, preferences = [point[0] for point in points], [point[1] for point in points]
-        ax.step(costs, preferences, "o-", where="post")
+        ax.step([x for x, _ in points], [y for _, y in points], "o-", where="post")
         if self.complete_below is not None:
             ax.axvline(float(self.complete_below), linestyle="--", color="gray", label="complete up to here")
             ax.legend()
-        ax.set(xlabel="total cost", ylabel="preference penalty (lower is better)")
-        if names != PAIR:
-            ax.set(xlabel=names[0], ylabel=f"{names[1]} (lower is better)")
+        x, y = ("total cost", "preference penalty") if names == PAIR else names
+        ax.set(xlabel=x, ylabel=f"{y} (lower is better)")
         return ax
 
     @property
@@ -278,12 +268,11 @@ class Front(Sequence[Plan]):
         named = ("cost", "penalty") if self.objectives in ((), PAIR) else self.objectives
         head = _row("th", ["", *named, *self._tasks])
         table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
+        note = "" if rows else "No plan."
         if self.reason is not None:
             note = f"No plan: {self.reason}."
         elif self.ended is not None:
             note = f"Incomplete: {self.ending}."
-        else:
-            note = "" if rows else "No plan."
         return table + (f"<p>{escape(note)}</p>" if note else "")
 
     def __len__(self) -> int:
