@@ -7,6 +7,7 @@ from prefplan.ledger import Entry, Ledger
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula
 from prefplan.logic.normal_form import parse
+from prefplan.logic.tasks import Relaxation, Rule, Task
 from prefplan.models.graph import GraphModel, Transition
 from prefplan.models.grid import GridModel, Terrain
 from prefplan.models.manipulation.action import Action
@@ -17,6 +18,6 @@ from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner, best_plan, cheapest_plan, pareto_front, preferred_plan
 from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
 from prefplan.preferences.objective import NamedPreference
-from prefplan.problem import Problem, Relaxation, Rule, Task
+from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario, load
 from prefplan.search.bounds import FrontLimits, PlanLimits

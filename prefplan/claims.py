@@ -16,9 +16,9 @@ from prefplan.exact_costs import exact, to_number
 from prefplan.front import Purchase
 from prefplan.logic.formula import holds
 from prefplan.logic.good_prefix import Label, satisfied_at
+from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.objective import Measure
-from prefplan.problem import Rule, Task
 
 
 @dataclass(frozen=True)

@@ -182,11 +182,6 @@ def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fr
     return Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
 
 
-def rounded(value: Fraction, resolution: Fraction) -> Fraction:
-    """Return the nearest multiple of a resolution."""
-    return round(value / resolution) * resolution
-
-
 def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Fraction | None:
     """Round costs in place, where that is wanted or they were computed, and return of what they are multiples then.
 
@@ -204,7 +199,7 @@ def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Frac
         raise ModelError(f"resolution: must be positive, not {to_number(resolution)}")
     for cost, value in values.items():
         if wanted is not None or is_long_float(cost):
-            values[cost] = rounded(value, resolution)
+            values[cost] = round(value / resolution) * resolution
     return resolution
 
 

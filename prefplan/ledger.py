@@ -103,15 +103,9 @@ class Ledger:
         Raises:
             ModelError: an action does not exist where the plan takes it.
         """
-        system = problem.system
-        state, costs, labels = system.start, [], [system.label(system.start)]
-        for action in plan.actions:
-            state, each = system.steps(state, action)
-            costs.append(each)
-            labels.append(system.label(state))
-        columns = [tuple(each[d] for each in costs) for d in range(len(system.cost_names))]
-        beside = dict(zip(system.cost_names[1:], columns[1:], strict=True))
-        return cls.of(problem, plan.actions, columns[0], labels, plan.relaxations, beside)
+        labels, costs = problem.system.along(plan.actions)
+        more = dict(zip(problem.cost_names[1:], costs[1:], strict=True))
+        return cls.of(problem, plan.actions, costs[0], labels, plan.relaxations, more)
 
     @cached_property
     def spent(self) -> tuple[Fraction, ...]:

@@ -25,6 +25,9 @@ T = TypeVar("T")
 CHECK_PERIOD_S = 0.05
 """Time between two checks of the limits while a kernel runs."""
 
+MEMORY_SHARE = 0.8
+"""Part of the free memory that planning may take unless told otherwise."""
+
 NO_INFLATION = 2**60
 """Bounds of cost are smaller than this, so that a part in so many of them is nothing."""
 

@@ -8,37 +8,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from fractions import Fraction
-from functools import cached_property
-from itertools import combinations
-from typing import Any, Unpack, cast
+from typing import Any, Unpack
 
-import numpy as np
-
+from prefplan.anytime.guided import DRAFTED_TASKS, CheapestSearch, begun, draft, prepare_draft
+from prefplan.anytime.narrowing import NarrowingSearch, proven_percent
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
-from prefplan.exact_costs import Number, admits, exact, inclusive, to_number
+from prefplan.exact_costs import Number, admits, exact, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
-from prefplan.ledger import Ledger
-from prefplan.limits import EXACT, Limits, Percent, available_memory, percent
-from prefplan.models.manipulation.quotient import ReducedModel
-from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.transition_system import Quotient
-from prefplan.preferences.kinds import WeightedSum
-from prefplan.problem import Problem, Rule, Task
-from prefplan.product.generated_product import GeneratedProduct
+from prefplan.limits import EXACT, Limits, Percent, percent
+from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
-from prefplan.search.bounds import FrontLimits, PlanLimits, bounded, require_bounds
-from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
-from prefplan.search.exact_search import ExactSearch
-from prefplan.search.guided import DRAFTED_TASKS, CheapestSearch, begun, draft, prepare_draft
-from prefplan.search.narrowing import NarrowingSearch, proven_percent
-from prefplan.search.objective_search import points
+from prefplan.product.reduction import Reduction
+from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
+from prefplan.search.driver import Found, Search, in_units
+from prefplan.search.exact_search import ExactSearch, needs_exact_numbers
+from prefplan.search.infeasibility import infeasible
+from prefplan.search.objective_search import ObjectiveSearch
 from prefplan.search.vector_search import VectorSearch
 
 AnySearch = Search | ExactSearch | NarrowingSearch
-
-MEMORY_SHARE = 0.8
-"""Part of the free memory that a search may take unless told otherwise."""
 
 
 def pareto_front(
@@ -115,43 +105,18 @@ class Planner:
     def __init__(self, problem: Problem, *, options: Options | None = None) -> None:
         """Take the problem; what is searched is built at the first search, within its limits."""
         self.problem = problem
-        self._options = options or Options()
         self.stats = Stats()
+        self._options = options or Options()
+        self._reduction = Reduction(problem, generated=self._options.generated)
         self._cheapest: CheapestSearch | None = None
         self._draft: list[Plan] = []
-        self._begun: Search | None = None
+        self._begun: BiObjectiveSearch | None = None
         self._stopped: AnySearch | None = None
 
-    @cached_property
-    def _quotient(self) -> Quotient:
-        """What is searched in place of the problem's system."""
-        return self.problem.system.quotient(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
-
-    @cached_property
+    @property
     def _product(self) -> Product:
-        """The tables of what is searched."""
-        began = time.perf_counter()
-        product = self._product_of(self.problem)
-        self._build_seconds = time.perf_counter() - began
-        return product
-
-    def _product_of(self, problem: Problem) -> Product:
-        """Return the tables of a problem over this one's model: state by state, or else of its quotient."""
-        if self._model is not None and GeneratedProduct.suits(problem, self._model):
-            return GeneratedProduct(problem, self._model)
-        return Product(problem.over(self._quotient.system))
-
-    def _listed_product(self) -> Product:
-        """Return the tables of the problem's quotient."""
-        return Product(self.problem.over(self._quotient.system))
-
-    @cached_property
-    def _model(self) -> ReducedModel | None:
-        """What is searched, unless its states are listed."""
-        system = self.problem.system
-        if not isinstance(system, ManipulationSystem) or not self._options.generated:
-            return None
-        return system.reduced(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
+        """What is searched."""
+        return self._reduction.product
 
     def front(self, *, within: Number = 0, keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]) -> Front:
         """Return the Pareto front; see `pareto_front`.
@@ -161,20 +126,20 @@ class Planner:
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
-        limits, tolerance = _limits(**wanted), percent(within)
+        limits, bounds = limits_of(self.problem, **wanted)
+        tolerance = percent(within)
         if not self.problem.is_bi_objective:
             # Nothing is left out of a front of more.
             tolerance = EXACT
-        limited = bounded(self.problem, **wanted)
-        require_bounds(self.problem, **limited)
+        require_bounds(self.problem, bounds)
         plans: list[Plan] = []
         self._begun, self._stopped, self._draft = None, None, []
         reason: Reason | None = None
         with _stopped_by(limits, interrupts=keep_on_interrupt):
-            for plan in self._search(limits, tolerance=tolerance, **limited):
+            for _, plan in self._search(limits, bounds, tolerance=tolerance):
                 plans.append(plan)
             if not plans and not limits.ended:
-                reason = self._why_not(limits, **limited)
+                reason = self._why_not(limits, bounds)
         if limits.ended:
             plans += self._draft
         if tolerance.value or self._draft:
@@ -198,53 +163,38 @@ class Planner:
         if self.problem.is_bi_objective:
             choose = self.cheapest if objective == names[0] else self.preferred
             return choose(keep_on_interrupt=keep_on_interrupt, **wanted)
-        limits = _limits(**wanted)
-        limited = bounded(self.problem, **wanted)
-        require_bounds(self.problem, **limited)
-        place, found, reason = names.index(objective), list[tuple[tuple[Any, ...], Plan]](), None
+        limits, bounds = limits_of(self.problem, **wanted)
+        require_bounds(self.problem, bounds)
+        place, found = names.index(objective), list[tuple[tuple[Any, ...], Plan]]()
         with _stopped_by(limits, interrupts=keep_on_interrupt):
-            for point in self._points(limits, objective, **limited):
-                found.append(point)
+            for goal, plan in self._search(limits, bounds, first=objective):
+                found.append((goal.objectives or (), plan))
             if not found and not limits.ended:
-                reason = self._why_not(limits, **limited)
-        if reason is not None:
-            raise NoPlanError(reason)
+                raise NoPlanError(self._why_not(limits, bounds))
         best = min(found, key=lambda pair: (pair[0][place], *pair[0]))[1] if found else None
         if limits.ended or best is None:
             raise UnfinishedError(limits.ended or "", best=best)
         return best
 
-    def _proven(self, plans: Sequence[Plan]) -> Number | None:
-        """Return within how many percent of these plans each best trade-off is, as far as a stopped search proves."""
-        points = [(exact(plan.cost), exact(plan.preference)) for plan in plans]
-        proven = []
-        if self._begun is not None:
-            proven.append(proven_percent(self._begun, points))
-        if isinstance(self._stopped, NarrowingSearch):
-            proven.append(self._stopped.proven(points))
-        elif isinstance(self._stopped, Search):
-            proven.append(proven_percent(self._stopped, points))
-        least = min((percentage for percentage in proven if percentage is not None), default=None)
-        return None if least is None else to_number(least)
-
     def cheapest(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least total cost within a bound on mu; see `cheapest_plan`, and `front`."""
+        cost, *others = self.problem.objective_names
         if not self.problem.is_bi_objective:
-            return self.best(self.problem.cost_names[0], keep_on_interrupt=keep_on_interrupt, **wanted)
-        wanted = bounded(self.problem, **wanted)
-        if wanted.get("max_preference") is not None:
-            require_bounds(self.problem, **wanted)
-        limits = _limits(**wanted)
+            return self.best(cost, keep_on_interrupt=keep_on_interrupt, **wanted)
+        limits, bounds = limits_of(self.problem, **wanted)
+        is_bounded = others[0] in bounds
+        if is_bounded:
+            require_bounds(self.problem, bounds)
         self._cheapest = None
         plan: Plan | None = None
         with _stopped_by(limits, interrupts=keep_on_interrupt):
-            if self.problem.measure.contract == "general" and wanted.get("max_preference") is None:
-                reason = self._infeasible(limits)
+            if self.problem.measure.contract == "general" and not is_bounded:
+                reason = infeasible(self._reduction, limits)
                 if reason is not None:
                     raise NoPlanError(reason)
-            plan = next(self._search(limits, single=True, **wanted), None)
+            plan = next((plan for _, plan in self._search(limits, bounds, single=True)), None)
             if plan is None and not limits.ended:
-                raise NoPlanError(self._why_not(limits, **wanted))
+                raise NoPlanError(self._why_not(limits, bounds))
         if plan is not None:
             return plan
         known = self._cheapest
@@ -265,16 +215,19 @@ class Planner:
             raise PrefplanError(f"there is no preference {choices('', self.problem.objective_names)}")
         if not self.problem.is_bi_objective:
             return self.best(self.problem.preferences[0].name, keep_on_interrupt=keep_on_interrupt, **wanted)
-        wanted = bounded(self.problem, **wanted)
-        max_preference = wanted.pop("max_preference", None)
-        kept = ("max_cost", "max_seconds", "max_memory")
-        bounds = cast(FrontLimits, {name: wanted.get(name) for name in kept})
-        front = self.front(keep_on_interrupt=keep_on_interrupt, **bounds)
+        _, bounds = limits_of(self.problem, **wanted)
+        cost, preference = self.problem.objective_names
+        front = self.front(
+            keep_on_interrupt=keep_on_interrupt,
+            max_cost=bounds.get(cost),
+            max_seconds=wanted.get("max_seconds"),
+            max_memory=wanted.get("max_memory"),
+        )
         if front.reason:
             raise NoPlanError(front.reason)
         best: Plan | None = front[-1] if front else None
         smallest = None if best is None else best.preference
-        if best and max_preference is not None and not admits(max_preference, best.preference):
+        if best and preference in bounds and not admits(bounds[preference], best.preference):
             best = None
         if front.ended:
             raise UnfinishedError(front.ended, complete_below=front.complete_below, best=best)
@@ -282,39 +235,43 @@ class Planner:
             raise NoPlanError(Reason("bound", smallest=smallest))
         return best
 
-    def _below(self, limits: Limits) -> Number | None:
-        """Return up to which cost a search that was stopped has found everything, in the user's units."""
-        return (
-            to_number(Fraction(limits.complete_below) * self.problem.units.cost)
-            if limits.complete_below < math.inf
-            else None
-        )
-
     def _search(
-        self, limits: Limits, *, single: bool = False, tolerance: Percent = EXACT, **wanted: Unpack[PlanLimits]
-    ) -> Iterator[Plan]:
-        """Yield the plans of the front, or its first one only, accounting for the work as it is done."""
-        if not self.problem.is_bi_objective:
-            yield from (plan for _, plan in self._points(limits, None, **wanted))
-            return
-        _, began = self._product, time.perf_counter()
-        mu, cost = wanted.get("max_preference"), wanted.get("max_cost")
-        max_mu = None if mu is None else inclusive(mu, "max_preference")
-        max_cost = math.inf if cost is None else math.floor(inclusive(cost, "max_cost") / self.problem.units.cost)
-        yielded = -1
-        for exact_numbers in (False, True):
+        self,
+        limits: Limits,
+        bounds: Mapping[str, Fraction],
+        *,
+        first: str | None = None,
+        single: bool = False,
+        tolerance: Percent = EXACT,
+    ) -> Iterator[tuple[Found, Plan]]:
+        """Yield the goals of the front with their plans, accounting for the work as it is done.
+
+        Args:
+            limits: of time and memory.
+            bounds: inclusive, of objectives by name.
+            first: of several objectives the one of which the least value is wanted; None for all.
+            single: yield the first goal only.
+            tolerance: what of a front of one cost and one preference may be left out.
+        """
+        product, began, yielded = self._product, time.perf_counter(), set[Any]()
+        for exact_numbers in (not self._options.compiled or needs_exact_numbers(self.problem), True):
             try:
-                search = self._prepared_search(
-                    max_mu, max_cost, limits, single=single, exact_numbers=exact_numbers, tolerance=tolerance
-                )
-                if search is None:
-                    return
+                search: AnySearch
+                if exact_numbers:
+                    search = ExactSearch(self._reduction.listed_product(self.problem), bounds=bounds)
+                elif len(self.problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
+                    raise LimitError("memory")
+                elif self.problem.is_bi_objective:
+                    search = self._bi_objective_search(limits, bounds, single=single, tolerance=tolerance)
+                else:
+                    search = ObjectiveSearch(product, self._options, bounds=bounds, first=first, max_bytes=limits.bytes)
                 self._stopped = search
                 for found in search.goals(limits) if not limits.ended else ():
                     self._account(search, began)
-                    if found.cost > yielded or tolerance.value:
-                        yielded = found.cost
-                        yield self._checked(found, search.product)
+                    worth = found.cost if self.problem.is_bi_objective else found.objectives
+                    if tolerance.value or worth not in yielded:
+                        yielded.add(worth)
+                        yield found, self._checked(found, search.product)
                         if single:
                             return
                 self._account(search, began)
@@ -324,6 +281,29 @@ class Planner:
                     raise
                 # What 64 bits may not hold is searched again in Python's integers.
                 limits.ended = None
+
+    def _bi_objective_search(
+        self, limits: Limits, bounds: Mapping[str, Fraction], *, single: bool, tolerance: Percent
+    ) -> AnySearch:
+        """Return the compiled search for one cost and one preference that fits the measure.
+
+        Raises:
+            OverflowError: 64 bits may not hold its numbers.
+        """
+        measure, product, options = self.problem.measure, self._product, self._options
+        cost, preference = self.problem.objective_names
+        max_mu = bounds.get(preference)
+        max_cost = math.floor(bounds[cost] / self.problem.units.cost) if cost in bounds else math.inf
+        if single and max_mu is None and measure.bi_objective:
+            self._cheapest = CheapestSearch(product, options, limits, max_cost)
+            return self._cheapest.search()
+        drafted = self._draft_front(limits, max_cost) if measure.bi_objective else []
+        prepared = Prepared(product, options, single=single, max_bytes=limits.bytes)
+        if not measure.bi_objective:
+            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, tolerance=tolerance)
+        if tolerance.value and max_mu is None:
+            return NarrowingSearch(prepared, tolerance, max_cost=max_cost, drafted=drafted)
+        return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single, drafted=drafted)
 
     def _draft_front(self, limits: Limits, max_cost: float) -> list[Found]:
         """Return plans that are close to the front, to have some soon, unless it is found soon itself."""
@@ -336,57 +316,13 @@ class Planner:
                 self._draft.append(self._checked(found, self._product))
         return drafted
 
-    def _points(
-        self, limits: Limits, first: str | None, **wanted: Unpack[PlanLimits]
-    ) -> Iterator[tuple[tuple[Any, ...], Plan]]:
-        """Yield points of the front of several costs and preferences, each with its plan; see `objective_search`."""
-        product, began = self._product, time.perf_counter()
-        bounds = {name: inclusive(bound, name) for name, bound in (wanted.get("at_most") or {}).items()}
-        for search, found in points(product, self._listed_product, self._options, bounds, limits, first):
-            self._account(search, began)
-            if found is not None:
-                worth = tuple(map(to_number, found.objectives or ()))
-                assert tuple(found.plan.objectives.values()) == worth, "the plan is worth something else in the model"
-                yield found.objectives or (), self._lifted(found.plan, search.product)
-
-    def _prepared_search(
-        self,
-        max_mu: Fraction | None,
-        max_cost: float,
-        limits: Limits,
-        *,
-        single: bool,
-        exact_numbers: bool,
-        tolerance: Percent,
-    ) -> AnySearch | None:
-        """Return the search that fits the measure; None if memory does not suffice for it.
-
-        Raises:
-            OverflowError: 64 bits may not hold its numbers.
-        """
-        measure, options = self.problem.measure, self._options
-        if exact_numbers or measure.rounds or not options.compiled:
-            listed = self._listed_product()
-            most = None if max_cost == math.inf else int(max_cost) * self.problem.units.cost
-            bounds = zip(self.problem.objective_names, (most, max_mu), strict=True)
-            return ExactSearch(listed, bounds={name: bound for name, bound in bounds if bound is not None})
-        if bytes_to_prepare(self._product) > limits.bytes:
-            limits.ended = "memory"
-            return None
-        if single and max_mu is None and measure.bi_objective:
-            self._cheapest = CheapestSearch(self._product, options, limits, max_cost)
-            return self._cheapest.search()
-        drafted = self._draft_front(limits, max_cost) if measure.bi_objective else []
-        prepared = Prepared(self._product, options, single=single, max_bytes=limits.bytes)
-        if not measure.bi_objective:
-            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, tolerance=tolerance)
-        if tolerance.value and max_mu is None:
-            return NarrowingSearch(prepared, tolerance, max_cost=max_cost, drafted=drafted)
-        return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single, drafted=drafted)
-
     def _checked(self, found: Found, searched: Product) -> Plan:
         """Return the plan of a goal, which is asserted to be worth in the model what the search counted."""
-        plan = self._lifted(found.plan, searched)
+        plan = self._reduction.lifted(found.plan, searched)
+        if found.objectives is not None:
+            worth = tuple(map(to_number, found.objectives))
+            assert tuple(found.plan.objectives.values()) == worth, "the plan is worth something else in the model"
+            return plan
         assert plan.cost == to_number(found.cost * self.problem.units.cost)
         counted, paid = found.label_mu, in_units(self._product, found.mu)
         # A label that is not the best of its kind may have paid for a rule that its plan keeps.
@@ -394,91 +330,48 @@ class Planner:
         assert counted is None or counted == paid or (counted > paid and may_overpay)
         return plan
 
-    def _lifted(self, found: Plan, searched: Product) -> Plan:
-        """Return the plan of the model for one of what was searched, which is asserted to be worth the same there."""
-        plan = found
-        if not isinstance(searched, GeneratedProduct):
-            actions, states = self._quotient.lift((plan.actions, plan.states))
-            plan = replace(plan, actions=actions, states=states)
-        if plan.states is not found.states or isinstance(searched, GeneratedProduct):
-            ledger = Ledger.of_plan(self.problem, plan)
-            worth = (*ledger.exact_objectives(), *ledger.final.task_costs.values())
-            found_worth = (*plan.objectives.values(), *plan.task_costs.values())
-            assert all(map(math.isclose, worth, found_worth)), "the plan is worth something else in the whole model"
-        return plan
-
     def _account(self, search: AnySearch, began: float) -> None:
         seconds = time.perf_counter() - began
-        self.stats = replace(search.work, build_seconds=self._build_seconds, seconds=seconds)
+        self.stats = replace(search.work, build_seconds=self._reduction.build_seconds, seconds=seconds)
 
-    def _why_not(self, limits: Limits, **wanted: Unpack[PlanLimits]) -> Reason:
+    def _below(self, limits: Limits) -> Number | None:
+        """Return up to which cost a search that was stopped has found everything, in the user's units."""
+        if limits.complete_below == math.inf:
+            return None
+        return to_number(Fraction(limits.complete_below) * self.problem.units.cost)
+
+    def _proven(self, plans: Sequence[Plan]) -> Number | None:
+        """Return within how many percent of these plans each best trade-off is, as far as a stopped search proves."""
+        points = [(exact(plan.cost), exact(plan.preference)) for plan in plans]
+        proven = []
+        if self._begun is not None:
+            proven.append(proven_percent(self._begun, points))
+        if isinstance(self._stopped, NarrowingSearch):
+            proven.append(self._stopped.proven(points))
+        elif isinstance(self._stopped, BiObjectiveSearch | VectorSearch):
+            proven.append(proven_percent(self._stopped, points))
+        least = min((percentage for percentage in proven if percentage is not None), default=None)
+        return None if least is None else to_number(least)
+
+    def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; what else was possible is looked for within what its limits leave."""
-        reason = self._infeasible(limits)
+        reason = infeasible(self._reduction, limits)
         if reason is not None:
             return reason
-        if not self.problem.is_bi_objective:
-            return self._out_of_bounds(limits, wanted.get("at_most") or {})
-        if wanted.get("max_preference") is None:
-            assert wanted.get("max_cost") is not None
-            try:
-                cheapest = self.cheapest(max_seconds=limits.seconds_left, max_memory=limits.bytes)
-            except UnfinishedError:
-                return Reason("bound")
-            return Reason("bound", smallest=cheapest.cost)
-        front = self.front(max_cost=wanted.get("max_cost"), max_seconds=limits.seconds_left, max_memory=limits.bytes)
-        return Reason("bound", smallest=front[-1].preference if front and front.complete else None)
-
-    def _out_of_bounds(self, limits: Limits, bounds: Mapping[str, Number]) -> Reason:
-        """Return that bounds leave no plan, and of a single one what it would have to be at least."""
-        smallest = None
-        if len(bounds) == 1:
-            [name] = bounds
-            with suppress(UnfinishedError, PreferenceError):
-                best = self.best(name, max_seconds=limits.seconds_left, max_memory=limits.bytes)
-                smallest = best.objectives[name]
+        left: FrontLimits = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes}
+        smallest: Number | None = None
+        with suppress(UnfinishedError, PreferenceError):
+            if not self.problem.is_bi_objective:
+                if len(bounds) == 1:
+                    [name] = bounds
+                    smallest = self.best(name, **left).objectives[name]
+            elif self.problem.objective_names[1] not in bounds:
+                smallest = self.cheapest(**left).cost
+            else:
+                left["max_cost"] = bounds.get(self.problem.objective_names[0])
+                front = self.front(**left)
+                smallest = front[-1].preference if front and front.complete else None
         return Reason("bound", smallest=smallest)
-
-    def _infeasible(self, limits: Limits) -> Reason | None:
-        """Return which tasks cannot be satisfied together, or None if all of them can."""
-        problem = self.problem
-        if self._is_satisfiable(problem.tasks, limits):
-            return None
-        if problem.rules and self._is_satisfiable(problem.tasks, limits, ()):
-            laws = (rules for size in range(1, len(problem.rules) + 1) for rules in combinations(problem.rules, size))
-            broken = next(rules for rules in laws if not self._is_satisfiable(problem.tasks, limits, rules))
-            return Reason("rule", tuple(rule.name for rule in broken))
-        sizes = range(1, len(problem.tasks) + 1)
-        sets = (tasks for size in sizes for tasks in combinations(problem.tasks, size))
-        blame = tuple(task.name for task in next(t for t in sets if not self._is_satisfiable(t, limits, ())))
-        return Reason("task" if len(blame) == 1 else "conflict", blame)
-
-    def _is_satisfiable(self, tasks: tuple[Task, ...], limits: Limits, rules: tuple[Rule, ...] | None = None) -> bool:
-        """Return whether some plan satisfies some of the tasks, as relaxed as they may be, and keeps rules.
-
-        Without `rules`, all of the problem's are kept.
-
-        Raises:
-            LimitError: a limit was reached before that is known.
-        """
-        nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
-        free = tuple(
-            replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
-            for task in tasks
-        )
-        kept = tuple(rule for rule in (self.problem.rules if rules is None else rules) if rule.skip is None)
-        if isinstance(self._product, GeneratedProduct):
-            product = self._product_of(Problem(self.problem.system, free, nothing, rules=kept))
-        else:
-            # What anything costs does not matter.
-            system = self._quotient.system
-            system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
-            product = Product(Problem(system, free, nothing, rules=kept))
-        search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
-        left = replace(limits, complete_below=0)
-        found = next(search.goals(left), None) is not None
-        if left.ended:
-            raise LimitError(left.ended)
-        return found
 
 
 @contextmanager
@@ -502,16 +395,3 @@ def _undominated(plans: Sequence[Plan]) -> list[Plan]:
         if not kept or plan.preference < kept[-1].preference:
             kept.append(plan)
     return kept
-
-
-def _limits(
-    *,
-    max_seconds: float | None = None,
-    max_memory: float | None = None,
-    max_cost: Number | None = None,
-    max_preference: Number | None = None,
-    at_most: Mapping[str, Number] | None = None,
-) -> Limits:
-    """Return the limits of time and memory; the search itself keeps the bounds of cost and mu."""
-    memory = MEMORY_SHARE * available_memory() if max_memory is None else max_memory
-    return Limits(math.inf if max_seconds is None else max_seconds, memory)

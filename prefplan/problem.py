@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 
-from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed
+from prefplan.errors import PrefplanError, check_known, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.dfa import Automaton, automaton, first_accepted, is_idempotent
-from prefplan.logic.formula import TRUE, Formula, is_temporal, propositions_of
+from prefplan.logic.formula import TRUE, propositions_of
 from prefplan.logic.monitor import watching
-from prefplan.logic.normal_form import parse, parse_rule
+from prefplan.logic.tasks import Rule, Task, rule_monitor, task_automaton
 from prefplan.logic.weighted_dfa import WeightedAutomaton
-from prefplan.models.transition_system import EdgeCosts, TransitionSystem
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.names import check_names
 from prefplan.preferences.contracts import Span, check_claim
 from prefplan.preferences.kinds import Preference, WeightedSum
@@ -34,80 +34,6 @@ UNWEIGHED = 'nothing in the preference weighs what it costs; give a term of the 
 
 LARGEST_TRIED = 10**15
 """Units of cost up to which a declared contract is tried, where plans may cost as much."""
-
-
-@dataclass(frozen=True)
-class Relaxation:
-    """A reading that may be bought: `assume` counts as true wherever `when` holds and it is false, for `cost`.
-
-    Attributes:
-        assume: a proposition.
-        when: a formula without temporal operators.
-        cost: price of each such reading; it counts towards the task's violation cost, not the total cost.
-    """
-
-    assume: str
-    when: str
-    cost: Number
-
-    @property
-    def condition(self) -> Formula:
-        """The syntax tree of `when`."""
-        return parse(self.when, temporal=False)
-
-
-@dataclass(frozen=True)
-class Task:
-    """A temporal task: a co-safe formula (Definition 2), and how it may be relaxed (Remarks 1 to 6).
-
-    Attributes:
-        name: what costs and preferences call it.
-        formula: the task.
-        relax: readings that may be bought.
-        skip: price of dropping the task before the first action; None if it may not be dropped.
-        known: the propositions that there are, to tell `Fa` from `F a`; None until the task is part of a problem.
-    """
-
-    name: str
-    formula: str
-    relax: tuple[Relaxation, ...] = ()
-    skip: Number | None = None
-    known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
-
-    @property
-    def tree(self) -> Formula:
-        """The formula's syntax tree.
-
-        Raises:
-            FormulaError: it is no co-safe formula over the known propositions.
-        """
-        return parse(self.formula, propositions=self.known)
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A safety formula, which no plan breaks; or only once, for a price.
-
-    Attributes:
-        name: what messages and preferences over violations call it.
-        formula: the rule.
-        skip: price of breaking it, after which it is gone; None if it may not be broken.
-        known: as of a task.
-    """
-
-    name: str
-    formula: str
-    skip: Number | None = None
-    known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
-
-    @property
-    def broken(self) -> Formula:
-        """What its bad prefixes satisfy, as a syntax tree.
-
-        Raises:
-            FormulaError: it is no safety formula over the known propositions.
-        """
-        return parse_rule(self.formula, propositions=self.known)
 
 
 @dataclass(frozen=True, init=False)
@@ -153,74 +79,51 @@ class Problem:
         present: str | None = None,
     ) -> None:
         """Check that the parts fit together."""
-        named = (
-            tuple(preference)
-            if isinstance(preference, Sequence)
-            else (NamedPreference(DEFAULT_PREFERENCE, preference),)
+        several = preference if isinstance(preference, Sequence) else [NamedPreference(DEFAULT_PREFERENCE, preference)]
+        named = tuple(several)
+        known = system.propositions
+        # What is frozen is set once, here.
+        self.__dict__.update(
+            system=system,
+            tasks=tuple(replace(task, known=known) for task in tasks),
+            preferences=named,
+            preference=named[0].preference if named else WeightedSum({}),
+            rules=tuple(replace(rule, known=known) for rule in rules),
+            present=present,
         )
-        object.__setattr__(self, "system", system)
-        object.__setattr__(self, "tasks", tuple(replace(task, known=system.propositions) for task in tasks))
-        object.__setattr__(self, "preferences", named)
-        object.__setattr__(self, "preference", named[0].preference if named else WeightedSum({}))
-        object.__setattr__(self, "rules", tuple(replace(rule, known=system.propositions) for rule in rules))
-        object.__setattr__(self, "present", present)
+        self._check_number()
+        taken = [*self.names, *(rule.name for rule in self.rules)]
+        automata = [task_automaton(task, f"tasks[{i}]", taken[:i]) for i, task in enumerate(self.tasks)]
+        last = len(self.tasks)
+        monitors = [rule_monitor(rule, f"rules[{i}]", taken[: last + i]) for i, rule in enumerate(self.rules)]
+        self.__dict__.update(automata=tuple(automata), monitors=tuple(monitors))
+        self._check_objective_names()
+        self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.priced), ())
+        self._check_claims()
+        self._check_weighed()
+
+    def _check_number(self) -> None:
+        """Check how many tasks and rules there are."""
+        number = len(self.priced)
         if not self.tasks:
             raise PrefplanError("tasks: a problem needs at least one task")
-        if len(self.priced) > TASK_LIMIT:
-            also = "" if len(self.priced) == len(self.tasks) else ", with the rules that may be broken,"
-            raise PrefplanError(
-                f"tasks: {len(self.priced)}{also} are more than the {TASK_LIMIT} that the search can take"
-            )
-        automata: list[Automaton] = []
+        if number > TASK_LIMIT:
+            also = "" if number == len(self.tasks) else ", with the rules that may be broken,"
+            raise PrefplanError(f"tasks: {number}{also} are more than the {TASK_LIMIT} that the search can take")
+        may_break = [i for i, rule in enumerate(self.rules) if rule.skip is not None]
+        if len(may_break) > SKIP_LIMIT:
+            raise PrefplanError(f"rules[{may_break[SKIP_LIMIT]}].skip: at most {SKIP_LIMIT} rules may be broken")
+
+    def _check_weighed(self) -> None:
+        """Check that violation costs, if there may be any, matter to a preference."""
+        if any(measure.weighs_violation for measure in self._measures):
+            return
         for i, task in enumerate(self.tasks):
-            self._check_name(f"tasks[{i}].name", task.name, self.names[:i])
-            with prefixed(f"tasks[{i}].formula: ", FormulaError):
-                automata.append(automaton(task.tree, text=task.formula))
-            self._check_relaxations(i, task)
-        object.__setattr__(self, "automata", tuple(automata))
-        object.__setattr__(self, "monitors", tuple(self._monitor(i, rule) for i, rule in enumerate(self.rules)))
-        self._check_objective_names()
-        object.__setattr__(self, "measure", self._measures[0] if named else Measure(len(self.priced), ()))
-        self._check_claims()
-        if not any(measure.weighs_violation for measure in self._measures):
-            for i, task in enumerate(self.tasks):
-                if task.relax or task.skip is not None:
-                    key = "relax" if task.relax else "skip"
-                    raise PrefplanError(f"tasks[{i}].{key}: {UNWEIGHED}")
-            for i, rule in enumerate(self.rules):
-                if rule.skip is not None:
-                    raise PrefplanError(f"rules[{i}].skip: {UNWEIGHED}")
-
-    def _check_name(self, where: str, name: str, taken: Collection[str]) -> None:
-        check_names([name], where=where)
-        if name in ("min", "max", "abs"):
-            raise PrefplanError(f"{where}: {name!r} is a reserved word (min max abs)")
-        if name in taken:
-            raise PrefplanError(f"{where}: {name!r} is used twice")
-
-    def _monitor(self, i: int, rule: Rule) -> Automaton:
-        """Return the automaton of a rule's bad prefixes, once the rule is checked."""
-        self._check_name(f"rules[{i}].name", rule.name, [*self.names, *(other.name for other in self.rules[:i])])
-        if rule.skip is not None and exact(rule.skip, f"rules[{i}].skip") < 0:
-            raise PrefplanError(f"rules[{i}].skip: negative cost {rule.skip}")
-        if sum(other.skip is not None for other in self.rules[: i + 1]) > SKIP_LIMIT:
-            raise PrefplanError(f"rules[{i}].skip: at most {SKIP_LIMIT} rules may be broken")
-        with prefixed(f"rules[{i}].formula: ", FormulaError):
-            return automaton(rule.broken, text=rule.formula)
-
-    def _check_relaxations(self, i: int, task: Task) -> None:
-        for k, relaxation in enumerate(task.relax):
-            where = f"tasks[{i}].relax[{k}]"
-            known = sorted(self.system.propositions)
-            check_known(f"{where}.assume", "proposition", relaxation.assume, known, PrefplanError)
-            with prefixed(f"{where}.when: ", FormulaError):
-                condition = parse(relaxation.when, propositions=known, temporal=False)
-                if is_temporal(condition):
-                    raise FormulaError(f"'{relaxation.when}' has a temporal operator")
-            if exact(relaxation.cost, f"{where}.cost") < 0:
-                raise PrefplanError(f"{where}.cost: negative cost {relaxation.cost}")
-        if task.skip is not None and exact(task.skip, f"tasks[{i}].skip") < 0:
-            raise PrefplanError(f"tasks[{i}].skip: negative cost {task.skip}")
+            if task.relax or task.skip is not None:
+                raise PrefplanError(f"tasks[{i}].{'relax' if task.relax else 'skip'}: {UNWEIGHED}")
+        for i, rule in enumerate(self.rules):
+            if rule.skip is not None:
+                raise PrefplanError(f"rules[{i}].skip: {UNWEIGHED}")
 
     def _check_objective_names(self) -> None:
         """Check the names of costs and preferences, and the costs that preferences are of."""
@@ -228,7 +131,7 @@ class Problem:
             raise PrefplanError("preference: missing; only where there are several costs none is needed")
         taken = list(self.cost_names)
         for named in self.preferences:
-            where = _key_of(named)
+            where = named.key
             check_names([named.name], where=f"{where}.name")
             if named.name in taken:
                 raise PrefplanError(f"{where}.name: {named.name!r} is used twice (names so far: {', '.join(taken)})")
@@ -241,7 +144,7 @@ class Problem:
         """The terms of every preference."""
         measures, rules_too = [], self.priced[len(self.tasks) :]
         for named in self.preferences:
-            with prefixed(f"{_key_of(named)}."):
+            with prefixed(f"{named.key}."):
                 terms = named.preference.terms(self.names, *((rules_too,) if rules_too else ()))
                 measures.append(Measure.of(terms, len(self.priced)))
         return tuple(measures)
@@ -251,10 +154,10 @@ class Problem:
         for named, objective in zip(self.preferences, self.objectives, strict=True):
             for formula in objective.measure.formulas:
                 if formula.claimed:
-                    edges, unit = self.edge_costs[objective.cost], objective.units.cost
+                    edges, unit = self.system.edge_costs[objective.cost], objective.units.cost
                     largest = edges.unit * int(max(edges.costs.tolist(), default=0)) * self.system.size
                     span = Span(unit, min(largest * len(self.tasks), unit * LARGEST_TRIED))
-                    check_claim(formula, self.names, _key_of(named), span)
+                    check_claim(formula, self.names, named.key, span)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -318,16 +221,14 @@ class Problem:
         followed = range(len(self.priced)) if tasks is None else tasks
         problem = object.__new__(Problem)
         problem.__dict__.update(
-            self.__dict__
-            | {
-                "system": system,
-                "units": self.units,
-                "cost_units": self.cost_units,
-                "objectives": self.objectives,
-                "tasks": tuple(self.tasks[i] for i in kept),
-                "automata": tuple(self.automata[i] for i in kept),
-                "weighted_automata": tuple(self.weighted_automata[i] for i in followed),
-            }
+            self.__dict__,
+            system=system,
+            units=self.units,
+            cost_units=self.cost_units,
+            objectives=self.objectives,
+            tasks=tuple(self.tasks[i] for i in kept),
+            automata=tuple(self.automata[i] for i in kept),
+            weighted_automata=tuple(self.weighted_automata[i] for i in followed),
         )
         return problem
 
@@ -335,11 +236,6 @@ class Problem:
     def resolution(self) -> Number | None:
         """Of what the model's costs were rounded to a multiple, in the user's units; None if they were not."""
         return None if self.system.resolution is None else to_number(self.system.resolution)
-
-    @property
-    def edge_costs(self) -> tuple[EdgeCosts, ...]:
-        """Every cost of the system's edges."""
-        return self.system.edge_costs
 
     @property
     def cost_names(self) -> tuple[str, ...]:
@@ -387,25 +283,16 @@ class Problem:
     @cached_property
     def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:
         """The automata of the tasks with their relaxations, watching the rules, and of rules that may be broken."""
-
-        def count(price: Number) -> int:
-            return int(exact(price) / self.units.price)
-
-        found = []
+        found, unit = [], self.units.price
         modes = [self.watched(mode) for mode in range(len(self.modes))]
         read = frozenset(name for monitor in self.monitors for name in monitor.propositions)
         for task, alone in zip(self.tasks, self.automata, strict=True):
             apart = read & {relaxation.assume for relaxation in task.relax}
             dfa, initial = watching(alone, modes, apart=apart) if self.rules else (alone, (0,))
-            bought = tuple((r.assume, r.condition, count(r.cost)) for r in task.relax)
-            skip = None if task.skip is None else count(task.skip)
+            bought = tuple((r.assume, r.condition, int(exact(r.cost) / unit)) for r in task.relax)
+            skip = None if task.skip is None else int(exact(task.skip) / unit)
             found.append(WeightedAutomaton(dfa, bought, skip, self.present, initial, apart))
         kept = automaton(TRUE)
-        prices = [count(rule.skip) for rule in self.rules if rule.skip is not None]
+        prices = [int(exact(rule.skip) / unit) for rule in self.rules if rule.skip is not None]
         found += [WeightedAutomaton(kept, (), price, self.present, (0,) * len(modes)) for price in prices]
         return tuple(found)
-
-
-def _key_of(named: NamedPreference) -> str:
-    """Return the key of a preference for messages."""
-    return "preference" if named.name == DEFAULT_PREFERENCE else f"preferences.{named.name}"

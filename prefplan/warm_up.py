@@ -6,17 +6,18 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from prefplan.anytime.guided import draft, prepare_draft
 from prefplan.heuristics.lagrangian import Weights
 from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.logic.tasks import Task
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import Expression, Order, Preference
 from prefplan.preferences.objective import NamedPreference
-from prefplan.problem import Problem, Task
+from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.search import boa_star
-from prefplan.search.driver import BiObjectiveSearch
-from prefplan.search.guided import draft, prepare_draft
+from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.labels import rehash
 
 

@@ -16,7 +16,7 @@ from prefplan.front import UnfinishedError
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
-from prefplan.search.driver import BiObjectiveSearch
+from prefplan.search.bi_objective_search import BiObjectiveSearch
 
 SINGLE, FRONT = "single", "front"
 KINDS = (SINGLE, FRONT)

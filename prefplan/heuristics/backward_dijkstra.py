@@ -8,9 +8,9 @@ import numpy as np
 
 from prefplan.product.contraction import by_way_of
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.kernels import Integer, bare_kernel, kernel
+from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, NO_EDGE, ProductView, active_nodes
+from prefplan.product.product_view import ProductView, active_nodes
 
 
 class ReverseView(NamedTuple):

@@ -19,8 +19,9 @@ from prefplan.heuristics.backward_dijkstra import (
 )
 from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
 from prefplan.limits import check_limits, run_within_limits
+from prefplan.product.kernels import INFINITE, NO_EDGE
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, NO_EDGE, ProductView
+from prefplan.product.product_view import ProductView
 
 WATCHED_ENTRIES = 100_000
 """Entries of a table from which on filling it is watched; fewer take less than a tenth of a second."""
@@ -43,8 +44,33 @@ class Backward:
         self.stages = stages_of(product, forward)
 
     def cost_to_go(self, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
-        """See `cost_to_go`."""
-        return cost_to_go(self, tasks, factors, shift=shift)
+        """Return the least weighted cost until all of some tasks are satisfied or dropped.
+
+        Args:
+            tasks: (k,) int64, which tasks.
+            factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied.
+            shift: low bits that are left out of costs.
+
+        Returns:
+            (S * Q_1 * ... * Q_k,) int64, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); INFINITE where there is no path.
+
+        Raises:
+            LimitError: a limit was reached.
+        """
+        entries = self.nodes * int(np.prod(self.sizes[tasks]))
+        check_limits(8 * entries)
+        table: np.ndarray = np.full(entries, INFINITE)
+        if (stages := self.stages) is not None:
+            near = np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE)
+            fill_in_order(stages._replace(near=near), tasks, factors, table)
+        else:
+            edges = restricted(self.reverse, tasks)
+            edges = edges._replace(costs=edges.costs >> shift)
+            if entries < WATCHED_ENTRIES:
+                dijkstra(edges, tasks, factors, table, np.zeros(1, dtype=np.bool_))
+            else:
+                run_within_limits(lambda stop: dijkstra(edges, tasks, factors, table, stop))
+        return table
 
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""
@@ -62,34 +88,3 @@ class Backward:
     def reverse(self) -> ReverseView:
         """Who leads to a node, and which automaton states lead to one."""
         return reverse_view(self._product, self._forward)
-
-
-def cost_to_go(backward: Backward, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
-    """Return the least weighted cost until all of some tasks are satisfied or dropped.
-
-    Args:
-        backward: the product.
-        tasks: (k,) int64, which tasks.
-        factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied.
-        shift: low bits that are left out of costs.
-
-    Returns:
-        (S * Q_1 * ... * Q_k,) int64, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); INFINITE where it cannot be done.
-
-    Raises:
-        LimitError: a limit was reached.
-    """
-    entries = backward.nodes * int(np.prod(backward.sizes[tasks]))
-    check_limits(8 * entries)
-    table: np.ndarray = np.full(entries, INFINITE)
-    if (stages := backward.stages) is not None:
-        near = np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE)
-        fill_in_order(stages._replace(near=near), tasks, factors, table)
-    else:
-        edges = restricted(backward.reverse, tasks)
-        edges = edges._replace(costs=edges.costs >> shift)
-        if entries < WATCHED_ENTRIES:
-            dijkstra(edges, tasks, factors, table, np.zeros(1, dtype=np.bool_))
-        else:
-            run_within_limits(lambda stop: dijkstra(edges, tasks, factors, table, stop))
-    return table

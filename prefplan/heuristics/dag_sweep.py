@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.product.contraction import by_way_of
-from prefplan.product.kernels import Integer, bare_kernel, kernel
+from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, NO_EDGE, ProductView, active_nodes
+from prefplan.product.product_view import ProductView, active_nodes
 
 
 class Stages(NamedTuple):

@@ -23,8 +23,7 @@ import numpy as np
 from prefplan.heuristics.dag_sweep import Stages
 from prefplan.limits import check_limits, run_within_limits
 from prefplan.product.contraction import NODE_LIMIT, by_way_of
-from prefplan.product.kernels import Integer, bare_kernel, kernel
-from prefplan.product.successors import INFINITE
+from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 
 LARGEST = 30_000
 """Sums are counted in units of which so many, the largest entry, and as many more fit 16 bits."""
@@ -55,11 +54,6 @@ class Lagrangian(NamedTuple):
     first: np.ndarray
     place: np.ndarray
     table: np.ndarray
-
-    @property
-    def bytes(self) -> int:
-        """Memory of one more table."""
-        return self.table[0].nbytes
 
 
 def no_lagrangian() -> Lagrangian:
@@ -135,7 +129,7 @@ def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int,
     Raises:
         LimitError: a limit was reached.
     """
-    check_limits(known.bytes)
+    check_limits(known.table[0].nbytes)
     nodes = len(stages.classes)
     different, kind = np.unique(rates, return_inverse=True)
     least = by_way_of(stages.near, np.ones(nodes, dtype=bool)) >> shift

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prefplan.product.contraction import by_way_of
-from prefplan.product.kernels import Integer, bare_kernel, kernel
+from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, ProductView
+from prefplan.product.product_view import ProductView
 
 MOST_LANDMARKS = 62
 """Landmarks are bits of one machine word."""

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import (
     UNREACHABLE,
@@ -22,19 +23,20 @@ from prefplan.heuristics.pattern_database import (
 )
 from prefplan.heuristics.preference_bound import Blocks, block_entry, blocks, no_blocks
 from prefplan.heuristics.preprocessing import ENTRY_BYTES, TABLES_SHARE, Options
-from prefplan.heuristics.projections import Projected, Projections, no_projections, projected
+from prefplan.heuristics.projections import Projections, no_projections, projected
+from prefplan.heuristics.task_sets import TaskSets, table_entry
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.kernels import INFINITE, Integer, bare_kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, ProductView
+from prefplan.product.product_view import ProductView
 
 
 class ObjectiveBounds(NamedTuple):
     """Tables for D costs and A preferences.
 
     Attributes:
-        tasks: (P, k) int64, strides: (P, k) int64, base: (P,) int64, projection: (P,) int64: as of `Patterns`.
+        sets: P sets of tasks, and base: (P,) int64: as of `Patterns`.
         tables: (D, entries) int32, the table of `Patterns` for each cost.
         add_up: whether the sum of all tables counts, not the largest of their entries.
         projections: of the model, in which the tables are; none where its states are listed.
@@ -42,10 +44,8 @@ class ObjectiveBounds(NamedTuple):
         owner: (B,) int64, the preference of each block.
     """
 
-    tasks: np.ndarray
-    strides: np.ndarray
+    sets: TaskSets
     base: np.ndarray
-    projection: np.ndarray
     tables: np.ndarray
     add_up: bool
     projections: Projections
@@ -81,10 +81,8 @@ def objective_bounds(
     owner = [k for k, one in enumerate(each) for _ in one.members]
     first = backwards[0]
     return ObjectiveBounds(
-        known[0].tasks,
-        known[0].strides,
+        known[0].sets,
         known[0].base,
-        known[0].projection,
         np.stack([one.table for one in known]),
         isinstance(first, Projected),
         first.projections() if isinstance(first, Projected) else no_projections(),
@@ -102,11 +100,9 @@ def _costs_to_go(
         each = [projected.with_costs(view.moves.costs) for view in views]
         return [projected_patterns(one) if options.heuristic != 0 else no_patterns() for one in each], each
     listed = [Backward(product, view) for view in views]
-    size = options.heuristic
-    if size is None:
-        most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(views)
-        size = pattern_size(listed[0], single=single, max_entries=most)
-    return [patterns(one, min(size, len(product.sizes))) if size else no_patterns() for one in listed], listed
+    most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(views)
+    size = pattern_size(listed[0], options.heuristic, single=single, max_entries=most)
+    return [patterns(one, size) for one in listed], listed
 
 
 def _joined(each: Sequence[Blocks], tasks: int) -> Blocks:
@@ -114,18 +110,20 @@ def _joined(each: Sequence[Blocks], tasks: int) -> Blocks:
     each = [one for one in each if len(one.members)]
     if not each:
         return no_blocks(tasks)
-    width = max(one.tasks.shape[1] for one in each)
+    width = max(one.sets.tasks.shape[1] for one in each)
     starts = np.cumsum([0, *(len(one.table) for one in each)])
 
-    def padded(columns: np.ndarray, fill: int) -> np.ndarray:
-        return np.pad(columns, ((0, 0), (0, width - columns.shape[1])), constant_values=fill)
+    def padded(columns: np.ndarray) -> np.ndarray:
+        return np.pad(columns, ((0, 0), (0, width - columns.shape[1])))
 
     return Blocks(
-        np.concatenate([padded(one.tasks, -1) for one in each]),
-        np.concatenate([padded(one.strides, 0) for one in each]),
+        TaskSets(
+            np.concatenate([padded(one.sets.tasks) for one in each]),
+            np.concatenate([padded(one.sets.strides) for one in each]),
+            np.concatenate([one.sets.projection for one in each]),
+        ),
         np.concatenate([one.base + start for one, start in zip(each, starts, strict=False)]),
         np.concatenate([one.members for one in each]),
-        np.concatenate([one.projection for one in each]),
         np.concatenate([one.table for one in each]),
     )
 
@@ -148,9 +146,8 @@ def write_bounds(
     for e in range(found.shape[0]):
         found[e] = 0
     for p in range(bounds.base.shape[0]):
-        entry = bounds.base[p] + projected(bounds.projections, bounds.projection[p], digits, node)
-        for j in range(bounds.tasks.shape[1]):
-            entry += bounds.strides[p, j] * automata[bounds.tasks[p, j]]
+        place = projected(bounds.projections, bounds.sets.projection[p], digits, node)
+        entry = bounds.base[p] + table_entry(bounds.sets, p, place, automata)
         for d in range(costs):
             cost = np.int64(bounds.tables[d, entry])
             if cost == UNREACHABLE:
@@ -161,7 +158,7 @@ def write_bounds(
                 found[d] = max(found[d], cost)
     tables = bounds.blocks
     for b in range(tables.members.shape[0]):
-        place = projected(bounds.projections, tables.projection[b], digits, node)
+        place = projected(bounds.projections, tables.sets.projection[b], digits, node)
         entry = block_entry(tables, b, place, automata, satisfied)
         e = costs + bounds.owner[b]
         found[e] = min(found[e] + tables.table[entry], np.int64(INFINITE))

@@ -8,17 +8,19 @@ consistent.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 from math import comb
 from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.cost_to_go import Backward, cost_to_go
+from prefplan.heuristics.abstraction import Projected
+from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
-from prefplan.heuristics.projections import Projected, Projections, projected
-from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.successors import INFINITE
+from prefplan.heuristics.projections import Projections, projected
+from prefplan.heuristics.task_sets import TaskSets, no_task_sets, table_entry, task_sets
+from prefplan.product.kernels import INFINITE, Integer, bare_kernel
 
 ENTRIES, STAGED_ENTRIES = 1_000_000, 30_000_000
 """Entries of all tables together that building may cost, unless one task at a time needs more: half a second. Those
@@ -36,22 +38,18 @@ class Patterns(NamedTuple):
     """Tables for P sets of k tasks.
 
     Attributes:
-        tasks: (P, k) int64. strides: (P, k) int64. base: (P,) int64: entry = base + node + sum_j strides[j] q_j.
-        projection: (P,) int64, in which projection of the model each table is.
+        sets: the sets. base: (P,) int64, where each one's table begins.
         table: (entries,) int32: UNREACHABLE - 1 stands for all larger costs, and is a consistent bound.
     """
 
-    tasks: np.ndarray
-    strides: np.ndarray
+    sets: TaskSets
     base: np.ndarray
-    projection: np.ndarray
     table: np.ndarray
 
 
 def no_patterns() -> Patterns:
     """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
-    empty = np.zeros((0, 1), dtype=np.int64)
-    return Patterns(empty, empty, empty[:, 0], empty[:, 0], np.zeros(0, dtype=np.int32))
+    return Patterns(no_task_sets(), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int32))
 
 
 def count_entries(backward: Backward, k: int) -> float:
@@ -59,61 +57,56 @@ def count_entries(backward: Backward, k: int) -> float:
     return backward.nodes * comb(len(backward.sizes), k) * float(np.mean(backward.sizes)) ** k
 
 
-def pattern_size(backward: Backward, *, single: bool, max_entries: float) -> int:
-    """Return how many tasks a set has, so that the tables pay.
+def pattern_size(backward: Backward, wanted: int | None, *, single: bool, max_entries: float) -> int:
+    """Return how many tasks a set has: as many as are wanted, or else as many as make the tables pay.
 
     Measured on 10 x 10 grids with up to 12 tasks: a set more costs its tables, and halves or quarters what is expanded.
 
     Args:
         backward: the product.
+        wanted: tasks in a set, if there are as many; None to choose.
         single: whether one plan is wanted, not the front.
         max_entries: entries of all tables that fit the memory.
     """
     tasks = len(backward.sizes)
+    if wanted is not None:
+        return min(wanted, tasks)
     if backward.stages:
-        wanted, most = (3 if single else 4), STAGED_ENTRIES
+        largest, most = (3 if single else 4), STAGED_ENTRIES
     else:
-        wanted, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
-    for k in range(min(wanted, tasks), 1, -1):
+        largest, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
+    for k in range(min(largest, tasks), 1, -1):
         if count_entries(backward, k) <= min(most, max_entries):
             return k
     return 1
 
 
 def patterns(backward: Backward, k: int) -> Patterns:
-    """Return the tables of all sets of k tasks."""
-    sets = np.array(list(combinations(range(len(backward.sizes)), k)), dtype=np.int64)
-    strides = np.cumprod(np.insert(backward.sizes[sets], 0, backward.nodes, axis=1), axis=1)
-    ends = np.cumsum(strides[:, -1])
-    base = ends - strides[:, -1]
-    table = np.empty(ends[-1], dtype=np.int32)
-    for p, tasks in enumerate(sets):
-        costs = cost_to_go(backward, tasks, np.ones(2**k, dtype=np.int64))
-        table[base[p] : ends[p]] = as_entries(costs)
-    return Patterns(sets, strides[:, :-1].copy(), base, np.zeros_like(base), table)
-
-
-def as_entries(costs: np.ndarray) -> np.ndarray:
-    """Return costs-to-go as the entries of a table."""
-    return np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE).astype(np.int32)
+    """Return the tables of all sets of k tasks; none for 0."""
+    if k == 0:
+        return no_patterns()
+    sets = list(combinations(range(len(backward.sizes)), k))
+    alike = np.ones(2**k, dtype=np.int64)
+    return _filled(backward, sets, (backward.cost_to_go(np.array(members), alike) for members in sets))
 
 
 def projected_patterns(backward: Projected) -> Patterns:
     """Return tables whose entries may be added up: every action's cost is counted in one of them at the most."""
     groups = backward.groups()
-    width = max(map(len, groups), default=1)
-    # Places beyond a group's tasks add nothing.
-    tasks, strides = np.zeros((2, len(groups), width), dtype=np.int64)
-    tables = []
-    for p, members in enumerate(groups):
-        tasks[p, : len(members)] = members
-        sizes = backward.sizes[np.array(members[:-1], dtype=np.int64)]
-        strides[p, : len(members)] = np.cumprod(np.concatenate([[backward.nodes_of(members)], sizes]))
-        tables.append(as_entries(backward.shared_cost_to_go(members, groups)))
-    ends = np.cumsum([len(table) for table in tables], dtype=np.int64)
-    base = ends - np.array([len(table) for table in tables], dtype=np.int64)
-    projection = np.array([backward.projection_of(members) for members in groups], dtype=np.int64)
-    return Patterns(tasks, strides, base, projection, np.concatenate(tables))
+    return _filled(backward, groups, (backward.shared_cost_to_go(members, groups) for members in groups))
+
+
+def _filled(
+    backward: Backward | Projected, members: Sequence[tuple[int, ...]], costs_to_go: Iterable[np.ndarray]
+) -> Patterns:
+    """Return the tables of some sets of tasks, given the costs-to-go of each."""
+    sets, entries = task_sets(backward, members)
+    ends = np.cumsum(entries)
+    base = ends - entries
+    table = np.empty(ends[-1], dtype=np.int32)
+    for first, end, costs in zip(base, ends, costs_to_go, strict=True):
+        table[first:end] = np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)
+    return Patterns(sets, base, table)
 
 
 def scaled(databases: Patterns, weight: float) -> Patterns:
@@ -129,7 +122,7 @@ def added_bound(
     """Return the sum of the entries of all tables, INFINITE at most."""
     bound = np.int64(0)
     for p in range(databases.base.shape[0]):
-        place = projected(projections, databases.projection[p], digits, node)
+        place = projected(projections, databases.sets.projection[p], digits, node)
         bound = min(bound + _entry(databases, place, automata, p), np.int64(INFINITE))
     return bound
 
@@ -162,8 +155,5 @@ def raise_bound(
 
 @bare_kernel
 def _entry(databases: Patterns, node: Integer, automata: np.ndarray, p: Integer) -> np.int64:
-    entry = databases.base[p] + node
-    for j in range(databases.tasks.shape[1]):
-        entry += databases.strides[p, j] * automata[databases.tasks[p, j]]
-    cost = np.int64(databases.table[entry])
+    cost = np.int64(databases.table[databases.base[p] + table_entry(databases.sets, p, node, automata)])
     return np.int64(INFINITE) if cost == UNREACHABLE else cost

@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import UNREACHABLE, Patterns
-from prefplan.heuristics.projections import Projected, Projections, projected
+from prefplan.heuristics.projections import Projections, projected
+from prefplan.heuristics.task_sets import TaskSets, no_task_sets, table_entry, task_sets
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate
-from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.successors import INFINITE
+from prefplan.product.kernels import INFINITE, Integer, bare_kernel
 
 BLOCK_SIZE = 3
 """Tasks in a block; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""
@@ -33,25 +34,21 @@ class Blocks(NamedTuple):
     """Tables for disjoint blocks of at most k tasks.
 
     Attributes:
-        tasks: (B, k) int64, padded with -1. strides: (B, k) int64.
-        base: (B, N + 1) int64: entry = base[b, satisfied outside] + node + sum_j strides[j] q_j.
-        members: (B,) int64, the block as bits.
-        projection: (B,) int64, in which projection of the model each block's table is.
+        sets: the blocks. members: (B,) int64, the same as bits.
+        base: (B, N + 1) int64, where each one's table begins for a number of tasks satisfied outside.
         table: (entries,) int64, units of mu.
     """
 
-    tasks: np.ndarray
-    strides: np.ndarray
+    sets: TaskSets
     base: np.ndarray
     members: np.ndarray
-    projection: np.ndarray
     table: np.ndarray
 
 
 def no_blocks(tasks: int) -> Blocks:
     """Return no tables: the bound 0."""
-    none = np.zeros((0, 1), dtype=np.int64)
-    return Blocks(none, none, np.zeros((0, tasks + 1), dtype=np.int64), none[:, 0], none[:, 0], none[:, 0])
+    base, none = np.zeros((0, tasks + 1), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    return Blocks(no_task_sets(), base, none, none)
 
 
 def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, known: Patterns) -> Blocks:
@@ -71,9 +68,9 @@ def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, k
     jobs: dict[tuple[tuple[int, ...], tuple[int, ...]], list[int]] = {}
     for members in split:
         subsets = range(2 ** len(members))
-        sets = np.array([sum(1 << i for j, i in enumerate(members) if s >> j & 1) for s in subsets], dtype=np.int64)
+        done = np.array([sum(1 << i for j, i in enumerate(members) if s >> j & 1) for s in subsets], dtype=np.int64)
         for outside in range(n - len(members) + 1):
-            rates = tuple(measure.rates(sets, frozenset(members), outside, factor).tolist())
+            rates = tuple(measure.rates(done, frozenset(members), outside, factor).tolist())
             jobs.setdefault((members, rates), []).append(outside)
     if not any(any(rates) for _, rates in jobs):
         return no_blocks(n)
@@ -84,7 +81,7 @@ def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, k
         size = backward.nodes_of(members) * int(np.prod(backward.sizes[tasks]))
         if not any(rates):
             return np.zeros(size, dtype=np.int64)
-        if len(members) == 1 and known.tasks.shape[1] == 1 and len(known.base):
+        if len(members) == 1 and known.sets.tasks.shape[1] == 1 and len(known.base):
             # Alone, a task makes mu grow at one rate until it is satisfied.
             cost = known.table[known.base[members[0]] :][:size].astype(np.int64)
             growth = np.minimum(cost >> backward.shift, (INFINITE - 1) // max(rates[0], 1)) * rates[0]
@@ -92,22 +89,15 @@ def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, k
         return backward.cost_to_go(tasks, np.array(rates, dtype=np.int64), shift=backward.shift)
 
     tables = [tabulate(job) for job in jobs]
-    width = max(map(len, split))
-    tasks = np.full((len(split), width), -1, dtype=np.int64)
-    strides = np.zeros((len(split), width), dtype=np.int64)
+    sets, _ = task_sets(backward, split)
     base = np.zeros((len(split), n + 1), dtype=np.int64)
-    for b, members in enumerate(split):
-        tasks[b, : len(members)] = members
-        sizes = backward.sizes[np.array(members[:-1], dtype=np.int64)]
-        strides[b, : len(members)] = np.cumprod(np.concatenate([[backward.nodes_of(members)], sizes]))
     first = 0
     for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
         base[split.index(members), outsides] = first
         first += len(table)
     # Only tasks that every order names count as satisfied outside a block: fewer make the bound smaller.
     bits = np.array([sum(1 << i for i in range(n) if i in members or i not in named) for members in split], np.int64)
-    projection = np.array([backward.projection_of(members) for members in split], dtype=np.int64)
-    return Blocks(tasks, strides, base, bits, projection, np.concatenate(tables))
+    return Blocks(sets, base, bits, np.concatenate(tables))
 
 
 def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
@@ -131,11 +121,7 @@ def block_entry(tables: Blocks, b: Integer, node: Integer, automata: np.ndarray,
     while rest:
         rest &= rest - 1
         outside += 1
-    entry = tables.base[b, outside] + node
-    for j in range(tables.tasks.shape[1]):
-        if tables.tasks[b, j] >= 0:
-            entry += tables.strides[b, j] * automata[tables.tasks[b, j]]
-    return entry
+    return tables.base[b, outside] + table_entry(tables.sets, b, node, automata)
 
 
 @bare_kernel
@@ -150,6 +136,7 @@ def preference_bound(
     """Return the least growth of mu from a product state to the end, INFINITE at most."""
     bound = np.int64(0)
     for b in range(tables.members.shape[0]):
-        entry = block_entry(tables, b, projected(projections, tables.projection[b], digits, node), automata, satisfied)
+        place = projected(projections, tables.sets.projection[b], digits, node)
+        entry = block_entry(tables, b, place, automata, satisfied)
         bound = min(bound + tables.table[entry], np.int64(INFINITE))
     return bound

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
+import numpy as np
+
+from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.lagrangian import (
     MOST_TABLES,
@@ -29,11 +33,12 @@ from prefplan.heuristics.pattern_database import (
     scaled,
 )
 from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
-from prefplan.heuristics.projections import Projected, Projections, no_projections
-from prefplan.product.contraction import Graph, contract, view, whole_graph
-from prefplan.product.generated_product import GeneratedProduct, generated_view
+from prefplan.heuristics.projections import Projections, no_projections
+from prefplan.product.contraction import contract, whole_graph
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, ProductView
+from prefplan.product.product_view import ProductView, view
 
 DEEPEST = 5
 DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
@@ -101,6 +106,12 @@ class Bounds(NamedTuple):
     projections: Projections
 
 
+def no_bounds(tasks: int) -> Bounds:
+    """Return the bounds 0 for a number of tasks."""
+    none = no_patterns()
+    return Bounds(none, no_landmarks(), none, no_blocks(tasks), no_lagrangian(), no_projections())
+
+
 def bytes_to_prepare(product: Product) -> float:
     """Return about how much memory the reverse graph and the bounds of each task alone need."""
     largest = len(product.classes) * int(product.sizes.max())
@@ -112,14 +123,12 @@ class Prepared:
 
     Attributes:
         product: what is searched.
-        graph: over what; None for a model whose states are generated.
-        start_node: where every path begins.
+        graph: over what.
         view: both, as the kernels see them.
         bounds: of the cost-to-go and of mu's growth.
     """
 
-    graph: Graph | None
-    _backward: Backward | None
+    _backward: Backward | None = None
 
     def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.
@@ -137,39 +146,34 @@ class Prepared:
         if object in (product.costs.dtype, product.extra_price.dtype):
             raise OverflowError
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
-        if isinstance(product, GeneratedProduct):
-            self._prepare_generated(product)
-        else:
-            self._prepare_listed(product, single=single)
-
-    def _prepare_listed(self, product: Product, *, single: bool) -> None:
-        measure, options = product.problem.measure, self.options
         # Under a general contract a detour through states that change nothing may be worth its cost.
-        contraction = options.contraction and measure.contract != "general"
+        listed = not isinstance(product, GeneratedProduct)
+        contraction = options.contraction and listed and product.problem.measure.contract != "general"
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
-        self.start_node = self.graph.start
         self.view = view(product, self.graph)
-        _require_64_bits(product, self.view)
-        backward = self._backward = Backward(product, self.view)
-        size = options.heuristic
-        if size is None:
-            size = pattern_size(backward, single=single, max_entries=self._max_entries)
-        known = patterns(backward, min(size, measure.tasks)) if size else no_patterns()
-        # Costs-to-go of all tasks together are exact.
-        useful = options.landmarks and size < measure.tasks
-        marks = landmarks(product, self.view, self.start_node) if useful else no_landmarks()
-        growths = self._growths(backward, known)
-        self.bounds = Bounds(known, marks, no_patterns(), growths, no_lagrangian(), no_projections())
+        require_64_bits(product, self.view, [self.view.costs])
+        self.bounds = no_bounds(len(product.sizes))
+        if isinstance(product, GeneratedProduct):
+            self._project(product)
+        else:
+            self._look_back(single=single)
 
-    def _prepare_generated(self, product: GeneratedProduct) -> None:
-        self.graph, self._backward = None, None
-        self.start_node = product.start_node
-        self.view = generated_view(product)
-        _require_64_bits(product, self.view)
+    def _look_back(self, *, single: bool) -> None:
+        """Set the bounds of a product over a graph."""
+        backward = self._backward = Backward(self.product, self.view)
+        size = pattern_size(backward, self.options.heuristic, single=single, max_entries=self._max_entries)
+        known = patterns(backward, size)
+        # Costs-to-go of all tasks together are exact.
+        useful = self.options.landmarks and size < len(self.product.sizes)
+        marks = landmarks(self.product, self.view, self.graph.start) if useful else no_landmarks()
+        self.bounds = self.bounds._replace(patterns=known, landmarks=marks, blocks=self._growths(backward, known))
+
+    def _project(self, product: GeneratedProduct) -> None:
+        """Set the bounds of a model whose states are generated."""
         backward = Projected(product)
         added = projected_patterns(backward) if self.options.heuristic != 0 else no_patterns()
         growths = self._growths(backward, no_patterns())
-        self.bounds = Bounds(no_patterns(), no_landmarks(), added, growths, no_lagrangian(), backward.projections())
+        self.bounds = self.bounds._replace(added=added, blocks=growths, projections=backward.projections())
 
     def _growths(self, backward: Backward | Projected, known: Patterns) -> Blocks:
         measure = self.product.problem.measure
@@ -193,8 +197,8 @@ class Prepared:
     def _with(self, weight: float, marks: Landmarks, growths: Blocks) -> Prepared:
         known = self.bounds.added if len(self.bounds.added.base) else self.bounds.patterns
         guided = copy(self)
-        guided.bounds = Bounds(
-            no_patterns(), marks, scaled(known, weight), growths, no_lagrangian(), self.bounds.projections
+        guided.bounds = no_bounds(len(self.product.sizes))._replace(
+            landmarks=marks, added=scaled(known, weight), blocks=growths, projections=self.bounds.projections
         )
         return guided
 
@@ -204,7 +208,7 @@ class Prepared:
         if self._backward is None:
             return math.inf
         known, staged = self.bounds.patterns, self._backward.stages is not None
-        size = known.tasks.shape[1] + 1
+        size = known.sets.tasks.shape[1] + 1
         entries = count_entries(self._backward, size)
         most = min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries)
         if self.options.heuristic is not None or size > min(DEEPEST, len(self.product.sizes)) or entries > most:
@@ -214,7 +218,7 @@ class Prepared:
     def deepen(self) -> None:
         """Fill tables of sets of one more task."""
         assert self._backward is not None
-        known = patterns(self._backward, self.bounds.patterns.tasks.shape[1] + 1)
+        known = patterns(self._backward, self.bounds.patterns.sets.tasks.shape[1] + 1)
         self.bounds = self.bounds._replace(patterns=known)
 
     @property
@@ -240,19 +244,28 @@ class Prepared:
         self.bounds = self.bounds._replace(lagrangian=known)
 
 
-def _require_64_bits(product: Product, view: ProductView) -> None:
-    """Prove that what one step adds to a cost or to mu stays below 2^60.
+def require_64_bits(product: Product, view: ProductView, costs: Sequence[np.ndarray]) -> None:
+    """Prove that what one step adds to a cost, or to a preference that counts in it, stays below 2^60.
 
     Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum leaves int64.
+
+    Args:
+        product: what is searched.
+        view: the same, as the kernels see it.
+        costs: some of the costs of its edges or actions, the first one first.
 
     Raises:
         OverflowError: if that is not so.
     """
-    measure, units = product.problem.measure, product.units
-    step = max(1, int(view.costs.max(initial=0)) * (len(view.classes) if view.macro else 1))
+    nodes = len(view.classes) if view.macro else 1
+    steps = [max(1, int(each.max(initial=0)) * nodes) for each in costs]
     price = max([1, *product.extra_price.tolist(), *(dfa.skip or 0 for dfa in product.automata)])
-    growth = measure.largest_rate() * units.factor * step
-    growth += sum(measure.violation_weights) * units.price / units.mu * price
-    growth += sum((max(term.weights) * units.factor for term in measure.maxima), Fraction(0))
-    if max(step, growth) >= INFINITE:
+    growths = [Fraction(max(steps))]
+    for o in product.problem.objectives:
+        if o.cost < len(steps):
+            growth = o.measure.largest_rate() * o.units.factor * steps[o.cost]
+            growth += sum(o.measure.violation_weights) * o.units.price / o.units.mu * price
+            growth += sum((max(term.weights) * o.units.factor for term in o.measure.maxima), Fraction(0))
+            growths.append(growth)
+    if max(growths) >= INFINITE:
         raise OverflowError

@@ -147,15 +147,23 @@ class TransitionSystem:
 
     def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
         """Return the same as `step`, with every cost."""
-        edge = self.edge(state, action)
-        return int(self.targets[edge]), tuple(int(edges.costs[edge]) * edges.unit for edges in self.edge_costs)
-
-    def edge(self, state: int, action: str) -> int:
-        """Return the edge of an action that leaves a state; errors as of `step`."""
         for edge in self.edges(state):
             if self.action_names[self.actions[edge]] == action:
-                return edge
+                return int(self.targets[edge]), tuple(int(each.costs[edge]) * each.unit for each in self.edge_costs)
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
+
+    def along(self, actions: Iterable[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
+        """Return the labels of the start and after each of some actions from there, and each cost of all of them.
+
+        Raises:
+            ModelError: if an action does not exist where it is taken.
+        """
+        state, costs, labels = self.start, list[tuple[Fraction, ...]](), [self.label(self.start)]
+        for action in actions:
+            state, each = self.steps(state, action)
+            costs.append(each)
+            labels.append(self.label(state))
+        return labels, [tuple(each[d] for each in costs) for d in range(len(self.cost_names))]
 
     def knowing(self, propositions: frozenset[str]) -> TransitionSystem:
         """Return the system with other names that may be used in a formula over it."""

@@ -52,6 +52,11 @@ class NamedPreference:
     preference: Preference
     of: str | None = None
 
+    @property
+    def key(self) -> str:
+        """Its key as in a scenario file, for messages."""
+        return "preference" if self.name == DEFAULT_PREFERENCE else f"preferences.{self.name}"
+
 
 @dataclass(frozen=True)
 class Measure:

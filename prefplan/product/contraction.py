@@ -14,10 +14,8 @@ import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.kernels import Integer, kernel
-from prefplan.product.moves import no_moves
+from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE, NO_EDGE, ProductView
 
 NODE_LIMIT = 64
 """Macro-moves keep sets of nodes in one machine word; on larger graphs they cost more than they save."""
@@ -50,10 +48,9 @@ class Graph:
 
 
 def whole_graph(product: Product) -> Graph:
-    """Return the transition system itself."""
-    start = product.problem.system.start
+    """Return the transition system itself; there are no nodes and edges where states are generated."""
     states = np.arange(len(product.classes))
-    return Graph(product.offsets, product.targets, product.costs, product.classes, states, start, False)
+    return Graph(product.offsets, product.targets, product.costs, product.classes, states, product.start_node, False)
 
 
 def inert_classes(product: Product) -> np.ndarray:
@@ -147,54 +144,3 @@ def by_way_of(near: np.ndarray, inner: np.ndarray) -> np.ndarray:
                     for target in range(nodes):
                         least[source, target] = min(least[source, target], first + least[via, target])
     return least
-
-
-def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cost of every edge as a matrix, and for each two nodes those on ways cheaper than the edge as bits."""
-    near = np.full((graph.size, graph.size), NO_EDGE, dtype=np.int64)
-    near[np.repeat(np.arange(graph.size), np.diff(graph.offsets)), graph.targets] = graph.costs
-    least = by_way_of(near, np.ones(graph.size, dtype=bool))
-    bits = np.uint64(1) << np.arange(graph.size, dtype=np.uint64)
-    cheaper = least[:, :, None] + least[None, :, :] < near[:, None, :]
-    return near, np.where(cheaper, bits[None, :, None], np.uint64(0)).sum(axis=1, dtype=np.uint64)
-
-
-def view(product: Product, graph: Graph) -> ProductView:
-    """Return a product over a graph as the kernels see it."""
-    strides = np.cumprod(np.concatenate([[graph.size], product.sizes[:-1]])).astype(np.int64)
-    tasks, most, _ = product.delta.shape
-    active = np.zeros((tasks, most), dtype=np.uint64)
-    if graph.contracted:
-        for i, q in np.ndindex(tasks, most):
-            changes = (product.delta[i, q] != q) | (np.diff(product.extra_first[i, q]) > 0)
-            for v in np.flatnonzero(changes[graph.classes]):
-                active[i, q] |= np.uint64(1) << np.uint64(v)
-    near, through = np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0), dtype=np.uint64)
-    if graph.contracted:
-        near, through = _intermediate(graph)
-    owner = np.zeros(len(product.extra_state), dtype=np.int64)
-    for i in range(tasks):
-        owner[product.extra_first[i, 0, 0] :] = i
-    return ProductView(
-        offsets=graph.offsets,
-        targets=graph.targets,
-        costs=graph.costs,
-        classes=graph.classes,
-        sizes=product.sizes,
-        strides=strides,
-        jump=product.delta * strides[:, None, None],
-        extra_first=product.extra_first,
-        extra_jump=product.extra_state * strides[owner],
-        extra_price=product.extra_price,
-        active=active,
-        near=near,
-        through=through,
-        accepting=product.accepting,
-        skipped=product.skipped,
-        moves=no_moves(),
-        nodes=graph.size,
-        shift=product.shift,
-        relaxed=product.relaxed,
-        generated=False,
-        macro=graph.contracted,
-    )

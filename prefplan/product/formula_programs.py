@@ -39,6 +39,7 @@ class Programs(NamedTuple):
         units: (2,) float64, units of costs and of violation costs in the user's.
         stack: (depth, 2) float64 values and error bounds, scratch.
         user: (2, N) float64, arguments of a function, scratch.
+        callback: the function that is called, if any is.
     """
 
     first: np.ndarray
@@ -48,6 +49,7 @@ class Programs(NamedTuple):
     units: np.ndarray
     stack: np.ndarray
     user: np.ndarray
+    callback: Any
 
 
 def compile_programs(formulas: list[OpaqueTerm], units: Units, tasks: int) -> Programs:
@@ -65,6 +67,7 @@ def compile_programs(formulas: list[OpaqueTerm], units: Units, tasks: int) -> Pr
         code += [(CONSTANT, factor), (MULTIPLY, Fraction(0))]
         first.append(len(code))
     arguments = [float(argument) for _, argument in code]
+    functions = [formula.function for formula in formulas if formula.function is not None]
     return Programs(
         np.array(first, dtype=np.int64),
         np.array([operation for operation, _ in code], dtype=np.int8),
@@ -73,6 +76,7 @@ def compile_programs(formulas: list[OpaqueTerm], units: Units, tasks: int) -> Pr
         np.array([float(units.cost), float(units.price)]),
         np.zeros((len(code) + 1, 2)),
         np.zeros((2, tasks)),
+        Callback(functions[0] if functions else lambda costs, violations: 0.0),
     )
 
 
@@ -89,9 +93,7 @@ def _instructions(tree: Tree) -> list[tuple[int, Fraction]]:
 
 
 @bare_kernel
-def evaluate(
-    programs: Programs, formula: int, costs: np.ndarray, violations: np.ndarray, callback: Any
-) -> tuple[float, float]:
+def evaluate(programs: Programs, formula: int, costs: np.ndarray, violations: np.ndarray) -> tuple[float, float]:
     """Return the weighted value of a formula in units of mu, and by how much it may be wrong (running error analysis).
 
     Whole numbers up to 2^53 are added, subtracted and multiplied without error.
@@ -101,7 +103,6 @@ def evaluate(
         formula: number of the formula.
         costs: (N,) task costs in units, whole.
         violations: (N,) violation costs in units, whole.
-        callback: the function that is called, if any is.
     """
     stack = programs.stack
     top = -1
@@ -121,7 +122,7 @@ def evaluate(
             for i in range(costs.shape[0]):
                 programs.user[0, i] = costs[i] * programs.units[0]
                 programs.user[1, i] = violations[i] * programs.units[1]
-            value = callback(programs.user[0].ctypes, programs.user[1].ctypes, costs.shape[0])
+            value = programs.callback(programs.user[0].ctypes, programs.user[1].ctypes, costs.shape[0])
             stack[top, 0], stack[top, 1] = value, abs(value) * FUNCTION_ROUNDING
         else:
             top -= 1

@@ -15,7 +15,6 @@ from prefplan.models.manipulation.slots import FAR_APART
 from prefplan.problem import Problem
 from prefplan.product.moves import Moves
 from prefplan.product.product_automaton import CODE_LIMIT, Product
-from prefplan.product.successors import ProductView
 
 LETTERS_LIMIT = 2**14
 """Readings of one task, of every letter in every state, that are tabulated."""
@@ -27,8 +26,7 @@ class GeneratedProduct(Product):
     Attributes are those of `Product`, without those of the transition system's edges and classes, and:
 
     Attributes:
-        model: the model.
-        moves: the same for compiled code.
+        model: the model; `moves` is the same for compiled code.
     """
 
     def __init__(self, problem: Problem, model: ReducedModel) -> None:
@@ -38,12 +36,14 @@ class GeneratedProduct(Product):
         self.shift = 0
         self.sizes = np.array([dfa.size for dfa in self.automata], dtype=np.int64)
         self.nodes = model.generator.space.bound
-        self._set_ends()
+        self.start_node = model.first
+        self._lay_out()
         self.costs = unit_costs(model, problem)
         letters = self._tabulate_letters()
         self.moves = _moves(model, self.costs, letters)
         none = np.zeros(0, dtype=np.int64)
-        self.offsets, self.targets, self.classes = np.zeros(1, dtype=np.int64), none, none
+        self.offsets = np.zeros(1, dtype=np.int64)
+        self.targets = self.classes = none.astype(np.int32)
         self.extra_first = np.zeros((*self.delta.shape[:2], self.delta.shape[2] + 1), dtype=np.int32)
         self.extra_state, self.extra_price = none.astype(np.int32), none
 
@@ -84,11 +84,6 @@ class GeneratedProduct(Product):
                 self.delta[i, q, : len(labels[i])] = [dfa.readings(q, label)[0].state for label in labels[i]]
         return letters
 
-    @property
-    def start_node(self) -> int:
-        """See `Product.start_node`."""
-        return self.model.first
-
 
 def unit_costs(model: ReducedModel, problem: Problem, cost: int = 0) -> np.ndarray:
     """Return (4 H H,) one of the costs as `Moves` has them, in a problem's units; negative ones stay so."""
@@ -125,32 +120,4 @@ def _moves(model: ReducedModel, costs: np.ndarray, letters: np.ndarray) -> Moves
         unseen=np.array(symmetry.unseen, dtype=np.int64),
         unseen_marks=np.array(symmetry.marks, dtype=np.int64),
         letters=letters,
-    )
-
-
-def generated_view(product: GeneratedProduct) -> ProductView:
-    """Return the product as the kernels see it."""
-    none = np.zeros((0, 0), dtype=np.int64)
-    return ProductView(
-        offsets=product.offsets,
-        targets=product.targets.astype(np.int32),
-        costs=product.costs.astype(np.int64),
-        classes=product.classes.astype(np.int32),
-        sizes=product.sizes,
-        strides=product.strides,
-        jump=product.delta * product.strides[:, None, None],
-        extra_first=product.extra_first,
-        extra_jump=product.extra_price,
-        extra_price=product.extra_price,
-        active=np.zeros(product.delta.shape[:2], dtype=np.uint64),
-        near=none,
-        through=none.astype(np.uint64),
-        accepting=product.accepting,
-        skipped=product.skipped,
-        moves=product.moves,
-        nodes=product.nodes,
-        shift=0,
-        relaxed=False,
-        generated=True,
-        macro=False,
     )

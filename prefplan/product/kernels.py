@@ -1,4 +1,4 @@
-"""Kernels: numba functions, compiled once and kept on disk."""
+"""Kernels: numba functions, compiled once and kept on disk, and the large numbers that they know."""
 
 from __future__ import annotations
 
@@ -15,6 +15,15 @@ import numpy as np
 F = TypeVar("F", bound=Callable[..., Any])
 
 Integer: TypeAlias = "int | np.integer[Any]"
+
+INFINITE = 2**60
+"""Cost-to-go where there is no path. A search that meets a cost as large starts again with Python's integers."""
+
+NO_EDGE = 2**61
+"""Cost of an edge that does not exist; more than any finite cost-to-go and an edge together."""
+
+UNBOUNDED = 2**62
+"""A bound that no cost or mu reaches: what labels hold and what one step adds are less than 2^61 together."""
 
 
 def kernel(function: F) -> F:
@@ -36,7 +45,7 @@ def _compiled(function: F, **options: Any) -> F:
     return cast(F, dispatcher)
 
 
-KERNEL_FOLDERS = ("product", "heuristics", "search")
+KERNEL_FOLDERS = ("product", "heuristics", "search", "anytime")
 """Folders of `prefplan` whose files hold kernels, and all constants that these use."""
 
 

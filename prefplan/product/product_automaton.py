@@ -17,6 +17,7 @@ from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
 from prefplan.problem import Problem
+from prefplan.product.moves import no_moves
 
 CODE_LIMIT = 2**62
 
@@ -57,9 +58,10 @@ class Product:
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
         nodes: number of states of the transition system.
+        start_node: the state s0 as a number below that.
+        moves: what makes its states, where they are generated.
         strides: (N,) int64.
-        accepting: (N,) int32, the accepting state of each automaton, -1 if there is none.
-        skipped: (N,) int32, the state of each dropped task, -1 if it may not be dropped.
+        ends: (N, 2) int32, the accepting state of each automaton, and that of a dropped task, -1 if there is none.
         delta: (N, Q, C) int32, state after the free reading of a label class.
         extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
         extra_state: (X,) int32 and extra_price: (X,) units, of the bought readings; int64 or Python's integers.
@@ -80,6 +82,7 @@ class Product:
         self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
         self._tabulate()
         self.units = problem.units
+        self.moves, self.start_node = no_moves(), system.start
         self.offsets = system.offsets
         self.targets = system.targets
         costs = system.costs // int(self.units.cost / system.unit)
@@ -92,7 +95,9 @@ class Product:
             )
         if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
             costs = costs.astype(np.int64)
-        readings = int(self.most_readings.max(initial=1))
+        # Of each label class, in how many ways it can be read at the most.
+        each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
+        readings = int(np.multiply.reduce(each, axis=0).max(initial=1))
         if readings > READINGS_LIMIT:
             raise ModelError(
                 f"a label can be read in {readings:,} ways, each task relaxed or not; at most {READINGS_LIMIT:,} are "
@@ -101,15 +106,13 @@ class Product:
         self.shift = _tie_bits(costs, states) if counts_actions else 0
         self.costs = (costs << self.shift) + (self.shift > 0)
         self.nodes = system.size
-        self._set_ends()
+        self._lay_out()
 
-    def _set_ends(self) -> None:
+    def _lay_out(self) -> None:
+        """Set what codes are made of, and where automata end."""
         self.strides = np.cumprod(np.concatenate([[self.nodes], self.sizes[:-1]])).astype(np.int64)
-        self.accepting = np.array(
-            [-1 if dfa.automaton.accepting is None else dfa.automaton.accepting for dfa in self.automata],
-            dtype=np.int32,
-        )
-        self.skipped = np.array([-1 if a.skipped is None else a.skipped for a in self.automata], dtype=np.int32)
+        ends = [(dfa.automaton.accepting, dfa.skipped) for dfa in self.automata]
+        self.ends = np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32)
 
     def _tabulate(self) -> None:
         system = self.problem.system
@@ -157,17 +160,6 @@ class Product:
         self.extra_price = whole_numbers(prices)
 
     @property
-    def ends(self) -> np.ndarray:
-        """The accepting and the skipped state of each automaton, (N, 2) int32, or -1."""
-        return np.stack([self.accepting, self.skipped], axis=1)
-
-    @property
-    def most_readings(self) -> np.ndarray:
-        """(C,) in how many ways a label class can be read at the most."""
-        each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
-        return np.multiply.reduce(each, axis=0)
-
-    @property
     def relaxed(self) -> bool:
         """Whether some label may be read in more than one way."""
         return len(self.extra_state) > 0
@@ -176,11 +168,6 @@ class Product:
     def rates(self) -> np.ndarray:
         """(2^N,) int64, units of mu for each unit of cost while a set of tasks is satisfied."""
         return self.problem.measure.rate_table(self.units.factor)
-
-    @property
-    def start_node(self) -> int:
-        """The state s0 as a number below `nodes`."""
-        return self.problem.system.start
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:

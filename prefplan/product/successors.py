@@ -1,8 +1,4 @@
-"""Flat views of a product for compiled kernels, and how its states lead to one another.
-
-Everything that kernels work on is an integer array, grouped in named tuples. Costs and preference values are whole
-multiples of `Product.units`.
-"""
+"""How the states of a product lead to one another."""
 
 from __future__ import annotations
 
@@ -10,86 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel
 from prefplan.product.moves import (
     GRASP,
     RELEASE,
     TRANSIT,
     TRANSPORT,
     Digits,
-    Moves,
     accepts,
     count_objects,
     free_slot,
     is_clear,
     pack,
+    scratch_digits,
     standardize,
     unpack,
 )
-
-INFINITE = 2**60
-"""Cost-to-go where there is no path. A search that meets a cost as large starts again with Python's integers."""
-
-
-NO_EDGE = 2**61
-"""Cost of an edge that does not exist; more than any finite cost-to-go and an edge together."""
-
-
-UNBOUNDED = 2**62
-"""A bound that no cost or mu reaches: what labels hold and what one step adds are less than 2^61 together."""
-
-
-class ProductView(NamedTuple):
-    """A product (Definition 7) over a graph of S nodes, N tasks, Q automaton states at most and C label classes.
-
-    Attributes:
-        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64: edges by source node.
-        classes: (S,) int32, label class of each node.
-        sizes: (N,) int64, automaton states, strides: (N,) int64: code = node + sum_i strides[i] * q_i.
-        jump: (N, Q, C) int64, strides[i] times the state after the free reading of a class.
-        extra_first: (N, Q, C + 1) int32, extra_jump: (X,) int64, extra_price: (X,) int64: the bought readings.
-        active: (N, Q) uint64, nodes whose label can change the state of automaton i in q; used by macro-moves only.
-        near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE, and through: (S, S) uint64, the nodes that
-            lie on cheaper paths between them; used by macro-moves only.
-        accepting: (N,) int32, skipped: (N,) int32: those states of each automaton, or -1.
-        shift: the low bits of costs, that count actions.
-        moves: the model, where its states are generated; there are no edges and classes then.
-        nodes: number of nodes, or of integers that stand for states.
-        relaxed: whether there are bought readings.
-        generated: whether states are generated.
-        macro: whether edges are followed through all nodes that change nothing (at most 64 nodes then).
-    """
-
-    offsets: np.ndarray
-    targets: np.ndarray
-    costs: np.ndarray
-    classes: np.ndarray
-    sizes: np.ndarray
-    strides: np.ndarray
-    jump: np.ndarray
-    extra_first: np.ndarray
-    extra_jump: np.ndarray
-    extra_price: np.ndarray
-    active: np.ndarray
-    near: np.ndarray
-    through: np.ndarray
-    accepting: np.ndarray
-    skipped: np.ndarray
-    moves: Moves
-    nodes: int
-    shift: int
-    relaxed: bool
-    generated: bool
-    macro: bool
-
-
-def active_nodes(view: ProductView) -> np.ndarray:
-    """Return (N, S) whether a node's label can change an automaton; empty unless macro-moves are used."""
-    if not view.macro:
-        return np.zeros((0, 0), dtype=bool)
-    bits = np.bitwise_or.reduce(view.active, axis=1)
-    nodes = np.arange(len(view.classes), dtype=np.uint64)
-    return (bits[:, None] >> nodes[None, :]) & np.uint64(1) > 0
+from prefplan.product.product_view import ProductView, decode
 
 
 class Successors(NamedTuple):
@@ -113,27 +46,27 @@ class Successors(NamedTuple):
     digits: Digits
 
 
-@bare_kernel
-def decode(view: ProductView, code: Integer, automata: np.ndarray) -> Integer:
-    """Write the automaton states of a product state and return its node."""
-    rest = code // view.nodes
-    for i in range(view.sizes.shape[0]):
-        automata[i] = rest % view.sizes[i]
-        rest //= view.sizes[i]
-    return code % view.nodes
-
-
-@bare_kernel
-def masks(view: ProductView, automata: np.ndarray) -> tuple[Integer, Integer]:
-    """Return the set of satisfied tasks, and of those that are satisfied or dropped, as bits."""
-    satisfied = done = 0
-    for i in range(automata.shape[0]):
-        if automata[i] == view.accepting[i]:
-            satisfied |= 1 << i
-            done |= 1 << i
-        elif automata[i] == view.skipped[i]:
-            done |= 1 << i
-    return satisfied, done
+def successor_buffer(view: ProductView, least: int) -> Successors:
+    """Return buffers for the successors of any state, and for no fewer states than some number."""
+    nodes, tasks = len(view.classes), len(view.sizes)
+    most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
+    if view.generated:
+        most = len(view.moves.capacity) + len(view.moves.fixed) + 1
+    if view.relaxed:
+        readings = np.diff(view.extra_first, axis=2).max(axis=1) + 1
+        most *= int(readings.prod(axis=0).max())
+    most = max(most, least)
+    scratch = nodes if view.macro else 1
+    return Successors(
+        code=np.empty(most, np.int64),
+        cost=np.empty(most, np.int64),
+        violation=np.zeros((most, tasks), np.int64),
+        automata=np.empty(tasks, np.int64),
+        distance=np.empty(scratch, np.int64),
+        via=np.empty(scratch, np.int64),
+        choice=np.empty(tasks, np.int64),
+        digits=scratch_digits(view.moves),
+    )
 
 
 @bare_kernel
@@ -272,18 +205,12 @@ def _reach_through(view: ProductView, node: Integer, through: Integer, buffer: S
 @bare_kernel
 def _read(view: ProductView, node: Integer, cost: Integer, buffer: Successors, found: Integer) -> Integer:
     """Write the states after reading a node's label, in every way it may be read, and return the new count."""
-    buffer.code[found] = node + _free_jump(view.jump, buffer.automata, view.classes[node])
+    label, code = view.classes[node], np.int64(node)
+    for i in range(buffer.automata.shape[0]):
+        code += view.jump[i, buffer.automata[i], label]
+    buffer.code[found] = code
     buffer.cost[found] = cost
     return _read_bought(view, node, cost, buffer, found) if view.relaxed else found + 1
-
-
-@bare_kernel
-def _free_jump(jump: np.ndarray, automata: np.ndarray, label: Integer) -> Integer:
-    """Return the automata's part of the code after the free reading of a label class."""
-    code = np.int64(0)
-    for i in range(automata.shape[0]):
-        code += jump[i, automata[i], label]
-    return code
 
 
 @bare_kernel

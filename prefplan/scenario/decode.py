@@ -12,6 +12,7 @@ from typing import Any
 
 from prefplan.errors import ModelError, ScenarioError, prefixed
 from prefplan.exact_costs import Number
+from prefplan.logic.tasks import Rule, Task
 from prefplan.models.graph import GraphModel
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.grid import GridModel
@@ -19,7 +20,7 @@ from prefplan.models.manipulation.measured_costs import with_measured_costs
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
 from prefplan.preferences.objective import DEFAULT_PREFERENCE, NamedPreference
-from prefplan.problem import Problem, Rule, Task
+from prefplan.problem import Problem
 from prefplan.scenario.tables import chosen, decode, decode_table
 
 Model = GraphModel | GraphFileModel | GridModel | ManipulationModel

@@ -16,29 +16,14 @@ import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
-from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.successors import INFINITE, ProductView, decode
+from prefplan.product.kernels import INFINITE, Integer, bare_kernel
+from prefplan.product.product_view import ProductView, decode
 from prefplan.search.labels import (
-    CODE,
-    COUNT,
-    ENTERED,
-    EXHAUSTED,
-    FOUND,
-    GOAL,
-    GROWTH_BOUND,
-    HEAD,
-    LABELS,
-    LOWEST,
-    MORE_LABELS,
-    MORE_ROWS,
-    NEXT,
+    AT,
+    COL,
+    END,
     NONE,
-    OPEN,
-    PARENT,
-    PAUSED,
     PRUNED,
-    SATISFIED,
-    TOO_LARGE,
     Memory,
     enter_state,
     expand,
@@ -94,22 +79,22 @@ def run(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance, p
     """
     counters = memory.counters
     while True:
-        while counters[NEXT] < counters[COUNT]:
+        while counters[AT.NEXT] < counters[AT.COUNT]:
             end = _enter(memory, labels, cost_only, tolerance)
-            if end != ENTERED:
+            if end != END.ENTERED:
                 return end
-            counters[NEXT] += 1
-        if counters[OPEN] == 0:
-            return EXHAUSTED
+            counters[AT.NEXT] += 1
+        if counters[AT.OPEN] == 0:
+            return END.EXHAUSTED
         if pops == 0:
-            return PAUSED
+            return END.PAUSED
         pops -= 1
         label = _take(memory, labels, tolerance)
         if label == NONE:
             continue
-        if memory.states.known[labels.row[label], SATISFIED] < 0:
-            memory.limits[0], counters[FOUND] = labels.mu[label], label
-            return GOAL
+        if memory.states.known[labels.row[label], COL.SATISFIED] < 0:
+            memory.limits[0], counters[AT.FOUND] = labels.mu[label], label
+            return END.GOAL
         expand(memory, label, labels.row[label])
 
 
@@ -118,19 +103,19 @@ def _take(memory: Memory, labels: Labels, tolerance: Tolerance) -> Integer:
     """Take a label from the open list and return it; NONE if it need not be expanded, or is put back by its bound."""
     view, bounds, limits, buffer = memory.product, memory.bounds, memory.limits, memory.buffer
     label = pop(memory)
-    lowest = memory.counters[LOWEST]
+    lowest = memory.counters[AT.LOWEST]
     cost, mu, known = labels.cost[label], labels.mu[label], memory.states.known[labels.row[label]]
-    if mu == DOMINATED or mu + known[GROWTH_BOUND] >= limits[0]:
+    if mu == DOMINATED or mu + known[COL.GROWTH_BOUND] >= limits[0]:
         return NONE
     if known[LOOKED] <= bounds.patterns.base.shape[0]:
-        node = decode(view, known[CODE], buffer.choice)
+        node = decode(view, known[COL.CODE], buffer.choice)
         raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, lowest - cost)
     rest = known[COST_BOUND]
     if bounds.lagrangian.weights.shape[0]:
-        node = decode(view, known[CODE], buffer.choice)
+        node = decode(view, known[COL.CODE], buffer.choice)
         within = lagrangian_bound(bounds.lagrangian, node, buffer.choice, limits[0] - 1 - mu)
         rest = max(rest, within << view.shift)
-    if _is_covered(tolerance, cost + rest, mu + known[GROWTH_BOUND]):
+    if _is_covered(tolerance, cost + rest, mu + known[COL.GROWTH_BOUND]):
         return NONE
     estimate = cost + _inflated(view, tolerance, rest)
     if estimate <= lowest:
@@ -145,44 +130,44 @@ def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance
     """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
     view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
     counters, buffer = memory.counters, memory.buffer
-    parent = counters[PARENT]
+    parent = counters[AT.PARENT]
     cost = mu = satisfied = likely = np.int64(0)
     if parent != NONE:
         cost, mu = labels.cost[parent], labels.mu[parent]
-        satisfied, likely = states.known[labels.row[parent], SATISFIED], states.known[labels.row[parent], LIKELY]
+        satisfied, likely = states.known[labels.row[parent], COL.SATISFIED], states.known[labels.row[parent], LIKELY]
     k = next_successor(counters)
     after = cost + buffer.cost[k]
     before, spent = cost >> view.shift, after >> view.shift
     if after > limits[1]:
-        return ENTERED
+        return END.ENTERED
     if spent >= growth.cost_limit:
-        return TOO_LARGE
+        return END.TOO_LARGE
     pays = view.relaxed or parent == NONE
     mu = np.int64(mu_after(growth, mu, satisfied, before, spent, buffer.violation[k], pays))
     if mu >= limits[0]:
-        return ENTERED
-    slack, most, next_lookup = limits[0] - mu, min(limits[1] - after, INFINITE - 1), counters[LOWEST] - after
+        return END.ENTERED
+    slack, most, next_lookup = limits[0] - mu, min(limits[1] - after, INFINITE - 1), counters[AT.LOWEST] - after
     row = enter_state(memory, buffer.code[k], likely, slack, most, next_lookup)
     if row == NONE:
-        return MORE_ROWS
-    if row == PRUNED or states.known[row, GROWTH_BOUND] >= slack or states.known[row, COST_BOUND] > most:
-        return ENTERED
+        return END.MORE_ROWS
+    if row == PRUNED or states.known[row, COL.GROWTH_BOUND] >= slack or states.known[row, COST_BOUND] > most:
+        return END.ENTERED
     known = states.known[row]
-    if _is_covered(tolerance, after + known[COST_BOUND], mu + known[GROWTH_BOUND]):
-        return ENTERED
-    if _dominated(labels, known[HEAD], after, mu, cost_only):
-        return ENTERED
-    estimate = max(after + _inflated(view, tolerance, known[COST_BOUND]), counters[LOWEST])
+    if _is_covered(tolerance, after + known[COST_BOUND], mu + known[COL.GROWTH_BOUND]):
+        return END.ENTERED
+    if _dominated(labels, known[COL.HEAD], after, mu, cost_only):
+        return END.ENTERED
+    estimate = max(after + _inflated(view, tolerance, known[COST_BOUND]), counters[AT.LOWEST])
     if estimate >= INFINITE or mu >= INFINITE:
-        return TOO_LARGE
-    label = counters[LABELS]
+        return END.TOO_LARGE
+    label = counters[AT.LABELS]
     if label == labels.row.shape[0]:
-        return MORE_LABELS
+        return END.MORE_LABELS
     push(memory, label, estimate)
     labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
-    labels.sibling[label], known[HEAD] = _undominated(labels, known[HEAD], after, mu), label
-    counters[LABELS] += 1
-    return ENTERED
+    labels.sibling[label], known[COL.HEAD] = _undominated(labels, known[COL.HEAD], after, mu), label
+    counters[AT.LABELS] += 1
+    return END.ENTERED
 
 
 @bare_kernel

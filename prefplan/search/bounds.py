@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TypedDict, Unpack
+import math
+from collections.abc import Collection, Mapping
+from fractions import Fraction
+from typing import TypedDict
 
 from prefplan.errors import PreferenceError, PrefplanError, check_known, choices
 from prefplan.exact_costs import Number, inclusive
+from prefplan.limits import MEMORY_SHARE, Limits, available_memory
 from prefplan.problem import Problem
 
 
@@ -36,7 +39,7 @@ class PlanLimits(FrontLimits, total=False):
     max_preference: Number | None
 
 
-def bounded(
+def limits_of(
     problem: Problem,
     *,
     max_cost: Number | None = None,
@@ -44,43 +47,41 @@ def bounded(
     at_most: Mapping[str, Number] | None = None,
     max_seconds: float | None = None,
     max_memory: float | None = None,
-) -> PlanLimits:
-    """Return limits with every bound by name, or where there is one cost and one preference with none by name.
+) -> tuple[Limits, dict[str, Fraction]]:
+    """Return the limits of time and memory, and the largest values that are within the bounds, by objective.
 
     Raises:
-        PrefplanError: a bound is of no objective.
+        PrefplanError: a bound is of no objective, or no number.
     """
     names = problem.objective_names
-    bounds: dict[str, Number] = {}
-    preference = next(iter(problem.preferences), None)
+    keys = dict(zip(names, ("max_cost", "max_preference"), strict=True)) if problem.is_bi_objective else {}
     given = [(names[0], max_cost), *(at_most or {}).items()]
     if max_preference is not None:
-        if preference is None:
+        if not problem.preferences:
             raise PrefplanError(f"max_preference: there is no preference {choices('', names)}")
-        given.append((preference.name, max_preference))
+        given.append((problem.preferences[0].name, max_preference))
+    bounds: dict[str, Fraction] = {}
     for name, bound in given:
         check_known("at_most", "objective", name, names, PrefplanError)
-        if bound is not None and (name not in bounds or inclusive(bound, name) < inclusive(bounds[name])):
-            bounds[name] = bound
-    limits: PlanLimits = {"max_seconds": max_seconds, "max_memory": max_memory}
-    if not problem.is_bi_objective:
-        return {**limits, "at_most": bounds}
-    return {**limits, "max_cost": bounds.get(names[0]), "max_preference": bounds.get(names[1])}
+        if bound is not None:
+            largest = inclusive(bound, keys.get(name, name))
+            bounds[name] = min(largest, bounds.get(name, largest))
+    memory = MEMORY_SHARE * available_memory() if max_memory is None else max_memory
+    return Limits(math.inf if max_seconds is None else max_seconds, memory), bounds
 
 
-def require_bounds(problem: Problem, **wanted: Unpack[PlanLimits]) -> None:
+def require_bounds(problem: Problem, bounds: Collection[str]) -> None:
     """Raise PreferenceError where a preference's contract is general and the cost that it counts in has no bound."""
-    if not problem.is_bi_objective:
-        for o in problem.objectives:
-            of = problem.cost_names[o.cost]
-            if o.measure.contract == "general" and of not in (wanted.get("at_most") or {}):
-                raise PreferenceError(
-                    f"{o.name}: its contract is 'general', so that the front may be infinite; "
-                    f"a bound on the cost that it counts in is needed (--at-most {of}=VALUE)"
-                )
-        return
-    if problem.measure.contract == "general" and wanted.get("max_cost") is None:
+    for o in problem.objectives:
+        of = problem.cost_names[o.cost]
+        if o.measure.contract != "general" or of in bounds:
+            continue
+        if problem.is_bi_objective:
+            raise PreferenceError(
+                "preference: its contract is 'general', so that its front may be infinite; "
+                "a bound on the total cost is needed (--max-cost)"
+            )
         raise PreferenceError(
-            "preference: its contract is 'general', so that its front may be infinite; "
-            "a bound on the total cost is needed (--max-cost)"
+            f"{o.name}: its contract is 'general', so that the front may be infinite; "
+            f"a bound on the cost that it counts in is needed (--at-most {of}=VALUE)"
         )

@@ -21,6 +21,7 @@ from prefplan.front import Stats
 from prefplan.limits import Limits, check_limits
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import Term
+from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product, Start
 from prefplan.search.driver import Found
 from prefplan.search.plan_extraction import account
@@ -67,7 +68,7 @@ class ExactSearch:
         self.product, self._objectives = product, problem.objectives
         self._units = problem.cost_units
         self._bounds = [bounds.get(name) for name in problem.objective_names]
-        units = zip(problem.edge_costs, self._units, strict=True)
+        units = zip(problem.system.edge_costs, self._units, strict=True)
         columns = [(edges.costs // int(unit / edges.unit)).tolist() for edges, unit in units]
         self._costs: list[Counts] = list(zip(*columns, strict=True))
         self._expanded = self._generated = 0
@@ -284,6 +285,14 @@ class ExactSearch:
             states.append(at.automata)
         plan = partial(account, self.product, edges[::-1], states[::-1], label.start)
         return Found(label.spent[0], None, plan, exact)
+
+
+def needs_exact_numbers(problem: Problem) -> bool:
+    """Return whether compiled code would round what labels are compared by, or compares them by too little."""
+    if problem.is_bi_objective:
+        return problem.measure.rounds
+    formulas = [formula for objective in problem.objectives for formula in objective.measure.formulas]
+    return any(formula.contract != "componentwise" for formula in formulas)
 
 
 def _no_worse(one: Key, other: Key) -> bool:

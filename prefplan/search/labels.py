@@ -5,6 +5,7 @@ Everything grows by doubling between two runs of a kernel, so that memory can be
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
@@ -15,25 +16,32 @@ from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.moves import unpack
-from prefplan.product.successors import ProductView, Successors, decode, masks, successors
+from prefplan.product.product_automaton import Product
+from prefplan.product.product_view import ProductView, decode, masks
+from prefplan.product.successors import Successors, successors
 
 NONE, PRUNED = -1, -2
 """In place of a row or a label."""
 
+PRODUCT_LIMIT = 2**61
+"""Products of a cost and a weight stay below this."""
+
 # Places in the counters of a search. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no
 # label at the start) and still to be entered, so that a run of a kernel goes on where the last one ended.
-ROWS, LABELS, OPEN, LOWEST, EXPANDED, FOUND, PARENT, NEXT, COUNT = range(9)
-COUNTERS = 9
+Counters = namedtuple("Counters", "ROWS LABELS OPEN LOWEST EXPANDED FOUND PARENT NEXT COUNT")
+AT = Counters(*range(9))
 
 # Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
 # others remain), the bound of mu's growth, one of its labels, and its code.
-SATISFIED, GROWTH_BOUND, HEAD, CODE = range(LIKELY + 1, LIKELY + 5)
+Columns = namedtuple("Columns", "SATISFIED GROWTH_BOUND HEAD CODE")
+COL = Columns(*range(LIKELY + 1, LIKELY + 5))
 COLUMNS = LIKELY + 5
 
 GOAL_BIT = -(2**31)
 
 # Why a run of a kernel ended; ENTERED: it did not.
-ENTERED, EXHAUSTED, GOAL, PAUSED, MORE_ROWS, MORE_LABELS, TOO_LARGE, FALLS = range(8)
+Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOAL PAUSED MORE_ROWS MORE_LABELS TOO_LARGE FALLS")
+END = Ends(*range(8))
 
 
 class Growth(NamedTuple):
@@ -55,6 +63,24 @@ class Growth(NamedTuple):
     late_offset: np.ndarray
     violation: np.ndarray
     cost_limit: int
+
+
+def growth_of(product: Product) -> Growth:
+    """Return how mu grows along the paths of a product."""
+    measure, units = product.problem.measure, product.units
+    late, maximum = measure.tardiness, measure.maximum_table(units.factor)
+    slopes = [int(term.weight * units.factor) for term in late]
+    offsets = [min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT) for term in late]
+    prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
+    return Growth(
+        rate=product.rates,
+        maximum=maximum,
+        late_task=np.array([term.task for term in late], dtype=np.int64),
+        late_slope=np.array(slopes, dtype=np.int64),
+        late_offset=np.array(offsets, dtype=np.int64),
+        violation=np.array(prices, dtype=np.int64),
+        cost_limit=PRODUCT_LIMIT // max(1, *slopes, int(maximum.max(initial=0))),
+    )
 
 
 class States(NamedTuple):
@@ -155,7 +181,7 @@ def enter_state(
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
     row = np.int64(states.slots[slot])
-    while row >= 0 and states.known[row, CODE] != code:
+    while row >= 0 and states.known[row, COL.CODE] != code:
         slot = (slot + 1) & mask
         row = np.int64(states.slots[slot])
     if row >= 0:
@@ -168,19 +194,19 @@ def enter_state(
     growing = preference_bound(bounds.blocks, bounds.projections, digits, node, buffer.choice, satisfied)
     if growing >= growth_limit:
         return PRUNED
-    row = memory.counters[ROWS]
+    row = memory.counters[AT.ROWS]
     if row == states.known.shape[0]:
         return NONE
     known = states.known[row]
-    known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
+    known[COL.SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
     known[LOOKED], known[LIKELY] = 0, likely
     known[COST_BOUND] = added_bound(bounds.added, bounds.projections, digits, node, buffer.choice)
-    known[GROWTH_BOUND] = growing
-    known[HEAD], known[CODE] = NONE, code
+    known[COL.GROWTH_BOUND] = growing
+    known[COL.HEAD], known[COL.CODE] = NONE, code
     most = min(cost_limit, lookup_limit)
     if raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, most) > cost_limit:
         return PRUNED
-    memory.counters[ROWS] += 1
+    memory.counters[AT.ROWS] += 1
     states.slots[slot] = row
     return row
 
@@ -196,7 +222,7 @@ def rehash(states: States, rows: Integer) -> None:
     """Fill an emptied hash table with the first rows."""
     mask = states.slots.shape[0] - 1
     for row in range(rows):
-        slot = _first_slot(states.known[row, CODE], mask)
+        slot = _first_slot(states.known[row, COL.CODE], mask)
         while states.slots[slot] >= 0:
             slot = (slot + 1) & mask
         states.slots[slot] = row
@@ -208,30 +234,30 @@ def next_successor(counters: np.ndarray) -> Integer:
 
     Of equal labels the last made is expanded first: entering the model's first action last prefers it.
     """
-    return counters[COUNT] - 1 - counters[NEXT]
+    return counters[AT.COUNT] - 1 - counters[AT.NEXT]
 
 
 @bare_kernel
 def expand(memory: Memory, label: Integer, row: Integer) -> None:
     """Have the successors of a label of some product state entered next."""
     counters = memory.counters
-    counters[EXPANDED] += 1
-    counters[PARENT], counters[NEXT] = label, 0
-    counters[COUNT] = successors(memory.product, memory.states.known[row, CODE], memory.buffer)
+    counters[AT.EXPANDED] += 1
+    counters[AT.PARENT], counters[AT.NEXT] = label, 0
+    counters[AT.COUNT] = successors(memory.product, memory.states.known[row, COL.CODE], memory.buffer)
 
 
 @bare_kernel
 def push(memory: Memory, label: Integer, estimate: Integer) -> None:
     """Insert a label into the open list."""
     queue, counters = memory.queue, memory.counters
-    counters[OPEN] = heap_push(queue.keys, queue.items, counters[OPEN], estimate, label)
+    counters[AT.OPEN] = heap_push(queue.keys, queue.items, counters[AT.OPEN], estimate, label)
 
 
 @bare_kernel
 def pop(memory: Memory) -> Integer:
     """Remove a label of the smallest estimate, write that to the counters, and return the label."""
     queue, counters = memory.queue, memory.counters
-    counters[LOWEST] = queue.keys[0]
+    counters[AT.LOWEST] = queue.keys[0]
     label = queue.items[0]
-    counters[OPEN] = heap_pop(queue.keys, queue.items, counters[OPEN])
+    counters[AT.OPEN] = heap_pop(queue.keys, queue.items, counters[AT.OPEN])
     return label

@@ -7,33 +7,19 @@ the same for that.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from prefplan.heuristics.pattern_database import COST_BOUND
 from prefplan.product.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
-from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.successors import INFINITE, UNBOUNDED
+from prefplan.product.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
 from prefplan.search.labels import (
-    COUNT,
-    ENTERED,
-    EXHAUSTED,
-    FALLS,
-    FOUND,
-    GOAL,
-    HEAD,
-    LABELS,
-    MORE_LABELS,
-    MORE_ROWS,
-    NEXT,
+    AT,
+    COL,
+    END,
     NONE,
-    OPEN,
-    PARENT,
-    PAUSED,
     PRUNED,
-    SATISFIED,
-    TOO_LARGE,
     Growth,
     Memory,
     added_mu,
@@ -95,18 +81,11 @@ class Scratch(NamedTuple):
     violations: np.ndarray
 
 
-class Formulas(NamedTuple):
-    """The terms of mu that only their values are known of: compiled expressions, and a Python function."""
-
-    programs: Programs
-    callback: Any
-
-
 @bare_kernel
 def run_vector(
     memory: Memory,
     key: Key,
-    formulas: Formulas,
+    programs: Programs,
     labels: VectorLabels,
     best: np.ndarray,
     scratch: Scratch,
@@ -115,119 +94,107 @@ def run_vector(
     """Expand labels until a goal is found, memory is short or enough were expanded; return which.
 
     Arguments are as for `boa_star.run`, but for:
-        key: what the entries are. formulas: terms that are evaluated.
+        key: what the entries are. programs: the terms of mu that only their values are known of.
         best: (2,) float64, mu must stay below the first, and must not exceed the second; neither is less than the exact
             number that it stands for.
         scratch: for one label.
     """
     counters = memory.counters
     while True:
-        while counters[NEXT] < counters[COUNT]:
-            end = _enter(memory, key, formulas, labels, best, scratch)
-            if end != ENTERED:
+        while counters[AT.NEXT] < counters[AT.COUNT]:
+            end = _enter(memory, key, programs, labels, best, scratch)
+            if end != END.ENTERED:
                 return end
-            counters[NEXT] += 1
-        if counters[OPEN] == 0:
-            return EXHAUSTED
+            counters[AT.NEXT] += 1
+        if counters[AT.OPEN] == 0:
+            return END.EXHAUSTED
         if pops == 0:
-            return PAUSED
+            return END.PAUSED
         pops -= 1
         label = pop(memory)
         known = memory.states.known[labels.row[label]]
-        if labels.mu[label] >= best[0] or _superseded(labels, key, known[HEAD], label):
+        if labels.mu[label] >= best[0] or _superseded(labels, key, known[COL.HEAD], label):
             continue
-        if known[SATISFIED] < 0:
-            counters[FOUND] = label
-            return GOAL
+        if known[COL.SATISFIED] < 0:
+            counters[AT.FOUND] = label
+            return END.GOAL
         expand(memory, label, labels.row[label])
 
 
 @bare_kernel
 def _enter(
-    memory: Memory, key: Key, formulas: Formulas, labels: VectorLabels, best: np.ndarray, scratch: Scratch
+    memory: Memory, key: Key, programs: Programs, labels: VectorLabels, best: np.ndarray, scratch: Scratch
 ) -> Integer:
     """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
     view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
     counters, buffer = memory.counters, memory.buffer
-    parent = counters[PARENT]
+    parent = counters[AT.PARENT]
     cost = satisfied = np.int64(0)
     if parent != NONE:
-        cost, satisfied = labels.cost[parent], states.known[labels.row[parent], SATISFIED]
+        cost, satisfied = labels.cost[parent], states.known[labels.row[parent], COL.SATISFIED]
     k = next_successor(counters)
     after = cost + buffer.cost[k]
     before, spent = cost >> view.shift, after >> view.shift
     if after > limits[1]:
-        return ENTERED
+        return END.ENTERED
     if spent >= growth.cost_limit:
-        return TOO_LARGE
+        return END.TOO_LARGE
     most = min(limits[1] - after, INFINITE - 1)
     row = enter_state(memory, buffer.code[k], 0, UNBOUNDED, most, most)
     if row == NONE:
-        return MORE_ROWS
+        return END.MORE_ROWS
     if row == PRUNED or states.known[row, COST_BOUND] > most:
-        return ENTERED
+        return END.ENTERED
     known = states.known[row]
     estimate = after + known[COST_BOUND]
-    _copy_key(labels.key, parent, scratch.key)
-    if view.relaxed or parent == NONE:
-        _add_violations(growth, key, buffer.violation[k], scratch.key)
-    _add_growth(growth, key, satisfied, before, spent, scratch.key)
-    _fill_costs(key, scratch, spent, satisfied, known[SATISFIED])
-    mu, error = _value(key, formulas, scratch, spent)
+    for d in range(scratch.key.shape[0]):
+        scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
+    pays = view.relaxed or parent == NONE
+    _grow(growth, key, satisfied, before, spent, buffer.violation[k], pays, scratch.key)
+    _fill_costs(key, scratch, spent, satisfied, known[COL.SATISFIED])
+    mu, error = _value(key, programs, scratch, spent)
     if mu != mu:
-        return TOO_LARGE
+        return END.TOO_LARGE
     if parent != NONE and mu + error < labels.mu[parent]:
-        return FALLS
+        return END.FALLS
     mu -= error
-    if mu >= best[0] or mu > best[1] or _dominated(labels, key, known[HEAD], after, scratch.key, view.shift):
-        return ENTERED
+    if mu >= best[0] or mu > best[1] or _dominated(labels, key, known[COL.HEAD], after, scratch.key, view.shift):
+        return END.ENTERED
     if estimate >= INFINITE:
-        return TOO_LARGE
-    label = counters[LABELS]
+        return END.TOO_LARGE
+    label = counters[AT.LABELS]
     if label == labels.row.shape[0]:
-        return MORE_LABELS
+        return END.MORE_LABELS
     push(memory, label, estimate)
-    _store(labels, label, parent, row, after, mu, scratch.key)
-    labels.sibling[label], known[HEAD] = known[HEAD], label
-    counters[LABELS] += 1
-    return ENTERED
+    labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
+    for d in range(scratch.key.shape[0]):
+        labels.key[label, d] = scratch.key[d]
+    labels.sibling[label], known[COL.HEAD] = known[COL.HEAD], label
+    counters[AT.LABELS] += 1
+    return END.ENTERED
 
 
 @bare_kernel
-def _copy_key(keys: np.ndarray, label: Integer, entry: np.ndarray) -> None:
-    """Write the key of a label, or zeros for no label."""
-    for d in range(entry.shape[0]):
-        entry[d] = 0.0 if label == NONE else keys[label, d]
-
-
-@bare_kernel
-def _store(
-    labels: VectorLabels, label: Integer, parent: Integer, row: Integer, cost: Integer, mu: float, entry: np.ndarray
+def _grow(
+    growth: Growth,
+    key: Key,
+    satisfied: Integer,
+    before: Integer,
+    after: Integer,
+    violation: np.ndarray,
+    pays: bool,
+    entry: np.ndarray,
 ) -> None:
-    """Write a label, but for its sibling."""
-    labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, cost, mu, parent
-    for d in range(entry.shape[0]):
-        labels.key[label, d] = entry[d]
-
-
-@bare_kernel
-def _add_growth(
-    growth: Growth, key: Key, satisfied: Integer, before: Integer, after: Integer, entry: np.ndarray
-) -> None:
-    """Let the additive entry and the maxima of a key grow from one cost to another."""
+    """Let a key grow from one cost to another, by violation costs (N,) of the step if it pays any."""
+    if pays:
+        for i in range(violation.shape[0]):
+            entry[0] += growth.violation[i] * violation[i]
+        first = entry.shape[0] - key.violations.shape[0]
+        for b in range(key.violations.shape[0]):
+            entry[first + b] += violation[key.violations[b]]
     entry[0] += added_mu(growth, satisfied, before, after)
     for m in range(key.maxima):
         entry[1 + m] = max(entry[1 + m], np.float64(growth.maximum[m, satisfied] * after))
-
-
-@bare_kernel
-def _add_violations(growth: Growth, key: Key, violation: np.ndarray, entry: np.ndarray) -> None:
-    """Add the violation costs of a step to a key."""
-    for i in range(violation.shape[0]):
-        entry[0] += growth.violation[i] * violation[i]
-    first = entry.shape[0] - key.violations.shape[0]
-    for b in range(key.violations.shape[0]):
-        entry[first + b] += violation[key.violations[b]]
 
 
 @bare_kernel
@@ -248,12 +215,12 @@ def _fill_costs(key: Key, scratch: Scratch, spent: Integer, satisfied: Integer, 
 
 
 @bare_kernel
-def _value(key: Key, formulas: Formulas, scratch: Scratch, spent: Integer) -> tuple[float, float]:
+def _value(key: Key, programs: Programs, scratch: Scratch, spent: Integer) -> tuple[float, float]:
     """Return mu of a label in units, and by how much that may be wrong; write the values of formulas that are entries.
 
     mu is not a number if an entry is no whole number up to 2^53, or the value of a formula that is one is rounded.
     """
-    entry, programs = scratch.key, formulas.programs
+    entry = scratch.key
     first_value = 1 + key.maxima
     first_cost = first_value + key.values.shape[0]
     for d in range(entry.shape[0]):
@@ -267,7 +234,7 @@ def _value(key: Key, formulas: Formulas, scratch: Scratch, spent: Integer) -> tu
     error = 0.0
     value = 0
     for f in range(programs.first.shape[0] - 1):
-        amount, wrong = evaluate(programs, f, scratch.costs, scratch.violations, formulas.callback)
+        amount, wrong = evaluate(programs, f, scratch.costs, scratch.violations)
         rounded = wrong > 0 and programs.operation[programs.first[f]] != CALL
         kept = value < key.values.shape[0] and key.values[value] == f
         if not (-wrong <= amount <= HUGE) or (rounded and kept):

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from prefplan.exact_costs import exact, multiples, to_number
+from prefplan.exact_costs import exact, to_number
 from prefplan.front import Plan, Purchase
 from prefplan.ledger import Ledger
-from prefplan.models.transition_system import EdgeCosts, TransitionSystem
+from prefplan.models.transition_system import EdgeCosts
 from prefplan.product.contraction import Graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import Integer, kernel
@@ -35,17 +35,16 @@ class Waypoint:
     cost: int
 
 
-def extract(product: Product, graph: Graph | None, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
+def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
     """Return the plan that visits some product states, and its exact mu, worked out afresh from the model.
 
     Args:
         product: what was searched.
-        graph: over what; None if states were generated.
+        graph: over what.
         path: product states at which the search made labels, the start's first.
         start: how the path begins.
     """
-    if graph is None:
-        assert isinstance(product, GeneratedProduct)
+    if isinstance(product, GeneratedProduct):
         return _extract_generated(product, path, start)
     edges: list[int] = []
     states = [path[0].automata]
@@ -58,33 +57,10 @@ def extract(product: Product, graph: Graph | None, path: Sequence[Waypoint], sta
 
 
 def _extract_generated(product: GeneratedProduct, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
-    """Return the same as `extract`, by way of a system that has the states of the plan only."""
+    """Return the same as `extract`, by what the problem's system says of the actions."""
     actions, states = product.model.lift([waypoint.node for waypoint in path])
-    system, at = product.problem.system, product.problem.system.start
-    labels, costs, steps = [system.label(at)], list[tuple[Fraction, ...]](), list[tuple[int, str, int, int]]()
-    for action in actions:
-        at, each = system.steps(at, action)
-        steps.append((len(steps), action, len(steps) + 1, 0))
-        costs.append(each)
-        labels.append(system.label(at))
-    chain = TransitionSystem.from_transitions(steps, start=0, labels=dict(enumerate(labels)))
-    units = product.problem.cost_units
-    columns = [
-        EdgeCosts(name, multiples([each[d] for each in costs], units[d]), units[d])
-        for d, name in enumerate(system.cost_names)
-    ]
-    chain = replace(
-        chain,
-        states=states,
-        costs=columns[0].costs,
-        unit=columns[0].unit,
-        propositions=system.propositions,
-        cost_name=columns[0].name,
-        more_costs=tuple(columns[1:]),
-    )
-    return account(
-        Product(product.problem.over(chain)), range(len(steps)), [waypoint.automata for waypoint in path], start
-    )
+    labels, costs = product.problem.system.along(actions)
+    return _plan(product, actions, states, labels, costs, [waypoint.automata for waypoint in path], start)
 
 
 def _path(product: Product, graph: Graph, before: Waypoint, after: Waypoint) -> list[int]:
@@ -169,48 +145,80 @@ def _leads(product: Product, label: int, before: tuple[int, ...], after: tuple[i
 
 
 def account(
-    product: Product, edges: Sequence[int], states: Sequence[tuple[int, ...]], start: Start
+    product: Product, edges: Sequence[int], automata: Sequence[tuple[int, ...]], start: Start
 ) -> tuple[Plan, Any]:
     """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
-    problem, system, units = product.problem, product.problem.system, product.units
-    taken = np.array(edges, dtype=np.int64)
+    system, taken = product.problem.system, np.array(edges, dtype=np.int64)
     visited = [system.start, *product.targets[taken].tolist()]
-    labels = [system.label(state) for state in visited]
-    purchases: list[Purchase] = []
-    broken = problem.broken(labels)
-    for i, (name, dfa) in enumerate(zip(problem.priced, product.automata, strict=True)):
-        bought = start.bought[i]
-        if bought is None and i < len(problem.tasks):
-            purchases.append(Purchase(name, 0, None, (dfa.skip or 0) * units.price))
-        elif bought is None and name in broken:
-            purchases.append(Purchase(name, broken[name], None, (dfa.skip or 0) * units.price, rule=True))
-        for k, automata in enumerate(states if dfa.relaxations else states[:1]):
-            if k > 0:
-                bought = next(r.bought for r in dfa.readings(states[k - 1][i], labels[k]) if r.state == automata[i])
-            for relaxation in bought or ():
-                assumed, _, count = dfa.relaxations[relaxation]
-                purchases.append(Purchase(name, k, assumed, count * units.price))
-    purchases.sort(key=lambda purchase: purchase.step)
-    actions = [system.action_names[action] for action in system.actions[taken].tolist()]
-    costs, *more = (_in_users_units(column, taken) for column in system.edge_costs)
-    beside = dict(zip(system.cost_names[1:], more, strict=True))
-    ledger = Ledger.of(problem, actions, costs, labels, purchases, beside)
+    actions = tuple(system.action_names[action] for action in system.actions[taken].tolist())
+    states, labels = tuple(system.states[state] for state in visited), [system.label(state) for state in visited]
+    costs = [_in_users_units(column, taken) for column in system.edge_costs]
+    return _plan(product, actions, states, labels, costs, automata, start)
+
+
+def _plan(
+    product: Product,
+    actions: tuple[str, ...],
+    states: tuple[Hashable, ...],
+    labels: Sequence[frozenset[str]],
+    costs: Sequence[tuple[Fraction, ...]],
+    automata: Sequence[tuple[int, ...]],
+    start: Start,
+) -> tuple[Plan, Any]:
+    """Return the plan of K actions and its exact mu.
+
+    Args:
+        product: what was searched.
+        actions: (K,) in order.
+        states: (K + 1,) before the first and after each.
+        labels: (K + 1,) of the states.
+        costs: (K,) of the actions, for each of the costs.
+        automata: (K + 1,) states of the automata.
+        start: how the path begins.
+    """
+    problem = product.problem
+    purchases = _purchases(product, labels, automata, start)
+    first, *more = costs
+    ledger = Ledger.of(problem, actions, first, labels, purchases, dict(zip(problem.cost_names[1:], more, strict=True)))
     final = ledger.final
     worth = [to_number(value) for value in ledger.exact_objectives()]
+    count = len(problem.cost_names)
+    names = [named.name for named in problem.preferences]
     plan = Plan(
         cost=final.cost,
         preference=final.preference,
         task_costs=final.task_costs,
         violation_costs=final.violation_costs,
         actions=ledger.actions,
-        states=tuple(system.states[state] for state in visited),
+        states=states,
         relaxations=tuple(replace(purchase, cost=to_number(exact(purchase.cost))) for purchase in purchases),
-        costs=dict(zip(problem.cost_names, worth, strict=False)),
-        preferences=dict(
-            zip((named.name for named in problem.preferences), worth[len(problem.cost_names) :], strict=True)
-        ),
+        costs=dict(zip(problem.cost_names, worth[:count], strict=True)),
+        preferences=dict(zip(names, worth[count:], strict=True)),
     )
     return plan, ledger.exact_preference()
+
+
+def _purchases(
+    product: Product, labels: Sequence[frozenset[str]], automata: Sequence[tuple[int, ...]], start: Start
+) -> list[Purchase]:
+    """Return what is bought along a path, in order of steps."""
+    problem, price = product.problem, product.units.price
+    found: list[Purchase] = []
+    broken = problem.broken(labels)
+    for i, (name, dfa) in enumerate(zip(problem.priced, product.automata, strict=True)):
+        bought = start.bought[i]
+        if bought is None and i < len(problem.tasks):
+            found.append(Purchase(name, 0, None, (dfa.skip or 0) * price))
+        elif bought is None and name in broken:
+            found.append(Purchase(name, broken[name], None, (dfa.skip or 0) * price, rule=True))
+        for k, states in enumerate(automata if dfa.relaxations else automata[:1]):
+            if k > 0:
+                readings = dfa.readings(automata[k - 1][i], labels[k])
+                bought = next(reading.bought for reading in readings if reading.state == states[i])
+            for relaxation in bought or ():
+                assumed, _, count = dfa.relaxations[relaxation]
+                found.append(Purchase(name, k, assumed, count * price))
+    return sorted(found, key=lambda purchase: purchase.step)
 
 
 def _in_users_units(column: EdgeCosts, edges: np.ndarray) -> tuple[Fraction, ...]:

@@ -11,11 +11,11 @@ from prefplan.errors import PreferenceError
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import EXACT, Percent
 from prefplan.preferences.contracts import text_of_costs, value_at
-from prefplan.product.formula_programs import Callback, compile_programs
+from prefplan.product.formula_programs import compile_programs
 from prefplan.product.product_automaton import Start
 from prefplan.search import multi_objective
 from prefplan.search.driver import Found, Search, in_units
-from prefplan.search.labels import FALLS
+from prefplan.search.labels import END
 from prefplan.search.plan_extraction import Waypoint
 
 
@@ -36,10 +36,7 @@ class VectorSearch(Search):
         problem = prepared.product.problem
         measure = problem.measure
         self._max_mu = max_mu
-        functions = [formula.function for formula in measure.formulas if formula.function is not None]
-        programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
-        called = Callback(functions[0] if functions else lambda costs, violations: 0.0)
-        self._formulas = multi_objective.Formulas(programs, called)
+        self._programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
         general = measure.contract == "general"
         every = tuple(range(measure.tasks))
         costs = every if general else sorted({i for formula in measure.formulas for i in formula.costs})
@@ -87,9 +84,9 @@ class VectorSearch(Search):
 
     def _run(self, pops: int) -> int:
         end = multi_objective.run_vector(
-            self.memory, self._key, self._formulas, self.labels, self._best, self._scratch, pops
+            self.memory, self._key, self._programs, self.labels, self._best, self._scratch, pops
         )
-        if end == FALLS:
+        if end == END.FALLS:
             at = text_of_costs(self._vector(), self.product.problem.priced)
             raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")
         return int(end)
@@ -118,7 +115,7 @@ class VectorSearch(Search):
 
     def _too_large(self) -> None:
         """Blame the user's function if it is at fault."""
-        error = getattr(self._formulas.callback, "error", None)
+        error = self._programs.callback.error
         if isinstance(error, KeyboardInterrupt):
             raise error
         measure, names = self.product.problem.measure, self.product.problem.priced

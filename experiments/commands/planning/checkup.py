@@ -19,14 +19,14 @@ from experiments.commands.planning.arm_check import SceneCheck, check_arm, load_
 from prefplan.errors import LimitError, ModelError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
-from prefplan.limits import Limits, available_memory, check_limits, interruptible
+from prefplan.limits import MEMORY_SHARE, Limits, available_memory, check_limits, interruptible
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.names import NAME
-from prefplan.planner import MEMORY_SHARE, Planner
+from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.preferences.objective import NamedPreference
 from prefplan.problem import Problem, Task

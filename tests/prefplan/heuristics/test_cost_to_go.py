@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from judge.random_problems import random_problem
 
-from prefplan.heuristics.cost_to_go import Backward, cost_to_go
-from prefplan.product.contraction import Graph, contract, view
+from prefplan.heuristics.cost_to_go import Backward
+from prefplan.product.contraction import Graph, contract
+from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE
+from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
 
 
@@ -29,11 +30,11 @@ def shortest(
     whole: Product, graph: Graph, tasks: tuple[int, ...], factors: np.ndarray, *, shift: int = 0
 ) -> np.ndarray:
     """Return the table that `cost_to_go` should give, by Dijkstra over all states of T x A_K."""
-    done = [{int(whole.accepting[i]), int(whole.skipped[i])} - {-1} for i in tasks]
+    done = [{*whole.ends[i].tolist()} - {-1} for i in tasks]
     steps = networkx.DiGraph()
     steps.add_node("goal")
     for automata in product(*(range(whole.sizes[i]) for i in tasks)):
-        satisfied = sum(1 << j for j, i in enumerate(tasks) if automata[j] == whole.accepting[i])
+        satisfied = sum(1 << j for j, i in enumerate(tasks) if automata[j] == whole.ends[i, 0])
         for state in range(len(whole.classes)):
             if all(q in ends for q, ends in zip(automata, done, strict=True)):
                 steps.add_edge("goal", (state, automata), weight=0)
@@ -63,10 +64,10 @@ def test_costs_and_growths_to_go_are_least(seed: int) -> None:
         for tasks in combinations(range(len(whole.sizes)), k):
             members = np.array(tasks, dtype=np.int64)
             ones = np.ones(2**k, dtype=np.int64)
-            assert (cost_to_go(back, members, ones) == shortest(whole, graph, tasks, ones)).all()
+            assert (back.cost_to_go(members, ones) == shortest(whole, graph, tasks, ones)).all()
             rates = np.array([rng.randrange(4) for _ in range(2**k)], dtype=np.int64)
             expected = shortest(whole, graph, tasks, rates, shift=whole.shift)
-            assert (cost_to_go(back, members, rates, shift=whole.shift) == expected).all()
+            assert (back.cost_to_go(members, rates, shift=whole.shift) == expected).all()
 
 
 def test_random_products_have_automata_of_either_kind() -> None:

@@ -24,7 +24,7 @@ def test_tables_deepened_in_mid_search_lose_nothing(monkeypatch: pytest.MonkeyPa
         deepened.append(self.bounds.patterns.tasks.shape[1])
 
     monkeypatch.setattr(preprocessing.Prepared, "deepen", noted)
-    monkeypatch.setattr(preprocessing, "pattern_size", lambda backward, *, single, max_entries: 1)
+    monkeypatch.setattr(preprocessing, "pattern_size", lambda backward, wanted, *, single, max_entries: 1)
     monkeypatch.setattr(preprocessing, "EXPANSION", math.inf)
     monkeypatch.setattr(driver.Search, "pops", 1)
     for seed in range(60):

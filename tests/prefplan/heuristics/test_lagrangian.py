@@ -15,11 +15,12 @@ from prefplan import planner as planner_module
 from prefplan.heuristics import preprocessing
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.lagrangian import Weights, lagrangian_bound, weights_along, with_table, without_tables
-from prefplan.product.contraction import contract, view
+from prefplan.product.contraction import contract
+from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE
+from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
-from prefplan.search import driver
+from prefplan.search import bi_objective_search, driver
 
 
 @pytest.mark.parametrize("unit", [1, 3])
@@ -82,7 +83,9 @@ def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
     monkeypatch.setattr(planner_module, "DRAFTED_TASKS", 1)
     monkeypatch.setattr(driver.Search, "pops", 1)
     monkeypatch.setattr(
-        driver, "weights_along", lambda begin, end: Weights(rng.randint(1, 5), rng.randint(1, 5), rng.randint(1, 2))
+        bi_objective_search,
+        "weights_along",
+        lambda begin, end: Weights(rng.randint(1, 5), rng.randint(1, 5), rng.randint(1, 2)),
     )
     return found
 

@@ -11,11 +11,12 @@ import pytest
 from judge.problems import GraphProblem
 
 from prefplan import Order, Planner, Problem, Task, TransitionSystem
-from prefplan.heuristics.cost_to_go import Backward, cost_to_go
+from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound, landmarks
-from prefplan.product.contraction import contract, view
+from prefplan.product.contraction import contract
+from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE
+from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
 
 
@@ -34,7 +35,7 @@ def bounds_and_costs(problem: GraphProblem, seed: int) -> list[tuple[int, int]]:
     graph = contract(whole)
     assert graph is not None
     forward, tasks = view(whole, graph), np.arange(len(whole.sizes))
-    table = cost_to_go(Backward(whole, forward), tasks, np.ones(2 ** len(tasks), dtype=np.int64))
+    table = Backward(whole, forward).cost_to_go(tasks, np.ones(2 ** len(tasks), dtype=np.int64))
     marks = landmarks(whole, forward, graph.start)
     found = []
     for each in (marks, repriced(marks, random.Random(seed))):

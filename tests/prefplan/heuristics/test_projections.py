@@ -10,15 +10,16 @@ import pytest
 from random_manipulation import random_problem
 
 from prefplan import Options, Planner
-from prefplan.heuristics import projections
+from prefplan.heuristics import abstraction
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import added_bound
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.models.manipulation import system as system_module
-from prefplan.product.contraction import view, whole_graph
+from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.successors import INFINITE
+from prefplan.product.product_view import view
 
 
 @pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in (*range(12), *range(24, 30))])
@@ -27,7 +28,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
 ) -> None:
     monkeypatch.setattr(system_module, "LISTED_STATES", 0)
     # Of measured costs, locations are merged or not.
-    monkeypatch.setattr(projections, "APART_ENTRIES", seed % 2 * projections.APART_ENTRIES)
+    monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
     problem = random_problem(random.Random(seed), measured=measured)
     searched = Planner(problem)._product
     if not isinstance(searched, GeneratedProduct):

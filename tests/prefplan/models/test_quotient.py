@@ -25,7 +25,7 @@ from prefplan import (
     cheapest_plan,
     pareto_front,
 )
-from prefplan.heuristics import projections
+from prefplan.heuristics import abstraction
 from prefplan.models.manipulation import system as system_module
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.quotient import most_states
@@ -92,7 +92,7 @@ def test_random_fronts_with_measured_costs_are_those_of_the_whole_model(
     assert_bounded(listed.system)  # type: ignore[arg-type]
     monkeypatch.setattr(system_module, "LISTED_STATES", 0)
     # Places are merged in the bounds, or not.
-    monkeypatch.setattr(projections, "APART_ENTRIES", seed % 2 * projections.APART_ENTRIES)
+    monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
     problem = draw(random.Random(seed), measured=True)
     front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
     assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
@@ -138,7 +138,7 @@ def test_what_need_not_be_moved_costs_nothing(quotients_only: None) -> None:
         tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_bin & o3_bin)")]
         planner = Planner(Problem(model.transition_system(), tasks, Order()), options=Options(generated=False))
         assert [(plan.cost, plan.preference) for plan in planner.front()] == [(40, 0)]
-        return planner._quotient.system.size
+        return planner._reduction.quotient.system.size
 
     assert states_searched(0) == states_searched(10)
 

@@ -11,13 +11,14 @@ from judge.verdict import beyond, misjudged
 
 from prefplan import Planner, UnfinishedError, pareto_front
 from prefplan import planner as planner_module
+from prefplan.anytime import guided
+from prefplan.anytime.beam import beam_search
 from prefplan.errors import LimitError
 from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
-from prefplan.search import driver, guided
-from prefplan.search.beam import beam_search
-from prefplan.search.driver import BiObjectiveSearch
+from prefplan.search import driver
+from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.vector_search import VectorSearch
 
 

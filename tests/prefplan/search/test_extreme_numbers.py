@@ -30,8 +30,8 @@ from prefplan import (
     pareto_front,
 )
 from prefplan.errors import ModelError
+from prefplan.logic.tasks import Relaxation
 from prefplan.preferences.kinds import Preference
-from prefplan.problem import Relaxation
 
 
 def points(front: Front) -> list[tuple[Any, Any]]:

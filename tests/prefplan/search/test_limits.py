@@ -28,10 +28,10 @@ from prefplan import (
     pareto_front,
     preferred_plan,
 )
+from prefplan.anytime.guided import CheapestSearch
 from prefplan.errors import LimitError
 from prefplan.limits import Limits, run_within_limits
-from prefplan.search.driver import BiObjectiveSearch
-from prefplan.search.guided import CheapestSearch
+from prefplan.search.bi_objective_search import BiObjectiveSearch
 
 
 def errands(number: int) -> Problem:

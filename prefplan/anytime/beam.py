@@ -18,10 +18,12 @@ from prefplan.heuristics.preference_bound import preference_bound
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.limits import check_limits
 from prefplan.product.contraction import NODE_LIMIT
-from prefplan.product.kernels import Integer, kernel
+from prefplan.product.kernels import INFINITE, Integer, kernel
 from prefplan.product.moves import unpack
-from prefplan.product.successors import INFINITE, ProductView, Successors, decode, masks, successors
-from prefplan.search.driver import BiObjectiveSearch, Found, found_path
+from prefplan.product.product_view import ProductView, decode, masks
+from prefplan.product.successors import Successors, successors
+from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.driver import Found
 from prefplan.search.labels import Growth, mu_after
 
 PORTION = 2**14
@@ -80,7 +82,10 @@ def beam_search(search: BiObjectiveSearch, width: int, most: float, weight: floa
         if not len(now.code):
             break
         passed.append(now)
-    return found_path(search, path) if path else None
+    if not path:
+        return None
+    codes, costs = map(np.array, zip(*path, strict=True))
+    return search.found_along(codes, costs)
 
 
 def _expanded(search: BiObjectiveSearch, now: Beam, limit: int, weight: float) -> Beam:

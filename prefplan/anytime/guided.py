@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
+from prefplan.anytime.beam import beam_search
 from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
-from prefplan.search.beam import beam_search
-from prefplan.search.driver import BiObjectiveSearch, Found, Search, in_units
-from prefplan.search.labels import EXPANDED, LOWEST, PAUSED
+from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.driver import Found, Search, in_units
+from prefplan.search.labels import AT, END
 
 WIDTHS = (1, 10, 100)
 """Widths of beams that are followed before the exact search: 0.1 s for 12 tasks, and plans within 5 % of the best."""
@@ -71,7 +72,8 @@ class CheapestSearch:
     def _find_some_plan(self) -> None:
         options = replace(self._options, heuristic=1, preference_bound=False)
         light = Prepared(self._product, options, single=True, max_bytes=self._limits.bytes)
-        self.least_cost = least_estimate(light)
+        # No plan costs less than the bound of the start.
+        self.least_cost = int(begun(light, cost_only=True).counters[AT.LOWEST]) >> self._product.shift
         if len(light.bounds.landmarks.price):
             self._beams = BiObjectiveSearch(light.for_beams(), cost_only=True)
             for width in WIDTHS:
@@ -160,15 +162,10 @@ def weighted(prepared: Prepared, limits: Limits, max_cost: float) -> Iterator[Fo
             yield found
 
 
-def least_estimate(prepared: Prepared) -> int:
-    """Return the bound of the start: no plan costs less, in units."""
-    return int(begun(prepared, cost_only=True).counters[LOWEST]) >> prepared.product.shift
-
-
 def begun(prepared: Prepared, *, cost_only: bool = False) -> BiObjectiveSearch:
     """Return a search that has expanded the start and nothing else."""
     search = BiObjectiveSearch(prepared, cost_only=cost_only)
     # A label is put back until all tables have been looked up for it.
-    while search.counters[EXPANDED] == 0 and search._run(1) == PAUSED:
+    while search.counters[AT.EXPANDED] == 0 and search._run(1) == END.PAUSED:
         pass
     return search

@@ -22,16 +22,22 @@ from prefplan.front import Stats
 from prefplan.heuristics.pattern_database import COST_BOUND
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits, Percent
-from prefplan.product.successors import INFINITE
+from prefplan.product.kernels import INFINITE
+from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.boa_star import DOMINATED
-from prefplan.search.driver import BiObjectiveSearch, Found, Search
-from prefplan.search.labels import COUNT, FOUND, GROWTH_BOUND, NEXT, NONE, OPEN, PARENT
+from prefplan.search.driver import Found
+from prefplan.search.labels import AT, COL, NONE
+from prefplan.search.vector_search import VectorSearch
 
 DECIMALS = 10
 """A percentage that is proven is rounded up to one part in so many."""
 
 MARGIN = 1e-6
 """Of that part: how much of it counts as an error of floats, not as a larger percentage."""
+
+
+OpenSearch = BiObjectiveSearch | VectorSearch
+"""Searches whose open labels tell what may still be found."""
 
 
 class NarrowingSearch:
@@ -86,7 +92,7 @@ class NarrowingSearch:
         return min(known, default=None)
 
 
-def proven_percent(search: Search, points: Sequence[tuple[Fraction, Fraction]]) -> Fraction | None:
+def proven_percent(search: OpenSearch, points: Sequence[tuple[Fraction, Fraction]]) -> Fraction | None:
     """Return within how many percent of some points every point of the front is, as far as a stopped search proves it.
 
     Args:
@@ -118,21 +124,21 @@ def _ratio(worth: float, bounds: np.ndarray) -> np.ndarray:
     return np.divide(worth, bounds, out=np.full(len(bounds), np.inf), where=bounds > 0)
 
 
-def _open_corners(search: Search) -> np.ndarray:
+def _open_corners(search: OpenSearch) -> np.ndarray:
     """Return lower bounds (n, 2) of cost and mu, in units, of all that a search may still find."""
     counters, labels, known = search.counters, search.labels, search.states.known
-    ahead = search.queue.items[: counters[OPEN]]
-    if counters[NEXT] < counters[COUNT]:
-        if counters[PARENT] == NONE:
+    ahead = search.queue.items[: counters[AT.OPEN]]
+    if counters[AT.NEXT] < counters[AT.COUNT]:
+        if counters[AT.PARENT] == NONE:
             return np.zeros((1, 2))
-        ahead = np.append(ahead, counters[PARENT])
+        ahead = np.append(ahead, counters[AT.PARENT])
     rows = labels.row[ahead]
-    rest, mu = known[rows, COST_BOUND], labels.mu[ahead] + known[rows, GROWTH_BOUND]
+    rest, mu = known[rows, COST_BOUND], labels.mu[ahead] + known[rows, COL.GROWTH_BOUND]
     cost = labels.cost[ahead] + rest
     kept = (rest < INFINITE) & (cost <= search.limits[1]) & (labels.mu[ahead] < DOMINATED) & ~search.left_out(cost, mu)
     shift, constant = search.product.shift, search.product.problem.measure.constant / search.product.units.mu
     corners = np.stack([cost[kept] >> shift, mu[kept] + float(constant)], axis=1).astype(np.float64)
-    last = counters[FOUND]
+    last = counters[AT.FOUND]
     if last == NONE:
         return corners
     goal = np.array([[labels.cost[last] >> shift, labels.mu[last] + float(constant)]])

@@ -1,0 +1,331 @@
+"""Tables of a manipulation model too large to list, on projections that leave out what some tasks do not see.
+
+For a set K of tasks, the projection keeps the objects of which K's formulas tell. Objects left out are never in the
+way: pre-conditions on them, and supports, are dropped, and slots are not told apart. All locations for one object that
+K does not see are alike, unless costs are measured and the table stays small without. Every step of the model is a
+step of the projection, or none: what is done with an object left out moves the hand at the most. A step of the
+projection costs the least of all steps that it stands for; of measured costs, that between any poses of the hand that
+are one in the projection. So costs-to-go there are lower bounds, and consistent: a bound falls along a step by no more
+than the step's cost (B. Yang et al., "A General Theory of Additive State Space Abstractions", JAIR 2008).
+
+The bounds of several projections can be added if every action's cost is counted in one of them at the most. What is
+done with an object, and a transit to a location for one object that holds it, counts in the first projection that
+keeps the object; the other transits count nowhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.projections import Projections, no_projections
+from prefplan.logic.dfa import is_idempotent
+from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.operators import read_action
+from prefplan.models.manipulation.quotient import Symmetry, View
+from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.state_space import Generator, ListedStates, reachable
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.product.contraction import whole_graph
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.moves import GRASP, RELEASE, TRANSIT, TRANSPORT
+from prefplan.product.product_automaton import Product
+from prefplan.product.product_view import view
+
+GROUP_ENTRIES = 200_000
+"""Entries of a table of several tasks, by an upper bound, up to which tasks that see the same objects are joined."""
+
+APART_ENTRIES = 400_000
+"""Entries of a table, by an upper bound, up to which no locations are alike where costs are measured."""
+
+KINDS = {"transit": TRANSIT, "grasp": GRASP, "transport": TRANSPORT, "release": RELEASE}
+
+NOWHERE = 2**62
+"""Cost of what stands for no action; more than any."""
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """The projection for a set of tasks.
+
+    Attributes:
+        number: of the projection.
+        tasks: the set.
+        space: its states' codes.
+        view: its model, and what is alike in it.
+        system: its states.
+        codes: (S,) int64, of its states.
+        places: of each location of the model the number here, -1 for those that are alike.
+        hands: (H,) of each of the model's poses of the hand the number here, -1 over those locations.
+    """
+
+    number: int
+    tasks: tuple[int, ...]
+    space: StateCodes
+    view: View
+    system: TransitionSystem
+    codes: np.ndarray
+    places: list[int]
+    hands: np.ndarray
+
+
+class Projected:
+    """A product of a model that is not listed, made ready for looking back on its projections.
+
+    Attributes:
+        costs: (4 H H,) int64, one of the costs of actions, as `Moves` has them.
+        sizes: (N,) int64, states of each automaton.
+        shift: 0: costs do not count actions.
+    """
+
+    def __init__(self, product: GeneratedProduct) -> None:
+        """Take the product."""
+        self.product, self.costs, self.sizes, self.shift = product, product.costs, product.sizes, 0
+        self._model, self._space = product.model.view.model, product.model.generator.space
+        self._known: dict[tuple[int, ...], _Projection] = {}
+
+    def with_costs(self, costs: np.ndarray) -> Projected:
+        """Return the same for another of the costs; projections made for either serve both."""
+        other = copy(self)
+        other.costs = costs
+        return other
+
+    def objects_of(self, tasks: Sequence[int]) -> list[str]:
+        """Return the objects of which some tasks tell."""
+        names = self._names(tasks)
+        return [
+            obj.name
+            for obj in self._model.objects
+            if any(name in names for name, _ in self._model.propositions_of(obj.name))
+        ]
+
+    def _names(self, tasks: Sequence[int]) -> frozenset[str]:
+        return frozenset().union(*(self.product.automata[i].propositions for i in tasks))
+
+    def entries_of(self, tasks: Sequence[int]) -> int:
+        """Return an upper bound of the number of entries of a table of some tasks, marks left out."""
+        return self._entries(tasks, self._view(tasks))
+
+    def _entries(self, tasks: Sequence[int], relaxed: View) -> int:
+        locations = len(self._model.locations) - len(relaxed.neutral)
+        objects = len(self.objects_of(tasks))
+        states = (locations + 2) ** objects * (locations + objects + 2)
+        return states * math.prod(int(self.sizes[i]) for i in tasks)
+
+    def _view(self, tasks: Sequence[int]) -> View:
+        """Return the model without supports, slots and costs, and what is alike in it for some tasks."""
+        places = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in self._model.locations)
+        relaxed = replace(self._model, locations=places, costs=dict.fromkeys(KINDS, 0))
+        if isinstance(self._model.costs, MeasuredCosts):
+            apart = View(relaxed, self._names(tasks), frozenset(), places_alike=False)
+            if self._entries(tasks, apart) <= APART_ENTRIES:
+                return apart
+        return View(relaxed, self._names(tasks), frozenset())
+
+    def nodes_of(self, tasks: Sequence[int]) -> int:
+        """Return the number of nodes in the tables of some tasks."""
+        return self._projection(tasks).system.size
+
+    def projection_of(self, tasks: Sequence[int]) -> int:
+        """Return the number of the projection in which tables of some tasks are."""
+        return self._projection(tasks).number
+
+    def cost_to_go(self, tasks: Sequence[int] | np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
+        """Return least weighted costs until some tasks are satisfied or dropped, as `Backward.cost_to_go`."""
+        found = self._projection(tasks)
+        costs = self._edge_costs(found, self._least_costs(found, loads_seen=False))
+        return self._table(found, costs, factors, idle=self._cheapest)
+
+    def shared_cost_to_go(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
+        """Return least costs until some tasks are satisfied or dropped, of the actions that count in this projection.
+
+        Args:
+            tasks: one of the groups.
+            groups: all sets of tasks whose bounds are added.
+        """
+        found, before = self._projection(tasks), groups[: groups.index(tuple(tasks))]
+        claimed = {obj for group in before for obj in self.objects_of(group)}
+        own = [obj for obj in self.objects_of(tasks) if obj not in claimed]
+        costs = self._edge_costs(found, self._least_costs(found, loads_seen=True), own)
+        return self._table(found, costs, np.ones(2 ** len(tasks), dtype=np.int64), idle=0)
+
+    def groups(self) -> list[tuple[int, ...]]:
+        """Return all tasks in disjoint sets: those that see the same objects together, where tables stay small."""
+        found: list[tuple[int, ...]] = []
+        for i in range(len(self.sizes)):
+            joined: tuple[int, ...] = (i,)
+            for group in list(found):
+                shared = set(self.objects_of(group)) & set(self.objects_of(joined))
+                if shared and self.entries_of((*group, *joined)) <= GROUP_ENTRIES:
+                    found.remove(group)
+                    joined = tuple(sorted((*group, *joined)))
+            found.append(joined)
+        return sorted(found)
+
+    def projections(self) -> Projections:
+        """Return the projections that tables were made of."""
+        found = sorted(self._known.values(), key=lambda projection: projection.number)
+        if not found:
+            return no_projections()
+        rows = [self._rows(projection) for projection in found]
+        places = np.zeros((len(found), max(len(row[3]) for row in rows) + 1), dtype=np.int64)
+        for m, row in enumerate(rows):
+            places[m, : len(row[3])] = row[3]
+        tables = [self._numbers(projection) for projection in found]
+        first = np.cumsum([0, *map(len, tables)])[:-1]
+        weights, slots, hands = (np.array([row[k] for row in rows], dtype=np.int64) for k in range(3))
+        above = self._space.above.astype(np.int64)
+        return Projections(weights, slots, hands, places, above, first.astype(np.int64), np.concatenate(tables))
+
+    def _projection(self, tasks: Sequence[int] | np.ndarray) -> _Projection:
+        tasks = tuple(int(i) for i in tasks)
+        if tasks not in self._known:
+            relaxed = self._view(tasks)
+            kept = self.objects_of(tasks)
+            small, start = _without(relaxed, kept, self.product.model.start)
+            names = self._names(tasks)
+            seen = View(small, names, frozenset(), places_alike=bool(relaxed.neutral))
+            space = StateCodes(small, start)
+            symmetry = Symmetry(space, seen)
+            first = symmetry.canonical(np.array([space.encode(start, where="start")], dtype=np.int64))
+            generator = Generator.of(space, self.product.model.generator.operators)
+            system = reachable(generator, first.tolist(), names=names, canonical=symmetry.canonical)
+            assert isinstance(system.states, ListedStates)
+            places, hands = self._numbers_in(space, relaxed.neutral)
+            self._known[tasks] = _Projection(
+                len(self._known), tasks, space, seen, system, system.states.codes, places, hands
+            )
+        return self._known[tasks]
+
+    def _least_costs(self, found: _Projection, *, loads_seen: bool) -> np.ndarray:
+        """Return (4, P, P) the least costs of each kind of action between any two of a projection's P poses.
+
+        Args:
+            found: the projection.
+            loads_seen: whether a transit is one in the model, too; else its hand may carry an object that is left out.
+        """
+        over, number, poses = self._space.over, len(self._space.hands), len(found.space.hands)
+        # Poses over locations that are alike are one.
+        whole, small = np.where(found.hands < 0, poses, found.hands), np.arange(poses)
+        small[[found.space.locations.index(name) for name in found.view.neutral]] = poses
+        stays = over[:, None] == over[None, :]
+        least = np.full((len(KINDS), poses + 1, poses + 1), NOWHERE)
+        for kind, costs in enumerate(self.costs.reshape(len(KINDS), number, number)):
+            exists = (stays != (kind in (TRANSIT, TRANSPORT))) & (costs >= 0)
+            np.minimum.at(least[kind], (whole[:, None], whole[None, :]), np.where(exists, costs, NOWHERE))
+        if not loads_seen:
+            least[TRANSIT] = np.minimum(least[TRANSIT], least[TRANSPORT])
+        # What no action does may cost anything.
+        least[least == NOWHERE] = self._cheapest
+        return least[:, small[:, None], small[None, :]]
+
+    @property
+    def _cheapest(self) -> int:
+        """The cost of the cheapest action."""
+        known = self.costs[self.costs >= 0]
+        return int(known.min()) if len(known) else 0
+
+    def _edge_costs(self, found: _Projection, least: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
+        """Return the costs of a projection's edges; only those about some objects count, unless all do."""
+        system, space = found.system, found.space
+        after = found.codes[system.targets]
+        hands = space.digit(np.repeat(found.codes, np.diff(system.offsets)), 0), space.digit(after, 0)
+        result = np.zeros(len(system.targets), dtype=np.int64)
+        for a, text in enumerate(system.action_names):
+            action = read_action(text)
+            mine = system.actions == a
+            costs = least[KINDS[action.kind], hands[0][mine], hands[1][mine]]
+            if own is None or action.obj in own:
+                result[mine] = costs
+            elif action.kind == "transit":
+                hand, counts = space.digit(after[mine], 0), np.zeros(int(mine.sum()), dtype=bool)
+                single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
+                for o, obj in enumerate(space.objects):
+                    if obj in own:
+                        counts |= (space.digit(after[mine], 1 + o) == hand) & single[np.minimum(hand, len(single) - 1)]
+                result[mine] = np.where(counts, costs, 0)
+        return result
+
+    def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
+        problem = self.product.problem
+        system = replace(found.system, costs=costs, unit=problem.units.cost, more_costs=())
+        if not all(map(is_idempotent, (*(problem.automata[i] for i in found.tasks), *problem.monitors))):
+            system = _with_idling(system, idle)
+        product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
+        backward = Backward(product, view(product, whole_graph(product)))
+        return backward.cost_to_go(np.arange(len(found.tasks)), factors)
+
+    def _rows(self, found: _Projection) -> tuple[list[int], list[int], list[int], list[int]]:
+        """Return weights of digits, locations, poses of the hand, and places of a projection."""
+        whole, space = self._space, found.space
+        weights = [0] * len(whole.radices)
+        for o, obj in enumerate(space.objects):
+            weights[1 + whole.objects.index(obj)] = space.weights[1 + o]
+        for pair, d in space.mark_digits.items():
+            if found.view.sees_mark(*pair):
+                weights[whole.mark_digits[pair]] = -space.weights[d]
+        places = [*found.places, space.held]
+        slots = [places[x] for x in whole.location]
+        return weights, slots, found.hands.tolist(), [space.locations.index(name) for name in found.view.neutral]
+
+    def _numbers_in(self, space: StateCodes, alike: Collection[str]) -> tuple[list[int], np.ndarray]:
+        """Return `places` and `hands` of a projection with such states, and locations that are alike."""
+        whole = self._space
+        places = [-1 if name in alike else space.locations.index(name) for name in whole.locations]
+        elsewhere = len(places)
+        hands = [
+            space.hands.index(hand) if x == elsewhere else places[x]
+            for hand, x in zip(whole.hands, whole.over, strict=True)
+        ]
+        return places, np.array(hands)
+
+    def _numbers(self, found: _Projection) -> np.ndarray:
+        numbers = np.zeros(found.space.bound, dtype=np.int32)
+        numbers[found.codes] = np.arange(len(found.codes))
+        return numbers
+
+
+def _without(view: View, kept: Sequence[str], start: ManipulationState) -> tuple[Description, ManipulationState]:
+    """Return a model with some objects only, and of the locations that are alike only as many as these need."""
+    needed = view.neutral[: len(kept) + 1]
+    locations = tuple(p for p in view.model.locations if p.name not in view.neutral or p.name in needed)
+    free: Iterator[str] = iter(needed)
+    places, hand = {}, start.hand
+    for obj in kept:
+        place = start.place.get(obj)
+        if place is not None:
+            places[obj] = next(free) if place in view.neutral else place
+            hand = places[obj] if place == start.hand and place in view.neutral else hand
+    if hand in view.neutral and hand not in places.values():
+        hand = next(free)
+    objects = tuple(
+        replace(obj, start=places.get(obj.name, locations[0].name)) for obj in view.model.objects if obj.name in kept
+    )
+    begin = ManipulationState(hand, start.held if start.held in kept else None, tuple(places.items()))
+    small = replace(view.model, locations=locations, objects=objects, begin=begin)
+    marks = frozenset((obj, mark) for obj, mark in start.marks if obj in kept and mark in small.marks)
+    begin = replace(begin, marks=marks)
+    return replace(small, begin=begin), begin
+
+
+def _with_idling(system: TransitionSystem, cost: int) -> TransitionSystem:
+    """Return a system in which every state has one more action, that leads nowhere else."""
+    states = np.arange(system.size)
+    source = np.concatenate([np.repeat(states, np.diff(system.offsets)), states])
+    order = np.argsort(source, kind="stable")
+    added = np.full(system.size, len(system.action_names), dtype=np.int32)
+    return replace(
+        system,
+        offsets=system.offsets + np.arange(system.size + 1),
+        targets=np.concatenate([system.targets, states.astype(np.int32)])[order],
+        actions=np.concatenate([system.actions, added])[order],
+        costs=np.concatenate([system.costs, np.full(system.size, cost)])[order],
+        action_names=(*system.action_names, "wait"),
+    )

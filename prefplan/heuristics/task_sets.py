@@ -1,0 +1,57 @@
+"""Sets of a few tasks, and where the table of each has the entry of a product state.
+
+The table of a set K has an entry for every node and every combination of the states of K's automata.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.heuristics.abstraction import Projected
+from prefplan.heuristics.cost_to_go import Backward
+from prefplan.product.kernels import Integer, bare_kernel
+
+
+class TaskSets(NamedTuple):
+    """P sets of at most k tasks.
+
+    Attributes:
+        tasks: (P, k) int64. strides: (P, k) int64: entry = node + sum_j strides[j] q_j. Both are 0
+            beyond a set's tasks.
+        projection: (P,) int64, in which projection of the model each table is.
+    """
+
+    tasks: np.ndarray
+    strides: np.ndarray
+    projection: np.ndarray
+
+
+def no_task_sets() -> TaskSets:
+    """Return no sets."""
+    none = np.zeros((0, 1), dtype=np.int64)
+    return TaskSets(none, none, none[:, 0])
+
+
+def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -> tuple[TaskSets, np.ndarray]:
+    """Return some sets of tasks, and (P,) the number of entries of each one's table."""
+    tasks, strides = np.zeros((2, len(sets), max(map(len, sets))), dtype=np.int64)
+    entries = np.array([backward.nodes_of(members) for members in sets], dtype=np.int64)
+    sizes = backward.sizes.tolist()
+    for p, members in enumerate(sets):
+        for j, i in enumerate(members):
+            tasks[p, j], strides[p, j] = i, entries[p]
+            entries[p] *= sizes[i]
+    projection = np.array([backward.projection_of(members) for members in sets], dtype=np.int64)
+    return TaskSets(tasks, strides, projection), entries
+
+
+@bare_kernel
+def table_entry(sets: TaskSets, p: Integer, node: Integer, automata: np.ndarray) -> Integer:
+    """Return the place in the table of set p; `node` is of the set's projection."""
+    entry = node
+    for j in range(sets.tasks.shape[1]):
+        entry += sets.strides[p, j] * automata[sets.tasks[p, j]]
+    return entry

@@ -1,0 +1,75 @@
+"""What is searched in place of a problem's system, and how its plans become plans of the whole system."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from functools import cached_property
+
+from prefplan.front import Plan
+from prefplan.ledger import Ledger
+from prefplan.models.manipulation.quotient import ReducedModel
+from prefplan.models.manipulation.system import ManipulationSystem
+from prefplan.models.transition_system import Quotient
+from prefplan.problem import Problem
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.product_automaton import Product
+
+
+class Reduction:
+    """A smaller system in which a problem's tasks see what they see in its own.
+
+    Attributes:
+        problem: the problem.
+        build_seconds: time that it took to build its product.
+    """
+
+    def __init__(self, problem: Problem, *, generated: bool) -> None:
+        """Take a problem, and whether states of large manipulation models may be generated as they are met."""
+        self.problem, self._generated = problem, generated
+        self.build_seconds = 0.0
+
+    @cached_property
+    def quotient(self) -> Quotient:
+        """The smaller system, listed."""
+        return self.problem.system.quotient(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
+
+    @cached_property
+    def _model(self) -> ReducedModel | None:
+        """The smaller system, unless its states are listed."""
+        system = self.problem.system
+        if not isinstance(system, ManipulationSystem) or not self._generated:
+            return None
+        return system.reduced(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
+
+    @cached_property
+    def product(self) -> Product:
+        """The product of the smaller system and the problem's tasks."""
+        began = time.perf_counter()
+        product = self.product_of(self.problem)
+        self.build_seconds = time.perf_counter() - began
+        return product
+
+    def product_of(self, problem: Problem) -> Product:
+        """Return the product of the smaller system and the tasks of a problem over the same system."""
+        if self._model is not None and GeneratedProduct.suits(problem, self._model):
+            return GeneratedProduct(problem, self._model)
+        return self.listed_product(problem)
+
+    def listed_product(self, problem: Problem) -> Product:
+        """Return the same, its states listed."""
+        return Product(problem.over(self.quotient.system))
+
+    def lifted(self, plan: Plan, searched: Product) -> Plan:
+        """Return the plan of the problem for one of a product, which is asserted to be worth the same there."""
+        whole = plan
+        if not isinstance(searched, GeneratedProduct):
+            actions, states = self.quotient.lift((plan.actions, plan.states))
+            whole = replace(plan, actions=actions, states=states)
+        if whole.states is not plan.states or isinstance(searched, GeneratedProduct):
+            ledger = Ledger.of_plan(self.problem, whole)
+            worth = (*ledger.exact_objectives(), *ledger.final.task_costs.values())
+            found_worth = (*whole.objectives.values(), *whole.task_costs.values())
+            assert all(map(math.isclose, worth, found_worth)), "the plan is worth something else in the whole model"
+        return whole

@@ -1,0 +1,71 @@
+"""The open list of `ltmoa_star`: a binary heap of labels by their bounds in lexicographic order.
+
+The key of a label in the heap is the bound of the first entry in the order of comparison; only for equal ones are those
+of the other entries looked at.
+"""
+
+from __future__ import annotations
+
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.search.entries import BOUND, Entries, Paths
+from prefplan.search.labels import AT, Memory, States
+
+
+@bare_kernel
+def _precedes(entries: Entries, states: States, paths: Paths, label: Integer, other: Integer) -> bool:
+    """Return whether a label comes before another one of the same first bound: by the others, then the last made."""
+    row, other_row = paths.row[label], paths.row[other]
+    bounded = entries.cost_limit.shape[0] + entries.of.shape[0]
+    for t in range(1, entries.order.shape[0]):
+        e = entries.order[t]
+        here, there = paths.key[label, e], paths.key[other, e]
+        if e < bounded:
+            here += states.known[row, BOUND + e]
+            there += states.known[other_row, BOUND + e]
+        if here != there:
+            return bool(here < there)
+    return bool(label > other)
+
+
+@bare_kernel
+def lexicographic_push(memory: Memory, entries: Entries, paths: Paths, bound: Integer, label: Integer) -> None:
+    """Insert a label into the open list."""
+    queue, counters, states = memory.queue, memory.counters, memory.states
+    at = counters[AT.OPEN]
+    while at > 0:
+        up = (at - 1) // 2
+        if queue.keys[up] < bound or (
+            queue.keys[up] == bound and _precedes(entries, states, paths, queue.items[up], label)
+        ):
+            break
+        queue.keys[at], queue.items[at] = queue.keys[up], queue.items[up]
+        at = up
+    queue.keys[at], queue.items[at] = bound, label
+    counters[AT.OPEN] += 1
+
+
+@bare_kernel
+def lexicographic_pop(memory: Memory, entries: Entries, paths: Paths) -> None:
+    """Remove the first label from the open list."""
+    queue, counters, states = memory.queue, memory.counters, memory.states
+    counters[AT.OPEN] -= 1
+    count = counters[AT.OPEN]
+    bound, label = queue.keys[count], queue.items[count]
+    at = 0
+    while True:
+        down = 2 * at + 1
+        if down >= count:
+            break
+        if down + 1 < count:
+            right, left = queue.keys[down + 1], queue.keys[down]
+            if right < left or (
+                right == left and _precedes(entries, states, paths, queue.items[down + 1], queue.items[down])
+            ):
+                down += 1
+        if bound < queue.keys[down] or (
+            bound == queue.keys[down] and _precedes(entries, states, paths, label, queue.items[down])
+        ):
+            break
+        queue.keys[at], queue.items[at] = queue.keys[down], queue.items[down]
+        at = down
+    queue.keys[at], queue.items[at] = bound, label
