@@ -21,7 +21,7 @@ def test_tables_deepened_in_mid_search_lose_nothing(monkeypatch: pytest.MonkeyPa
 
     def noted(self: preprocessing.Prepared) -> None:
         deepen(self)
-        deepened.append(self.bounds.patterns.tasks.shape[1])
+        deepened.append(self.bounds.patterns.sets.tasks.shape[1])
 
     monkeypatch.setattr(preprocessing.Prepared, "deepen", noted)
     monkeypatch.setattr(preprocessing, "pattern_size", lambda backward, wanted, *, single, max_entries: 1)
