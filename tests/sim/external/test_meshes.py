@@ -95,7 +95,7 @@ def test_it_is_carried_and_its_log_stands_alone(tmp_path: Path) -> None:
     log = log_of_run(scenario, seed=3)
     assert log.about.claims.completed
     assert check_scenario(log, scenario).holds
-    TUBE.convex_hull.apply_scale(1.01).export(tmp_path / "tube.stl")
+    TUBE.convex_hull.copy().apply_scale(1.01).export(tmp_path / "tube.stl")
     assert "tube.stl" in check_scenario(log, scenario).words
     (tmp_path / "tube.stl").unlink()
     assert certify(log).refuted == ()
@@ -176,7 +176,7 @@ def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
 )
 def test_what_is_no_mesh_is_refused(tmp_path: Path, keys: str, message: str) -> None:
     (tmp_path / "bad.stl").write_text("no mesh")
-    TUBE.convex_hull.export(tmp_path / "tube.stl")
+    trimesh.creation.box([0.05, 0.05, 0.05]).export(tmp_path / "tube.stl")
     with pytest.raises(PrefplanError) as caught:
         build_scene(model_of(scenario_with(tmp_path, keys)), meshes=False)
     assert isinstance(caught.value, SimulationError) or "model." in message
