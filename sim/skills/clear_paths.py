@@ -6,11 +6,14 @@ import numpy as np
 
 from sim.errors import BlockedError
 from sim.motion.planning import EDGE_STEPS_M
+from sim.simulation.collision import CollisionChecker
 from sim.simulation.workcell import Workcell
 
 
-def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> None:
+def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> CollisionChecker:
     """Check a movement from where the arm is now for collisions, those of the robot's own links included.
+
+    Returns the checker, as it has seen what there is.
 
     Args:
         cell: the running simulation.
@@ -25,6 +28,7 @@ def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> N
     met = checker.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
     if met:
         raise BlockedError.on_the_way(met)
+    return checker
 
 
 def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
