@@ -44,6 +44,9 @@ BLEND_TIME_S = 0.3
 HOLD_DISTANCE_M = 0.005
 """Greatest distance of a held object from the point between the pads: beyond, they only brush it."""
 
+OBSERVATION_ERRORS = 3
+"""By how many standard deviations of an observed position it may seem to be farther away."""
+
 CONTACT_EPISODE_S = 0.5
 """Contacts of the same two bodies within this time are one event."""
 
@@ -190,7 +193,9 @@ class Workcell:
         if pose is None:
             return True
         tool = self.data.site(self.scene.robot.tool)
-        return self.scene.shapes[obj].distance(pose.rotation.T @ (tool.xpos - pose.position)) < HOLD_DISTANCE_M
+        distance = self.scene.shapes[obj].distance(pose.rotation.T @ (tool.xpos - pose.position))
+        # The error of a measurement is that of the mean of its observations.
+        return distance < HOLD_DISTANCE_M + OBSERVATION_ERRORS * np.sqrt(self.sensor.samples) * self.sensor.error
 
     @property
     def in_doubt(self) -> bool:

@@ -9,7 +9,7 @@ from skill_runs import assert_clean, assert_placed, perform_all
 from small_models import TOWER
 
 from sim.perception.grounding import slot_of
-from sim.perception.sensors import object_pose, true_poses
+from sim.perception.sensors import NoisySensor, ObjectPose, object_pose, true_poses
 from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
@@ -273,3 +273,23 @@ def test_what_rubs_on_the_wall_of_a_bin_is_raised_gently(scene: Scene, pose: lis
     perform(cell, "grasp blue")
     assert cell.held() == "blue"
     assert_clean(cell)
+
+
+class LowSensor(NoisySensor):
+    """A noisy sensor that happens to observe everything so much lower than it is, m."""
+
+    low = CUBE_EDGE_M / 2 + 0.006
+
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose:
+        """Return the true pose, lowered."""
+        pose = object_pose(scene, data, obj)
+        return replace(pose, position=pose.position - [0.0, 0.0, self.low])
+
+
+@pytest.mark.parametrize(("noise", "held"), [(0.0, None), (0.001, "pink")])
+def test_what_is_held_by_its_edge_is_not_taken_for_lost_by_a_noisy_sensor(
+    scene: Scene, noise: float, held: str | None
+) -> None:
+    cell = perform_all(scene, "transit top", "grasp pink")
+    cell.sensor = LowSensor(noise, seed=0)
+    assert cell.held() == held
