@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from sim.motion.spline import from_rest
 from sim.motion.timing import summed
 from sim.motion.trajectory import CONTROL_PERIOD_S
 
@@ -68,6 +69,6 @@ def through(points: np.ndarray, steps: int) -> JointTrajectory:
     Returns:
         N * steps samples.
     """
-    curve = CubicSpline(np.arange(len(points)) * CONTROL_PERIOD_S, points, bc_type="clamped")
+    curve = from_rest(np.arange(len(points)) * CONTROL_PERIOD_S, points)
     t = np.arange(1, steps * (len(points) - 1) + 1) * CONTROL_PERIOD_S / steps
     return JointTrajectory(curve(t), curve(t, 1))

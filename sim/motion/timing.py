@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PPoly
 
+from sim.motion.spline import from_rest
 from sim.motion.trajectory import CONTROL_PERIOD_S, duration, smooth_step
 from sim.robots.robot import Robot
 
@@ -69,7 +70,7 @@ def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, second
     Returns:
         (N, n) rad, every `CONTROL_PERIOD_S`; the last is the last of the points.
     """
-    curve, duration = CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
+    curve, duration = from_rest(knots, points), float(knots[-1])
     slower = max(1.0, seconds / duration)
     references = _sampled(curve, duration, slower)
     excess = max(
@@ -149,7 +150,7 @@ def _straight_duration(robot: Robot, line: np.ndarray) -> float:
     return float(max(*times, *jerking, CONTROL_PERIOD_S))
 
 
-def _sampled(curve: CubicSpline, duration: float, slower: float) -> np.ndarray:
+def _sampled(curve: PPoly, duration: float, slower: float) -> np.ndarray:
     """Return the references along a curve of a duration, s, that is followed so many times slower."""
     count = int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
     return np.asarray(curve(np.arange(1, count + 1) * duration / count))
