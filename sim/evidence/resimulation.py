@@ -9,7 +9,7 @@ from prefplan.claims import Check
 from sim.evidence.log import DECIMALS, RATE_DECIMALS, Log, versions
 from sim.evidence.replay import RecordedWorld
 from sim.geometry.mjcf import columns, joint_at
-from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder, model_hash
+from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder
 
 NAME = "simulated again"
 
@@ -48,7 +48,7 @@ def resimulate(log: Log, world: RecordedWorld) -> Check:
             off = np.abs(np.atleast_1d(found[name][frame] - getattr(log, name)[frame]))
             if off.max() > tolerance:
                 words = _difference(log, world, frame, name, off)
-                changed = log.about.model_sha256 != model_hash(world.mujoco)
+                changed = log.about.model_sha256 != world.scene.sha256
                 return Check(NAME, False, words + (", in another compiled model than the log's" if changed else ""))
     if intruder:
         return Check(NAME, False, intruder)

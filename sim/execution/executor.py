@@ -23,7 +23,6 @@ from sim.execution.rehearsal import unable_to_begin
 from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
-from sim.simulation.recorder import model_hash
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS, perform
@@ -203,7 +202,7 @@ class Execution:
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
             robot=self.scene.robot,
-            model_sha256=model_hash(cell.scene.mujoco),
+            model_sha256=cell.scene.sha256,
         )
 
     def _states(self, index: int) -> ManipulationState:

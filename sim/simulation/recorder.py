@@ -6,7 +6,6 @@ bit: the command of every step, and every state that something else than a step 
 
 from __future__ import annotations
 
-import hashlib
 from typing import Any
 
 import mujoco
@@ -23,8 +22,8 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_
 """What a step of MuJoCo depends on besides its commands."""
 
 
-FIRST_ROWS = 4096
-"""Number of steps for which there is space at first: 8 s."""
+FIRST_ROWS = 2**15
+"""Number of steps for which there is space at first: 65 s. Memory that nothing is written to costs nothing."""
 
 TORQUE_CUTOFF_HZ = 100.0
 """Cutoff of the first-order low-pass filter of commanded torques, libfranka's default (`lowpass_filter.h`). Without it
@@ -177,10 +176,3 @@ class Recorder:
                 # The first row of an elliptic cone is the normal force.
                 forces[self._pads[geom]] += normal_forces[rows[i // 2]]
         return forces
-
-
-def model_hash(model: mujoco.MjModel) -> str:
-    """Return the SHA-256 of a compiled model."""
-    contents = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
-    mujoco.mj_saveModel(model, None, contents)
-    return hashlib.sha256(contents.data).hexdigest()

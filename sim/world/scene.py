@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import functools
+import hashlib
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -103,6 +105,13 @@ class Scene:
     def __getstate__(self) -> dict[str, object]:
         """Return what another process gets of it: all but `spec`, which MuJoCo cannot hand over."""
         return {**vars(self), "spec": None}
+
+    @functools.cached_property
+    def sha256(self) -> str:
+        """Hash of the compiled model, which nothing changes."""
+        contents = np.empty(mujoco.mj_sizeModel(self.mujoco), dtype=np.uint8)
+        mujoco.mj_saveModel(self.mujoco, None, contents)
+        return hashlib.sha256(contents.data).hexdigest()
 
     @property
     def dressed(self) -> bool:
