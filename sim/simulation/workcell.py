@@ -110,7 +110,7 @@ class Workcell:
         self.planner = MotionPlanner(scene.robot.ranges(model), self._checker.levers, seed=seed, searches=searches)
         self._qpos = scene.robot.qpos(model)
         self.reference = data.qpos[self._qpos].copy()
-        self._ending = JointTrajectory(*np.zeros((2, 0, len(self.reference))))
+        self._begin(JointTrajectory(*np.zeros((2, 0, len(self.reference)))))
         self._widths: list[float] = []
         self.events: list[Event] = []
         self.recorder = Recorder(scene)
@@ -210,7 +210,7 @@ class Workcell:
     @property
     def ending(self) -> np.ndarray:
         """(M, n) how far from `reference` the arm still is, rad, one row a control period; none at rest."""
-        return self._ending.positions[self._substeps - 1 :: self._substeps] - self.reference
+        return self._movement.positions[self._passed + self._substeps - 1 :: self._substeps] - self.reference
 
     def blended(self, references: np.ndarray) -> np.ndarray:
         """Return (N, n) references with what is left of the movement before added, as the arm follows them, rad."""
@@ -229,16 +229,16 @@ class Workcell:
             watch: called every `WATCH_PERIOD_S`; if it raises an error, the arm brakes.
         """
         movement = through(np.vstack([self.reference, references]), self._substeps)
-        self._ending = movement.out_of(self._ending, self.reference)
+        self._begin(movement.out_of(self._movement.after(self._passed), self.reference))
         self.reference = references[-1]
         left = self._substeps * self._periods_within(within)
         watched = self._substeps * round(WATCH_PERIOD_S / CONTROL_PERIOD_S)
         carried = self.held() if self.contacts.aloft else None
-        while len(self._ending) > left:
+        while self._samples_left > left:
             self._tick()
-            if len(self._ending) % watched:
+            if self._samples_left % watched:
                 continue
-            if carried and len(self._ending) and self.held() is None:
+            if carried and self._samples_left and self.held() is None:
                 self.log_event("lost", object=carried)
                 self.contacts.handle(carried)
                 self.brake()
@@ -250,15 +250,16 @@ class Workcell:
 
     def brake(self) -> None:
         """Stop the arm on its path, within its limits."""
-        if len(self._ending):
-            periods = np.ceil(braking_time(self.scene.robot, self._ending.velocities[0]) / CONTROL_PERIOD_S)
-            self._ending = self._ending.braked(int(periods) * self._substeps)
-            self.reference = self._ending.positions[-1]
+        if self._samples_left:
+            ending = self._movement.after(self._passed)
+            periods = np.ceil(braking_time(self.scene.robot, ending.velocities[0]) / CONTROL_PERIOD_S)
+            self._begin(ending.braked(int(periods) * self._substeps))
+            self.reference = self._movement.positions[-1]
             self.settle()
 
     def settle(self) -> None:
         """Let the arm end its movement."""
-        while len(self._ending):
+        while self._samples_left:
             self._tick()
 
     def set_width(self, width: float, seconds: float) -> None:
@@ -319,19 +320,30 @@ class Workcell:
                 return periods
         return len(ending)
 
+    def _begin(self, movement: JointTrajectory) -> None:
+        """Begin to follow a movement instead of what is left of the one before."""
+        self._movement, self._passed = movement, 0
+        self._leading = movement.positions + self._lag * movement.velocities
+
+    @property
+    def _samples_left(self) -> int:
+        """Number of samples of the movement that the arm has not come to yet."""
+        return len(self._leading) - self._passed
+
     def _tick(self) -> None:
         """Simulate one control period, in which the arm and the fingers go on with their movements."""
-        data, ending, commands, steps = self.data, self._ending, self._commands, self._substeps
+        data, commands, steps = self.data, self._commands, self._substeps
         self.disturb()
         width = self.gripper(self._widths.pop(0) if self._widths else self.width)
-        commands[:] = commands[-1]
-        commands[:, self._fingers] = self.scene.robot.gripper.command(width)
-        if len(ending):
-            references = ending.positions[:steps]
-            commands[:, self._motors] = references + self._lag * ending.velocities[:steps]
-            self._ending = ending.after(steps)
+        if self._samples_left:
+            samples = slice(self._passed, self._passed + steps)
+            self._passed += steps
+            references = self._movement.positions[samples]
+            commands[:, self._motors] = self._leading[samples]
         else:
             references = self.reference[None].repeat(steps, axis=0)
+            commands[:] = commands[-1]
+        commands[:, self._fingers] = self.scene.robot.gripper.command(width)
         if self._payload.is_borne:
             if self._payload.mass and self._lost_contact:
                 self._payload.shift(0.0)
