@@ -202,7 +202,7 @@ class Execution:
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
             robot=self.scene.robot,
-            model_sha256=cell.scene.sha256,
+            model_sha256=self._built.sha256,
         )
 
     def _states(self, index: int) -> ManipulationState:
