@@ -10,7 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim.errors import SimulationError
-from sim.geometry.rectangle import overlap
+from sim.geometry.mjcf import first_met
+from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
@@ -32,6 +33,9 @@ SHIFT_M = 0.1
 
 SHIFTS_M = SHIFT_M * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
 """(K, 2) places for it to try in turn, seen from where it lies, m."""
+
+SUPPORT_TOLERANCE_M = 0.005
+"""How much higher or lower than now an object may be carried where it is set down, m."""
 
 
 @dataclass(frozen=True)
@@ -143,11 +147,24 @@ def _reached(
 
 
 def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield (3,) centres, m, where an object that is turned so overlaps no other one; away from others if need be."""
+    """Yield (3,) centres, m, where an object that is turned so overlaps no other one; away from others if need be.
+
+    What carries it elsewhere is as high as what carries it now.
+    """
     taken = [cell.observe(other).footprint for other in cell.shapes if other != obj]
     height = pose.underside[2] + pose.shape.depth(turned)
     for shift in SHIFTS_M:
         centre = np.array([*pose.position[:2] + shift, height])
         own = replace(pose, position=centre, rotation=turned).footprint
-        if not any(overlap(own, other) for other in taken):
+        if any(overlap(own, other) for other in taken):
+            continue
+        if not shift.any() or _is_carried(cell, own, float(pose.underside[2])):
             yield centre
+
+
+def _is_carried(cell: Workcell, place: Rectangle, height: float) -> bool:
+    """Return whether there is something at a height, m, below the corners and the middle of a place."""
+    down = np.array([0.0, 0.0, -1.0])
+    starts = [np.array([*point, height + SUPPORT_TOLERANCE_M]) for point in (place.centre, *place.corners)]
+    drops = [first_met(cell.scene.mujoco, cell.data, start, down)[1] for start in starts]
+    return all(0 <= drop <= 2 * SUPPORT_TOLERANCE_M for drop in drops)

@@ -1,8 +1,16 @@
+import mujoco
+import numpy as np
 from scenario_texts import shipped
+from scipy.spatial.transform import Rotation
 from skill_runs import assert_clean, assert_placed, perform_all
 
+from prefplan import ManipulationModel
+from prefplan.scenario.decode import loads
+from sim.geometry.rectangle import Rectangle, contains
+from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
-from sim.world.scene import build_scene
+from sim.skills.turning import find_turn
+from sim.world.scene import build_scene, initial_state
 
 
 def test_the_hand_takes_what_stands_under_a_board_from_the_front_and_puts_it_down_there() -> None:
@@ -14,3 +22,48 @@ def test_the_hand_takes_what_stands_under_a_board_from_the_front_and_puts_it_dow
         perform(cell, action)
     assert_clean(cell)
     assert_placed(cell, "jam", "aside")
+
+
+BESIDE = """
+[model]
+kind = "manipulation"
+start = "board"
+costs = { transit = 1, grasp = 1, transport = 1, release = 1 }
+
+[model.fixtures]
+shelf = { kind = "shelf", at = [0.62, 0.28, 0], size = [0.24, 0.50, 0.45], yaw = 180, boards = [0.0, 0.25] }
+
+[model.locations]
+board = { at = [0.55, 0.28, 0.25] }
+table = { at = [0.45, -0.20] }
+
+[model.objects]
+can = { start = "board", kind = "cylinder", size = [0.045, 0.08] }
+box = { start = "table" }
+
+[[tasks]]
+name = "fetch"
+formula = "F can_table"
+
+[preference]
+kind = "order"
+"""
+
+
+def test_nothing_is_set_aside_in_front_of_a_board() -> None:
+    model = loads(BESIDE).model
+    assert isinstance(model, ManipulationModel)
+    scene = build_scene(model, meshes=False)
+    data = initial_state(scene)
+    lying = Rotation.from_euler("ZY", [90, 90], degrees=True)
+    data.joint("can").qpos[:3] = 0.56, 0.28, 0.25 + 0.0225
+    data.joint("can").qpos[3:] = lying.as_quat(scalar_first=True)
+    # Over one end of the can, so that it cannot be set down where it is.
+    data.joint("box").qpos[:3] = 0.56, 0.34, 0.30
+    mujoco.mj_forward(scene.mujoco, data)
+    cell = Workcell(scene, data)
+    cell.contacts.handle("can")
+    turn = find_turn(cell, "can", cell.measure("can"))
+    assert turn is not None
+    place = turn.pose.footprint
+    assert contains(Rectangle(np.array([0.62, 0.28]), np.array([0.12, 0.25]), 0.0), place)
