@@ -21,6 +21,9 @@ COLUMNS = 3
 MOST_NUMBERED = 30
 """Most points that are numbered."""
 
+NUMBERED_APART = 0.045
+"""Least distance between the numbers of two plans on an axis, as a share of it; nearer ones stand side by side."""
+
 COLORS = "viridis"
 """Colours of the plans, from the first of the front to the last; people who see few colours can tell them apart."""
 
@@ -62,12 +65,16 @@ def draw_parallel(axes: Axes, front: Front) -> None:
     low, high = values.min(axis=0), values.max(axis=0)
     shares = (values - low) / np.where(high > low, high - low, 1.0)
     places = range(values.shape[1])
-    numbers: dict[float, list[str]] = {}
-    for i, (share, color) in enumerate(zip(shares, _colors(front), strict=True)):
+    for share, color in zip(shares, _colors(front), strict=True):
         axes.plot(places, share, "o-", color=color, linewidth=1.3, markersize=4, alpha=0.85, zorder=3)
-        numbers.setdefault(share[0], []).append(str(i))
-    for at, equal in numbers.items() if len(front) <= MOST_NUMBERED else ():
-        text = ", ".join(equal)
+    near: list[list[int]] = []
+    for i in np.argsort(shares[:, 0], kind="stable").tolist() if len(front) <= MOST_NUMBERED else ():
+        if near and shares[i, 0] - shares[near[-1][0], 0] < NUMBERED_APART:
+            near[-1].append(i)
+        else:
+            near.append([i])
+    for plans in near:
+        text, at = ", ".join(map(str, plans)), float(shares[plans, 0].mean())
         axes.annotate(text, (0, at), (-6, 0), textcoords="offset points", ha="right", va="center", fontsize=6.5)
     for place, least, most in zip(places, low, high, strict=True):
         axes.axvline(place, color="#444444", linewidth=0.9, zorder=2)
