@@ -111,30 +111,31 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
 def achievable(problem: Problem, past: Past, system: TransitionSystem) -> tuple[Problem, Plan] | None:
     """Return as many tasks as can still be satisfied together, and a cheapest plan for them; None for none.
 
-    Of tasks that conflict, the last one is left out first. The preference of the smaller problem is always 0; that of
-    the plan, which begins with the past, and its task costs are those of all tasks.
+    Of tasks that conflict, with each other or with a rule, the last one is left out first. The preference of the
+    smaller problem is always 0.
     """
     tasks = problem.tasks
     while tasks:
         fewer = Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=problem.rules)
         try:
-            plan = continue_cheaply(fewer, past, system)
+            return fewer, continue_cheaply(fewer, past, system)
         except NoPlanError as error:
-            if error.reason.kind == "rule":
-                break
-            left_out = error.reason.tasks[-1]
+            left_out = tasks[-1].name if error.reason.kind == "rule" else error.reason.tasks[-1]
             tasks = tuple(task for task in tasks if task.name != left_out)
-        else:
-            labels, costs = _ahead(past, plan, system)
-            worth = Ledger.of(problem, plan.actions, (*past.costs, *costs), labels, plan.relaxations).final
-            return fewer, replace(
-                plan,
-                preference=worth.preference,
-                preferences=dict.fromkeys(plan.preferences, worth.preference),
-                task_costs=worth.task_costs,
-                violation_costs=worth.violation_costs,
-            )
     return None
+
+
+def valued(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> Plan:
+    """Return a plan for some of the tasks, which begins with the past, with the worth it has for all of a problem."""
+    labels, costs = _ahead(past, plan, system)
+    worth = Ledger.of(problem, plan.actions, (*past.costs, *costs), labels, plan.relaxations).final
+    return replace(
+        plan,
+        preference=worth.preference,
+        preferences=dict.fromkeys(plan.preferences, worth.preference),
+        task_costs=worth.task_costs,
+        violation_costs=worth.violation_costs,
+    )
 
 
 def spoiled(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> tuple[str, ...]:

@@ -12,9 +12,8 @@ from prefplan.front import NoPlanError, Plan
 from prefplan.ledger import Label
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
-from prefplan.replanning import Past, achievable, continue_cheaply, damaged, spoiled, violated
+from prefplan.replanning import Past, achievable, continue_cheaply, damaged, spoiled, valued, violated
 from sim.execution.executor import Execution
 from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.perception.sensors import ObservationTimeoutError
@@ -143,21 +142,14 @@ class ClosedLoop:
         if run.steps:
             self._failures.record(run, self._problem, self._states)
         self._states[len(run.steps) :] = [state]
-        try:
-            system = run.scene.model.transition_system().without(self._failures.barred)
-        except PrefplanError as error:
-            raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
-        if self._is_unaffected(system):
-            run.cell.log_event("unaffected", reason=surprise)
-            run.go_on(system)
-            return
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
-        past, problem = self._past(), self._failures.ruled(self._goal, self._labels)
         try:
-            self.plan = self._go_on(problem, past, system)
-        except NoPlanError as error:
-            surprise = self._why_no_plan(surprise, error)
-            self._leave_tasks_out(surprise, problem, past, system)
+            system = self._system()
+            if self._is_unaffected(system):
+                run.cell.log_event("unaffected", reason=surprise)
+                run.go_on(system)
+                return
+            surprise, system = self._plan_on(surprise, system)
         except PrefplanError as error:
             raise _GivenUp(f"{surprise}; no plan can be made: {error}") from None
         actions = self.plan.actions[len(run.steps) :]
@@ -173,6 +165,41 @@ class ClosedLoop:
         if broken := damaged(self._problem, self._labels):
             detail["violated"] = list(broken)
         run.cell.log_event("replan", **detail)
+
+    def _system(self) -> TransitionSystem:
+        """Return the model from the present state on, without what has failed."""
+        return self.run.scene.model.transition_system().without(self._failures.barred)
+
+    def _plan_on(self, surprise: str, system: TransitionSystem) -> tuple[str, TransitionSystem]:
+        """Plan from here on in a model; return what led to that plan, and the model that it is of.
+
+        Raises:
+            PrefplanError: no plan can be made.
+            _GivenUp: nothing is left to do.
+        """
+        past, problem = self._past(), self._failures.with_detours(self._goal, self._labels)
+        try:
+            plan = self._go_on(problem, past, system)
+        except NoPlanError as error:
+            if self._failures.bar_detours():
+                return self._plan_on(surprise, self._system())
+            surprise = self._why_no_plan(surprise, error)
+            self._leave_tasks_out(surprise, past, system)
+            return surprise, system
+        if spoils := self._spoiled(plan, past, system):
+            raise _GivenUp(f"{surprise}; what is left to do would make {' and '.join(spoils)} impossible")
+        self.plan = self._worth(plan, past, system)
+        return surprise, system
+
+    def _spoiled(self, plan: Plan, past: Past, system: TransitionSystem) -> list[str]:
+        """Return the names of tasks left out that a plan would make impossible for whatever comes."""
+        if self._goal is self._problem:
+            return []
+        return [name for name in spoiled(self._problem, past, plan, system) if name not in self._goal.names]
+
+    def _worth(self, plan: Plan, past: Past, system: TransitionSystem) -> Plan:
+        """Return a plan with its worth for all tasks, those left out included."""
+        return plan if self._goal is self._problem else valued(self._problem, past, plan, system)
 
     def _is_unaffected(self, system: TransitionSystem) -> bool:
         """Return whether the rest of the plan does to the tasks in a new model what it was to do in the present one."""
@@ -220,18 +247,19 @@ class ClosedLoop:
             why.append(str(error.reason))
         return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.run.lost.items())])
 
-    def _leave_tasks_out(self, why: str, problem: Problem, past: Past, system: TransitionSystem) -> None:
+    def _leave_tasks_out(self, why: str, past: Past, system: TransitionSystem) -> None:
         """Pursue those tasks alone that can still be done, unless that spoils one of the others for good.
 
         Raises:
             _GivenUp: it does, or nothing is left to do for them.
         """
-        found = achievable(problem, past, system)
+        found = achievable(self._goal, past, system)
         if found is None:
             raise _GivenUp(why)
         fewer, plan = found
-        left_out = [name for name in problem.names if name not in fewer.names]
-        spoils = [name for name in spoiled(self._problem, past, plan, system) if name not in fewer.names]
+        left_out = [name for name in self._goal.names if name not in fewer.names]
+        self._goal, self._go_on = fewer, continue_cheaply
+        spoils = self._spoiled(plan, past, system)
         if spoils or len(plan.actions) <= len(past.actions):
             skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
             ends = {"satisfied": set(fewer.names) - skipped, "skipped": skipped}
@@ -242,7 +270,5 @@ class ClosedLoop:
             ]
             but = f", but then {' and '.join(spoils)} never" if spoils else ""
             raise _GivenUp(f"{why}; {' and '.join(words)}, at a total cost of {plan.cost}{but}")
-        nothing = WeightedSum({}, over="violation")
-        self._goal = Problem(self._problem.system, fewer.tasks, nothing, rules=self._problem.rules)
-        self._go_on, self.plan = continue_cheaply, plan
+        self.plan = self._worth(plan, past, system)
         self._shortfalls.append(f"{why}; {' and '.join(left_out)} left out")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Sequence
 
@@ -28,8 +29,11 @@ class Failures:
         self.barred: set[tuple[frozenset[str], str]] = set()
         self.repeated = False
         self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
-        # By the object, where it was taken, and where it is not to be put before it was elsewhere.
-        self._detours: dict[tuple[str, str, str], Rule] = {}
+        # Rules, by the object, where it was taken, and where it is not to be put before it was elsewhere.
+        self._detours: dict[tuple[str, str, str], str] = {}
+        # What is barred instead where no plan has these detours; they are not tried any more then.
+        self._instead: set[tuple[frozenset[str], str]] = set()
+        self._detours_barred = False
 
     def __bool__(self) -> bool:
         """Whether plans leave anything out."""
@@ -47,20 +51,32 @@ class Failures:
         self._attempts[action, state] += 1
         repeated = self._attempts[action, state] >= MAX_ATTEMPTS
         self.repeated |= repeated
-        if (repeated or run.blocked is not None) and not self._needs_detour(run, problem, before):
-            self.barred |= {(_conditions(run, s), action) for s in (before[-1], state)}
+        if repeated or run.blocked is not None:
+            bars = self._instead if self._needs_detour(run, problem, before) else self.barred
+            bars |= {(_conditions(run, s), action) for s in (before[-1], state)}
 
-    def ruled(self, problem: Problem, labels: Sequence[frozenset[str]]) -> Problem:
-        """Return a problem with the rules of detours, but those that a surprise broke by the last label."""
+    def with_detours(self, problem: Problem, labels: Sequence[frozenset[str]]) -> Problem:
+        """Return a problem with the rules of detours, but those that are broken by the last label."""
         if not self._detours:
             return problem
-        rules = tuple(self._detours.values())
+        taken = {*problem.names, *(rule.name for rule in problem.rules)}
+        names = (name for k in itertools.count() if (name := f"detour_{k}") not in taken)
+        rules = [Rule(name, formula) for name, formula in zip(names, self._detours.values(), strict=False)]
         # An object may have been taken from a temporary location, which the problem does not know.
         sources = {at(obj, source) for obj, source, _ in self._detours}
         system = problem.system.knowing(problem.system.propositions | sources)
-        broken = Problem(system, problem.tasks, problem.preference, rules=rules).broken(labels)
+        ruled = Problem(system, problem.tasks, problem.preference, rules=(*problem.rules, *rules))
+        broken = ruled.broken(labels)
         kept = (*problem.rules, *(rule for rule in rules if rule.name not in broken))
         return Problem(system, problem.tasks, problem.preference, rules=kept)
+
+    def bar_detours(self) -> bool:
+        """Bar what detours were to replace, from now on; return whether there were any."""
+        found = bool(self._detours)
+        self.barred |= self._instead
+        self._detours.clear()
+        self._detours_barred = True
+        return found
 
     def _needs_detour(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> bool:
         """Return whether a held object that a fixture keeps from a location may get there by way of another.
@@ -75,10 +91,10 @@ class Failures:
         source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
         known = source and at(obj, target) in problem.system.propositions
         tried = [start for other, start, end in self._detours if (other, end) == (obj, target)]
-        if not known or source in tried or len(tried) >= MAX_ATTEMPTS:
+        if not known or source == target or source in tried or len(tried) >= MAX_ATTEMPTS or self._detours_barred:
             return False
-        formula = f"G !({at(obj, source)} & X ({holding(obj)} U {at(obj, target)}))"
-        self._detours[obj, source, target] = Rule(f"detour_{obj}_{source}_{target}", formula)
+        held = holding(obj)
+        self._detours[obj, source, target] = f"G !({at(obj, source)} & X ({held} & ({held} U {at(obj, target)})))"
         return True
 
 

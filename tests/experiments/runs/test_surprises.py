@@ -278,6 +278,25 @@ def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
     assert outcome.pursuit.replans == 1
 
 
+def test_where_there_is_no_way_round_a_fixture_the_other_tasks_are_done(
+    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = small(fixtures="rack = { at = [0.35, 0.30] }")
+    choose = transport.choose_placement_of_held
+
+    def never(cell: Workcell, obj: str, slot: Slot) -> object:
+        if (obj, slot.location) == ("cup", "tray"):
+            raise BlockedError.beside_fingers({"post"})
+        return choose(cell, obj, slot)
+
+    monkeypatch.setattr(transport, "choose_placement_of_held", never)
+    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
+    assert not outcome.completed and str(outcome.reason).endswith("tidy left out")
+    assert outcome.executed.count("transport cup tray") == 2 and "transport cup rack" in outcome.executed
+    assert outcome.ledger.final.satisfied == {"other"} and outcome.executed == outcome.plan.actions
+    assert (outcome.plan.task_costs, outcome.plan.preference) == (outcome.task_costs, outcome.ledger.final.preference)
+
+
 def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
