@@ -133,7 +133,7 @@ def expand_layer(
     buffer: Successors,
     made: Beam,
 ) -> tuple[Integer, Integer]:
-    """Write the successors of a layer's states from one on, as far as there is room.
+    """Write the successors of a layer's states from one on, as far as the buffer reaches.
 
     Returns:
         the first state whose successors are not written, and the number of those written.

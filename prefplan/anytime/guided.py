@@ -26,7 +26,7 @@ FIRST_EXPANDED = 20_000
 
 WEIGHTS = (1.0, 0.5, 0.45, 0.4, 0.35, 0.3)
 """Weights of the sum of what is left of each task. With 1 the search heads straight for a plan; with less it finds
-better ones, as tasks share their ways."""
+better ones, as tasks share paths."""
 
 MOST_EXPANDED = 200_000
 """Labels that each weight may take: about half a second."""

@@ -101,7 +101,7 @@ def view(product: Product, graph: Graph) -> ProductView:
 
 
 def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cost of every edge as a matrix, and for each two nodes those on ways cheaper than the edge as bits."""
+    """Return the cost of every edge as a matrix, and for each two nodes those on cheaper paths than it as bits."""
     near = np.full((graph.size, graph.size), NO_EDGE, dtype=np.int64)
     near[np.repeat(np.arange(graph.size), np.diff(graph.offsets)), graph.targets] = graph.costs
     least = by_way_of(near, np.ones(graph.size, dtype=bool))

@@ -76,14 +76,14 @@ def opaque(model: mujoco.MjModel, geoms: np.ndarray) -> mujoco.MjModel:
 
 
 def first_met(
-    model: mujoco.MjModel, data: mujoco.MjData, start: np.ndarray, direction: np.ndarray
+    model: mujoco.MjModel, data: mujoco.MjData, start: np.ndarray, direction: np.ndarray, *, without: int = -1
 ) -> tuple[int, float]:
     """Return the first geom that a ray meets from a (3,) point, m, and how far from there, in lengths of the direction.
 
-    Both are -1 where it meets none.
+    Both are -1 where it meets none; it passes through the body `without`.
     """
     geom = np.array([-1], dtype=np.int32)
-    distance = mujoco.mj_ray(model, data, start, direction, None, True, -1, geom)
+    distance = mujoco.mj_ray(model, data, start, direction, None, True, without, geom)
     return int(geom[0]), float(distance)
 
 

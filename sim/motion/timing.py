@@ -75,7 +75,7 @@ def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, second
     references = _sampled(curve, duration, slower)
     excess = max(
         _excess(limits, _from_rest(references - points[0])),
-        _jolt(limits, curve([0.0, duration], 2)) / slower,
+        _end_excess(limits, curve([0.0, duration], 2)) / slower,
     )
     return references if excess <= 1 else _sampled(curve, duration, slower * (SLOWING_MARGIN * excess))
 
@@ -161,10 +161,11 @@ def _from_rest(offsets: np.ndarray) -> np.ndarray:
     return np.vstack([np.zeros((3, offsets.shape[1])), offsets])
 
 
-def _jolt(limits: MotionLimits, accelerations: np.ndarray) -> float:
+def _end_excess(limits: MotionLimits, accelerations: np.ndarray) -> float:
     """Return how many times too fast joints are that begin and end with (2, n) accelerations, rad/s^2.
 
-    An arm that is almost stretched lags behind the tool's path, and catches up at its very end.
+    An arm that is almost stretched lags behind the tool's path, and catches up at its very end. Straight movements
+    of the joints (`along`) have no acceleration at their ends.
     """
     jumps = JUMP_RATE_PER_S * np.abs(accelerations @ limits.inertias).max(axis=(0, 1))
     return float(np.sqrt((jumps / limits.robot.torque_rate_limits).max() / TORQUE_RATE_HEADROOM))

@@ -34,8 +34,11 @@ FINGER_CLEARANCE_M = 0.0015
 FORESEEN_CLEARANCE_M = 0.003
 """The same for a tilted hand where an object that is not held yet is to be put: it will hang a little differently."""
 
-OFF_GROUND_M, RUBBING_M = 0.006, 0.003
-"""By how much an object has been raised when what it is still near to is beside it, and how near that is, m."""
+OFF_GROUND_M = 0.006
+"""By how much an object has been raised when what it is still near to is beside it, m."""
+
+RUBBING_M = 0.003
+"""Greatest distance of what it may rub on, m."""
 
 DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
 """How far a tilted hand is drawn back along its axis where it cannot come from above, and raised meanwhile, m."""
@@ -91,6 +94,7 @@ def move_tool(
     checker = check_path(cell, references, clearance=FINGER_CLEARANCE_M)
     if rubbing_seconds and _rubs(cell, checker, references):
         references = cell.arm.move(cell.reference, goal, pose, seconds=rubbing_seconds, ending=cell.ending)
+        check_path(cell, references, clearance=FINGER_CLEARANCE_M)
     cell.follow(references, within=within, watch=watch)
     return pose
 

@@ -158,13 +158,16 @@ def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> 
         own = replace(pose, position=centre, rotation=turned).footprint
         if any(overlap(own, other) for other in taken):
             continue
-        if not shift.any() or _is_carried(cell, own, float(pose.underside[2])):
+        if not shift.any() or _is_carried(cell, obj, own, height=height - pose.shape.depth(turned), above=height):
             yield centre
 
 
-def _is_carried(cell: Workcell, place: Rectangle, height: float) -> bool:
-    """Return whether there is something at a height, m, below the corners and the middle of a place."""
-    down = np.array([0.0, 0.0, -1.0])
-    starts = [np.array([*point, height + SUPPORT_TOLERANCE_M]) for point in (place.centre, *place.corners)]
-    drops = [first_met(cell.scene.mujoco, cell.data, start, down)[1] for start in starts]
-    return all(0 <= drop <= 2 * SUPPORT_TOLERANCE_M for drop in drops)
+def _is_carried(cell: Workcell, obj: str, place: Rectangle, *, height: float, above: float) -> bool:
+    """Return whether corners and middle of a place are free from a height, m, above it down to what carries there.
+
+    What carries is at the lower height; the object itself does not count.
+    """
+    model, down = cell.scene.mujoco, np.array([0.0, 0.0, -1.0])
+    starts = [np.array([*point, above]) for point in (place.centre, *place.corners)]
+    drops = [first_met(model, cell.data, start, down, without=model.body(obj).id)[1] for start in starts]
+    return all(abs(drop - (above - height)) <= SUPPORT_TOLERANCE_M for drop in drops)
