@@ -52,7 +52,7 @@ class Failures:
         repeated = self._attempts[action, state] >= MAX_ATTEMPTS
         self.repeated |= repeated
         if repeated or run.blocked is not None:
-            bars = self._instead if self._needs_detour(run, problem, before) else self.barred
+            bars = self._instead if self._adds_detour(run, problem, before) else self.barred
             bars |= {(_conditions(run, s), action) for s in (before[-1], state)}
 
     def with_detours(self, problem: Problem, labels: Sequence[frozenset[str]]) -> Problem:
@@ -78,15 +78,15 @@ class Failures:
         self._detours_barred = True
         return found
 
-    def _needs_detour(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> bool:
-        """Return whether a held object that a fixture keeps from a location may get there by way of another.
+    def _adds_detour(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> bool:
+        """Let plans bring a held object that a fixture keeps from a location elsewhere first; return whether they may.
 
         The hand may not come there as it took the object where that was; from elsewhere it takes it in another way.
         Then no plan brings it from the one place straight to the other any more.
         """
-        symbolic, blocked = run.scene.model.action(run.steps[-1].action), run.blocked
+        symbolic = run.scene.model.action(run.steps[-1].action)
         obj, target = symbolic.obj, symbolic.location
-        if blocked is None or run.steps[-1].observed.held != obj or any(name in run.scene.shapes for name in blocked):
+        if run.steps[-1].observed.held != obj or not _is_blocked_by_fixtures(run):
             return False
         source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
         known = source and at(obj, target) in problem.system.propositions
@@ -98,6 +98,11 @@ class Failures:
         return True
 
 
+def _is_blocked_by_fixtures(run: Execution) -> bool:
+    """Return whether the last action was blocked, or its goal out of reach, and no object is in the way."""
+    return run.blocked is not None and not any(name in run.scene.shapes for name in run.blocked)
+
+
 def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
     """Return the propositions of a state under which the last action would fail again.
 
@@ -106,10 +111,10 @@ def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
     high the objects are piled up: it is barred until any object moves, or if a fixture keeps the hand from where
     an object lies off every location, until that one does.
     """
-    symbolic, blocked = run.scene.model.action(run.steps[-1].action), run.blocked
+    symbolic = run.scene.model.action(run.steps[-1].action)
     obj = symbolic.obj
     if not obj and symbolic.location in run.scene.temporary:
         obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
-    if not obj or blocked is None or any(name in run.scene.shapes for name in blocked):
+    if not obj or not _is_blocked_by_fixtures(run):
         return state.label
     return state.label & {holding(obj), at(obj, state.place.get(obj, ""))} or state.label
