@@ -158,7 +158,7 @@ def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> 
         own = replace(pose, position=centre, rotation=turned).footprint
         if any(overlap(own, other) for other in taken):
             continue
-        if not shift.any() or _is_carried(cell, obj, own, height=height - pose.shape.depth(turned), above=height):
+        if not shift.any() or _is_carried(cell, obj, own, height=float(pose.underside[2]), above=height):
             yield centre
 
 
