@@ -169,11 +169,16 @@ def test_the_hand_opens_less_where_a_wall_is_near(scene: Scene) -> None:
     along = np.array([np.cos(slot.yaw), np.sin(slot.yaw)])
     data.joint("pink").qpos[:3] = [*slot.position[:2] + 0.0065 * along, slot.position[2] + CUBE_EDGE_M / 2]
     data.joint("blue").qpos[:2] = scene.slots["bin1"][1].position[:2]
+    assert_taken(scene, data, "pink", "bin1")
+
+
+def assert_taken(scene: Scene, data: mujoco.MjData, obj: str, location: str) -> None:
+    """Fail unless the hand takes an object at a location without a collision."""
     mujoco.mj_forward(scene.mujoco, data)
     cell = Workcell(scene, data)
-    perform(cell, "transit bin1")
-    perform(cell, "grasp pink")
-    assert cell.held() == "pink"
+    perform(cell, f"transit {location}")
+    perform(cell, f"grasp {obj}")
+    assert cell.held() == obj
     assert_clean(cell)
 
 
@@ -267,12 +272,7 @@ def test_what_rubs_on_the_wall_of_a_bin_is_raised_gently(scene: Scene, pose: lis
     """At the usual speed it sticks, and as it gets free the joints' acceleration reaches 107 to 117 % of the limit."""
     data = initial_state(scene)
     data.joint("blue").qpos[:] = pose
-    mujoco.mj_forward(scene.mujoco, data)
-    cell = Workcell(scene, data)
-    perform(cell, "transit bin2")
-    perform(cell, "grasp blue")
-    assert cell.held() == "blue"
-    assert_clean(cell)
+    assert_taken(scene, data, "blue", "bin2")
 
 
 class LowSensor(NoisySensor):
