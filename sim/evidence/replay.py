@@ -42,7 +42,7 @@ UPRIGHT_TILT_RAD = np.radians(20)
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: its weight."""
 
-FAULT_TIME_S = 1e-4
+FAULT_TIME_S = 1e-6
 """Greatest difference between the time of a fault and that of the state it leaves."""
 
 MIN_QUATERNION = 1e-3
