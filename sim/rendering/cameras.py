@@ -108,11 +108,11 @@ class Camera:
         usual, view = float(np.degrees(self._scene.robot.yaw)) + AZIMUTH_DEG, mujoco.MjvCamera()
         if not self._scene.model.fixtures:
             return usual
-        corners = object_corners(self._scene)
+        corners, fixtures = object_corners(self._scene), _fixtures(self._scene)
         best, most = usual, 0
         for turn in HEADINGS_DEG:
             view.azimuth, view.elevation = usual + turn, ELEVATION_DEG
-            seen = _visible(self._scene, self._eye(axes_of(view), self._points), corners.reshape(-1, 3))
+            seen = _visible(fixtures, self._eye(axes_of(view), self._points), corners.reshape(-1, 3))
             seen = seen.reshape(corners.shape[:2])
             if (slots := int((seen.sum(axis=1) >= SEEN_CORNERS).sum())) > most:
                 best, most = usual + turn, slots
@@ -178,11 +178,16 @@ def _of_fixtures(scene: Scene) -> np.ndarray:
     return np.isin(scene.mujoco.geom_bodyid, bodies)
 
 
-def _visible(scene: Scene, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _fixtures(scene: Scene) -> mujoco.MjData:
+    """Return the scene with rays meeting its fixtures alone."""
+    data = mujoco.MjData(opaque(scene.mujoco, is_solid(scene.mujoco) & _of_fixtures(scene)))
+    mujoco.mj_kinematics(data.model, data)
+    return data
+
+
+def _visible(fixtures: mujoco.MjData, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return (N,) bool: which of (N, 3) points, m, no fixture hides from a (3,) eye, m."""
-    fixtures, data = opaque(scene.mujoco, is_solid(scene.mujoco) & _of_fixtures(scene)), mujoco.MjData(scene.mujoco)
-    mujoco.mj_kinematics(fixtures, data)
-    met = [first_met(fixtures, data, eye, point - eye)[1] for point in points]
+    met = [first_met(fixtures.model, fixtures, eye, point - eye)[1] for point in points]
     return np.array([not 0 <= distance < 1 for distance in met])
 
 
