@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 from typing import Protocol
 
 import mujoco
@@ -54,16 +55,27 @@ class ObjectPose:
     Attributes:
         shape: of the object.
         position: (3,) of its centre, m, robot base frame.
-        yaw: heading about z of the line along which the fingers preferably close, rad, up to its shape's symmetry.
-        tilt: of its vertical axis from the vertical, rad, up to its shape's symmetry: a cube stands on any face.
         rotation: (3, 3) of its axes in the base frame.
     """
 
     shape: ObjectShape
     position: np.ndarray
-    yaw: float
-    tilt: float
     rotation: np.ndarray
+
+    @cached_property
+    def _upright(self) -> np.ndarray:
+        return self.shape.most_upright(self.rotation)
+
+    @cached_property
+    def yaw(self) -> float:
+        """Heading about z of the line along which the fingers preferably close, rad, up to its shape's symmetry."""
+        level = int(abs(self._upright[2, 0]) > DIAGONAL)
+        return float(np.arctan2(self._upright[1, level], self._upright[0, level]))
+
+    @cached_property
+    def tilt(self) -> float:
+        """Angle of its vertical axis to the vertical, rad, up to its shape's symmetry: a cube stands on any face."""
+        return float(np.arccos(min(1.0, float(self._upright[2, 2]))))
 
     @property
     def posture(self) -> Posture:
@@ -150,7 +162,7 @@ class NoisySensor:
             return None
         true = object_pose(scene, data, obj)
         rotation = about_z(self._rng.normal(0, self._noise / NOISE_LEVER_M)) @ true.rotation
-        return pose_of(true.shape, true.position + self._rng.normal(0, self._noise, 3), rotation)
+        return ObjectPose(true.shape, true.position + self._rng.normal(0, self._noise, 3), rotation)
 
 
 class BiasedSensor:
@@ -184,20 +196,12 @@ def stored(scene: Scene, data: mujoco.MjData, obj: str) -> bool:
 def object_pose(scene: Scene, data: mujoco.MjData, name: str) -> ObjectPose:
     """Return the true pose of an object."""
     body = data.body(name)
-    return pose_of(scene.shapes[name], body.xpos.copy(), body.xmat.reshape(3, 3).copy())
+    return ObjectPose(scene.shapes[name], body.xpos.copy(), body.xmat.reshape(3, 3).copy())
 
 
 def true_poses(scene: Scene, data: mujoco.MjData) -> dict[str, ObjectPose]:
     """Return the true pose of every object of a scene's model."""
     return {obj.name: object_pose(scene, data, obj.name) for obj in scene.model.objects}
-
-
-def pose_of(shape: ObjectShape, position: np.ndarray, rotation: np.ndarray) -> ObjectPose:
-    """Return the pose of an object of a shape, from its centre, m, and its (3, 3) axes."""
-    turned = shape.most_upright(rotation)
-    level = int(abs(turned[2, 0]) > DIAGONAL)
-    tilt = np.arccos(min(1.0, float(turned[2, 2])))
-    return ObjectPose(shape, position, float(np.arctan2(turned[1, level], turned[0, level])), float(tilt), rotation)
 
 
 def mean_pose(shape: ObjectShape, poses: Sequence[ObjectPose]) -> ObjectPose:
@@ -206,4 +210,4 @@ def mean_pose(shape: ObjectShape, poses: Sequence[ObjectPose]) -> ObjectPose:
         return poses[0]
     # The rotation nearest to the mean of several rotations (orthogonal Procrustes problem).
     u, _, v = np.linalg.svd(np.mean([pose.rotation for pose in poses], axis=0))
-    return pose_of(shape, np.mean([pose.position for pose in poses], axis=0), u @ v)
+    return ObjectPose(shape, np.mean([pose.position for pose in poses], axis=0), u @ v)

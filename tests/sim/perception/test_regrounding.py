@@ -12,7 +12,7 @@ import pytest
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import Location, ManipulationState
 from sim.perception.grounding import NOWHERE, observe
-from sim.perception.sensors import pose_of, true_poses
+from sim.perception.sensors import ObjectPose, true_poses
 from sim.perception.world_model import Regrounded, reground
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -33,7 +33,7 @@ def see(scene: Scene) -> See:
         data = initial_state(scene)
         poses = true_poses(scene, data)
         for obj, point in points.items():
-            poses[obj] = pose_of(poses[obj].shape, np.array(point), np.eye(3))
+            poses[obj] = ObjectPose(poses[obj].shape, np.array(point), np.eye(3))
 
         def why_lost(obj: str) -> str | None:
             return None if np.hypot(*poses[obj].position[:2]) < reach else "is out of reach"
@@ -151,7 +151,7 @@ def test_unknown_objects_join_the_model_also_in_the_hand(scene: Scene) -> None:
     stocked = build_scene(scene.model, spares=1, meshes=False)
     data = initial_state(stocked)
     poses = true_poses(stocked, data)
-    poses["foreign1"] = pose_of(stocked.shapes["foreign1"], np.array([0.45, 0.30, 0.0265]), np.eye(3))
+    poses["foreign1"] = ObjectPose(stocked.shapes["foreign1"], np.array([0.45, 0.30, 0.0265]), np.eye(3))
     for held, place in ((None, {"foreign1": "san"}), ("foreign1", {})):
         found = reground(stocked, data, poses, hand="home", held=held, marks=frozenset(), why_lost=lambda obj: None)
         assert found.state == ManipulationState("home", held, (*scene.model.initial_state.places, *place.items()))
