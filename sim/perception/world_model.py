@@ -63,8 +63,9 @@ def reground(
     other arguments are those of `observe`.
     """
     model = scene.model
-    known = {obj.name for obj in model.objects}
-    gone = [name for name, pose in poses.items() if not on_table(pose)]
+    known = [obj.name for obj in model.objects]
+    # What fell before is not observed any more.
+    gone = [name for name in dict.fromkeys([*known, *poses]) if not on_table(poses.get(name))]
     seen = {name: pose for name, pose in poses.items() if name != held and name not in gone}
     rests = resting(scene, seen)
     loose = [obj for obj in seen if obj not in rests]

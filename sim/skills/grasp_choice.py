@@ -46,6 +46,7 @@ def choose_grasp(
     *,
     tilted: bool = False,
     foreseen: bool = True,
+    certain: bool = False,
     unlike: Sequence[ToolPose] = (),
 ) -> tuple[GraspPose, ToolPose, ToolPose]:
     """Return the first grasp that serves, the pose from which the hand comes, and that in which the fingers close.
@@ -60,6 +61,7 @@ def choose_grasp(
         yaw: heading of the line along which the fingers rather close, rad.
         tilted: leave out grasps for which the hand points straight down.
         foreseen: whether it shall serve where the object is released next.
+        certain: whether it must serve there for what stands, too.
         unlike: leave out grasps for which the hand points about as in one of these poses.
 
     Raises:
@@ -82,7 +84,7 @@ def choose_grasp(
         if placeable[alike]:
             return grasp, before, tool
         first = first or (grasp, before, tool)
-    if first is not None and pose.posture == Posture.UPRIGHT:
+    if first is not None and pose.posture == Posture.UPRIGHT and not certain:
         return first
     if first is not None:
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")

@@ -79,9 +79,9 @@ def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
             except SimulationError:
                 continue
             rotation = placing.rotation @ held.rotation.T
-            rests = replace(pose, position=centre, rotation=rotation, tilt=np.pi / 2)
+            rests = replace(pose, position=centre, rotation=rotation)
             try:
-                choose_grasp(cell, obj, rests, pose.yaw)
+                choose_grasp(cell, obj, rests, pose.yaw, certain=True)
             except SimulationError:
                 continue
             over = not np.allclose(turned, frame)

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import Location, ManipulationState
@@ -107,6 +108,17 @@ def test_what_fell_from_the_table_is_no_longer_in_the_model(see: See) -> None:
     assert "blue_sanitized" in label and "pink_sanitized" not in label
 
 
+def test_what_fell_before_is_not_observed_any_more(scene: Scene) -> None:
+    data = initial_state(scene)
+    poses = true_poses(scene, data)
+    del poses["pink"]
+    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), why_lost=lambda obj: None)
+    assert found.lost == {"pink": "fell from the table"}
+    assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
+    system = found.scene.model.transition_system()
+    assert system.states[system.start] == found.state
+
+
 def test_of_two_objects_at_a_location_for_one_the_nearer_is_there(see: See) -> None:
     found = see(pink=(0.62, 0.195, 0.0225), green=(0.62, 0.242, 0.0225))
     assert found.state.place["pink"] == "table" and found.state.place["green"] == "spot1"
@@ -124,13 +136,17 @@ def test_what_lay_off_a_location_is_at_it_as_soon_as_it_rests_there_alone(scene:
     assert alone.place == {"blue": "left", "green": "table"}
 
 
+def tilted(degrees: float) -> np.ndarray:
+    return Rotation.from_euler("x", degrees, degrees=True).as_matrix()
+
+
 def test_what_leant_beside_a_slot_is_at_it_as_soon_as_it_stands(scene: Scene, see: See) -> None:
     data = initial_state(scene)
     poses = true_poses(scene, data)
-    poses["pink"] = replace(poses["pink"], position=np.array([0.62, 0.235, 0.0285]), tilt=np.radians(21))
+    poses["pink"] = replace(poses["pink"], position=np.array([0.62, 0.235, 0.0285]), rotation=tilted(21))
     found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), why_lost=lambda obj: None)
     assert found.state.place["pink"] == "spot1"
-    poses["pink"] = replace(poses["pink"], tilt=np.radians(19))
+    poses["pink"] = replace(poses["pink"], rotation=tilted(19))
     assert observe(found.scene, data, poses, hand="home", held=None).place["pink"] == "table"
 
 
