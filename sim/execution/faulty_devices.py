@@ -57,7 +57,9 @@ class MissingGrasp(GraspSkill):
             self._skill.perform(cell, action)
 
     def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
-        """Return the pose of the tool at which the fingers close on nothing."""
+        """Return the pose of the tool at which the fingers close on nothing, or in the end on the object."""
+        if not self._misses:
+            return super().closing_pose(cell, obj, target)
         self._misses -= 1
         pose = cell.observe(obj)
         return super().closing_pose(cell, obj, target).shifted([0.0, 0.0, pose.above + pose.below + MISS_GAP_M])
