@@ -83,10 +83,12 @@ class KinematicCell(Workcell):
             self._foreseen = state
         return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
 
-    def collision_checker(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
+    def collision_checker(
+        self, *, held: bool = False, width: float | None = None, touching: bool = True
+    ) -> CollisionChecker:
         """See `Workcell.collision_checker`."""
         self._foreseen = None
-        return super().collision_checker(held=held, width=width)
+        return super().collision_checker(held=held, width=width, touching=touching)
 
     def _tick(self) -> None:
         """Close or open the hand as it was told to."""

@@ -298,17 +298,21 @@ class Workcell:
         touches = self.collision_checker().touches(q, width=width, clearance=clearance)
         return sorted({other for _, other in touches})
 
-    def collision_checker(self, *, held: bool = False, width: float | None = None) -> CollisionChecker:
+    def collision_checker(
+        self, *, held: bool = False, width: float | None = None, touching: bool = True
+    ) -> CollisionChecker:
         """Observe all objects; return the checker of what would be in collision from now on.
 
         Args:
             held: the handled object moves with the hand though it is not aloft yet, or no more.
             width: between the pads, m; None for the present one.
+            touching: whether the fingers may touch the handled object though it does not move with the hand.
         """
         seen = {obj: self.latest_pose(obj) for obj in self.scene.shapes}
         handled = self.contacts.handled
         carried = (held or self.contacts.aloft) and handled is not None and seen[handled] is not None
-        self._checker.see(self.data, self._seen, handled=handled, held=carried, width=width)
+        touched = handled if touching or carried else None
+        self._checker.see(self.data, self._seen, handled=touched, held=carried, width=width)
         return self._checker
 
     def _periods_within(self, distance: float) -> int:

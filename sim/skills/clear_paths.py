@@ -10,7 +10,7 @@ from sim.simulation.collision import CollisionChecker
 from sim.simulation.workcell import Workcell
 
 
-def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> CollisionChecker:
+def check_path(cell: Workcell, references: np.ndarray, *, clearance: float, touching: bool = True) -> CollisionChecker:
     """Check a movement from where the arm is now for collisions, those of the robot's own links included.
 
     Returns the checker, as it has seen what there is.
@@ -19,12 +19,13 @@ def check_path(cell: Workcell, references: np.ndarray, *, clearance: float) -> C
         cell: the running simulation.
         references: (N, n) of the movement, rad; what is left of the one before is added.
         clearance: bodies nearer than this count as in collision, m (`CollisionChecker.blockers`).
+        touching: whether the fingers may touch the handled object though they do not hold it.
 
     Raises:
         BlockedError: there is one.
     """
     held = cell.held() is not None
-    checker = cell.collision_checker(held=held, width=None if held else cell.width)
+    checker = cell.collision_checker(held=held, width=None if held else cell.width, touching=touching)
     met = checker.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
     if met:
         raise BlockedError.on_the_way(met)
@@ -45,7 +46,7 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: fl
     Raises:
         BlockedError: none was found.
     """
-    checker = cell.collision_checker()
+    checker = cell.collision_checker(touching=False)
     near = checker.touches(cell.reference, clearance=clearance)
     touched = checker.touches(cell.reference)
     steady = touched | {pair for pair in near if checker.hand_and_load == set(pair)}

@@ -42,7 +42,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         try:
             if onward is not None:
                 check_approach(cell, references[-1], cell.arm.tool(references[-1]), onward)
-            check_path(cell, references, clearance=PATH_CLEARANCE_M)
+            check_path(cell, references, clearance=PATH_CLEARANCE_M, touching=False)
         except BlockedError as error:
             blockers.update(error.by)
             continue

@@ -55,10 +55,10 @@ def test_a_path_whose_motion_collides_is_planned_again_with_denser_checks(
         steps.append(step)
         return planned_path(cell, goal, clearance=clearance, step=step)
 
-    def check(cell: Workcell, references: np.ndarray, *, clearance: float) -> None:
+    def check(cell: Workcell, references: np.ndarray, *, clearance: float, touching: bool) -> None:
         if EDGE_STEPS_M[1] not in steps:
             raise BlockedError.on_the_way({"wall"})
-        check_path(cell, references, clearance=clearance)
+        check_path(cell, references, clearance=clearance, touching=touching)
 
     monkeypatch.setattr(transfer, "planned_path", plan)
     monkeypatch.setattr(transfer, "check_path", check)
@@ -66,6 +66,19 @@ def test_a_path_whose_motion_collides_is_planned_again_with_denser_checks(
     perform(cell, "transit a")
     assert_clean(cell)
     assert steps == sorted(steps, reverse=True) and steps[-1] == EDGE_STEPS_M[1]
+
+
+def test_the_fingers_pass_over_an_object_that_they_are_about_to_take(table: Scene) -> None:
+    cell, slot = Workcell(table, initial_state(table)), table.slots["a"][0].position
+    sides = [ToolPose.down(slot + [x, 0.0, 0.03], 0.0) for x in (-0.12, 0.12)]
+    transfer.travel(cell, sides[:1], height=0.3)
+    cell.settle()
+    cell.contacts.handle("cup")
+    before = cell.observe("cup").position
+    transfer.travel(cell, sides[1:], height=0.0)
+    cell.settle()
+    assert np.linalg.norm(cell.observe("cup").position - before) < 1e-4
+    assert np.linalg.norm(cell.arm.tool(cell.angles).position - sides[1].position) < 0.002
 
 
 def test_a_place_that_is_boxed_in_names_the_box(table: Scene) -> None:
