@@ -8,11 +8,12 @@ from collections.abc import Iterator, Sequence
 
 from experiments.benchmark.published import FORMULAS, KNOWN_FRONTS, Cell
 from prefplan import Front, GridModel, Order, Problem, Task
+from prefplan.front import point_of
 
 SIZE = 10
 
-Points = tuple[tuple[float, ...], ...]
-"""(cost, preference) of every point of a front."""
+Points = list[list[float]]
+"""Cost and preference of every point of a front."""
 
 RANDOM, PAPER = "random cells", "paper's formulas"
 FAMILIES = (RANDOM, PAPER)
@@ -47,10 +48,10 @@ def known() -> Iterator[tuple[str, Problem, Points]]:
     for line in KNOWN_FRONTS.split("\n")[1:-1]:
         tasks, _, front = line.partition(": ")
         cells = [[(int(xy[0]), int(xy[1])) for xy in task.split()] for task in tasks.split(",")]
-        points = [(float(cost), float(mu)) for cost, mu in re.findall(r"\((\d+),(\d+)\)", front)]
-        yield line, on_grid([formula(*abc) for abc in cells]), tuple(points)
+        points = [[float(cost), float(mu)] for cost, mu in re.findall(r"\((\d+),(\d+)\)", front)]
+        yield line, on_grid([formula(*abc) for abc in cells]), points
 
 
 def points(front: Front) -> Points:
-    """Return a front as (cost, preference)."""
-    return tuple((float(plan.cost), float(plan.preference)) for plan in front)
+    """Return the points of a front; of several costs and preferences, every value."""
+    return [[*map(float, point_of(plan))] for plan in front]

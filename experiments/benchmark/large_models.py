@@ -1,16 +1,10 @@
-"""Plan in manipulation models too large to write down: wall time, CPU time and memory of whole processes."""
+"""Manipulation models too large to write down, also with made-up measured costs."""
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-import os
 import random
-import sys
-import tempfile
-import time
-from collections.abc import Sequence
 from decimal import Decimal
 from itertools import product
 from pathlib import Path
@@ -20,6 +14,7 @@ from prefplan.models.manipulation.action_costs import QUANTITIES
 from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses, location_of
+from prefplan.problem import Problem
 from prefplan.scenario.decode import load
 
 COSTS = "{ transit = 3, grasp = 1, transport = 5, release = 1 }"
@@ -107,37 +102,9 @@ def write_measurements(path: Path) -> None:
     measurements_file(path).write_text(json.dumps(contents), encoding="utf-8")
 
 
-def measured(command: Sequence[str]) -> tuple[float, float, float]:
-    """Return wall seconds, CPU seconds and the greatest resident memory, MB, of a process."""
-    began = time.perf_counter()
-    pid = os.posix_spawn(
-        sys.executable,
-        [sys.executable, "-m", "prefplan", *command],
-        os.environ,
-        file_actions=[(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)],
-    )
-    _, status, usage = os.wait4(pid, 0)
-    if os.waitstatus_to_exitcode(status):
-        raise SystemExit(f"prefplan {' '.join(command)} failed")
-    return time.perf_counter() - began, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
-
-
-def main() -> None:
-    """Print a row of a table for each size."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--measured", action="store_true", help="models with measured costs, made up, instead")
-    options = parser.parse_args()
-    print("| model | command | wall s | CPU s | memory, MB |\n| --- | --- | --- | --- | --- |")
-    with tempfile.TemporaryDirectory() as folder:
-        for words, size in (MEASURED if options.measured else SIZES).items():
-            path = Path(folder) / "large.toml"
-            path.write_text(scenario(size), encoding="utf-8")
-            if options.measured:
-                write_measurements(path)
-            for command in ("plan", "front"):
-                wall, cpu, memory = measured([command, str(path)])
-                print(f"| {words} | {command} | {wall:.1f} | {cpu:.1f} | {memory:.0f} |", flush=True)
-
-
-if __name__ == "__main__":
-    main()
+def large_problem(size: Size, path: Path) -> Problem:
+    """Return a model with its tasks as a problem; its files are written to a path."""
+    path.write_text(scenario(size), encoding="utf-8")
+    if "measured" in size.costs:
+        write_measurements(path)
+    return load(path).problem()

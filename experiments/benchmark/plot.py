@@ -10,12 +10,13 @@ from matplotlib.axes import Axes
 
 from experiments.benchmark.instances import FAMILIES
 from experiments.benchmark.published import PUBLISHED
-from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS
-from experiments.benchmark.summary import TITLES
+from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, OURS, SINGLE
 from experiments.figures.figures import drawing, write_figure
 
 SIZE = (9.5, 8.0)
 """Width and height, inches."""
+
+TITLES = {SINGLE: "one plan of least cost", FRONT: "Pareto front"}
 
 STYLES = {OURS: ("C0", "o"), MAX_MIN: ("C1", "s"), BARE: ("C2", "D")}
 """Colour and marker; markers tell the methods apart without colours."""

@@ -1,23 +1,16 @@
-"""Fronts of two and of three costs on the made-up city's roads, and files of both for other programs.
-
-The costs of a road are the driving time, its length and how far it climbs. The folder gets a DIMACS file of each cost,
-all with the same roads in the same order, and no two roads from one crossing to another; `two_costs.txt`, which begins
-with the numbers of crossings and roads and has a line `FROM TO SECONDS METRES` for each road; `queries.txt`, a line
-`FROM TO` for each query; and for each query and number of costs the points of the front, one a line.
-"""
+"""Queries on the made-up city's roads with several costs: the driving time, the length and how far a road climbs."""
 
 from __future__ import annotations
 
-import argparse
-import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from experiments.benchmark.road_front import Query, problem_between
-from experiments.benchmark.road_network import BLOCK_M, COLUMNS, ROWS, Roads, arcs_text, road_network
-from experiments.cli.files import make_folder
-from prefplan import Planner
+from experiments.benchmark.road_network import BLOCK_M, Roads, arcs_text
+from prefplan import Problem, Task
+from prefplan.models.graph_files.model import GraphFileModel
 
 COSTS = ("seconds", "metres", "climb")
 """The costs, in the order in which they are compared; climbs are in decimetres."""
@@ -29,29 +22,11 @@ BLOCKS = (40, 40, 80, 80, 120, 120)
 """How far apart the places of each query are, as the crow flies, in blocks."""
 
 
-def main() -> None:
-    """Write the files, and print a row of a table for each query and number of costs."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="where to write the files")
-    parser.add_argument("--columns", type=int, default=COLUMNS, help="crossings from west to east, see road_network")
-    parser.add_argument("--rows", type=int, default=ROWS, help="crossings from south to north")
-    parser.add_argument("--blocks", type=int, nargs="+", default=BLOCKS, help="how far apart the places of queries are")
-    options = parser.parse_args()
-    make_folder(options.folder)
-    roads = road_network(options.columns, options.rows)
-    queries = random_queries(roads, options.blocks)
-    write_files(roads, queries, options.folder)
-    print(f"{len(roads.points)} crossings, {len(roads.sources)} roads\n")
-    print("| query | costs | points | labels expanded | front, CPU s |\n| --- | --- | --- | --- | --- |")
-    for query in queries:
-        for names in (COSTS[:2], COSTS):
-            problem = problem_between(options.folder, {name: f"{name}.gr" for name in names}, query)
-            began = time.process_time()
-            front = Planner(problem).front()
-            row = f"{query.source} to {query.target} | {len(names)} | {len(front)} | {front.stats.expanded}"
-            print(f"| {row} | {time.process_time() - began:.2f} |", flush=True)
-            points = "".join(f"{' '.join(map(str, plan.costs.values()))}\n" for plan in front)
-            (options.folder / f"{query.source}_{query.target}_{len(names)}.txt").write_text(points)
+class Query(NamedTuple):
+    """A path that is asked for."""
+
+    source: int
+    target: int
 
 
 def costs_of(roads: Roads) -> dict[str, np.ndarray]:
@@ -69,7 +44,7 @@ def heights(points: np.ndarray) -> np.ndarray:
     return np.asarray(sum(waves))
 
 
-def random_queries(roads: Roads, blocks: list[int], *, seed: int = 0) -> list[Query]:
+def random_queries(roads: Roads, blocks: Sequence[int] = BLOCKS, *, seed: int = 0) -> list[Query]:
     """Return a query for each number of blocks: from a random crossing to one that is about so far away."""
     rng, found = np.random.default_rng(seed), list[Query]()
     while len(found) < len(blocks):
@@ -81,16 +56,14 @@ def random_queries(roads: Roads, blocks: list[int], *, seed: int = 0) -> list[Qu
     return found
 
 
-def write_files(roads: Roads, queries: list[Query], folder: Path) -> None:
-    """Write the roads with their costs, and the queries."""
-    columns = costs_of(roads)
-    for name, column in columns.items():
+def write_files(roads: Roads, folder: Path) -> None:
+    """Write a DIMACS file of each cost, all with the same roads in the same order."""
+    for name, column in costs_of(roads).items():
         (folder / f"{name}.gr").write_text(arcs_text(roads._replace(seconds=column), name))
-    arcs = np.stack([roads.sources + 1, roads.targets + 1, columns["seconds"], columns["metres"]], axis=1).tolist()
-    lines = [(len(roads.points), len(arcs)), *arcs]
-    (folder / "two_costs.txt").write_text("".join(f"{' '.join(map(str, line))}\n" for line in lines))
-    (folder / "queries.txt").write_text("".join(f"{source} {target}\n" for source, target in queries))
 
 
-if __name__ == "__main__":
-    main()
+def problem_between(folder: Path, costs: Sequence[str], query: Query) -> Problem:
+    """Return a query as a problem without preferences: one task, to reach the target."""
+    files = {name: f"{name}.gr" for name in costs}
+    model = GraphFileModel(folder, files, query.source, labels={str(query.target): ["goal"]})
+    return Problem(model.transition_system(), [Task("arrive", "F goal")], [])

@@ -1,14 +1,17 @@
-"""Runs of the benchmark: one method on one instance, in a process of its own."""
+"""Runs of a benchmark: one search of one instance, in a process of its own."""
 
 from __future__ import annotations
 
 import math
 import resource
 import time
+from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
+from typing import Any
 
 from experiments.benchmark.instances import RANDOM, Points, instance, known, points
 from prefplan import Options, Planner, Problem
@@ -32,56 +35,90 @@ YARDSTICKS = {
 MAX_BYTES = 8e9
 """Memory limit of every search: what a laptop with 16 GB has to spare."""
 
+Record = dict[str, Any]
+"""What came of a run, JSON-ready: what the run is, and
 
-@dataclass(frozen=True)
-class BenchmarkRun:
-    """What to time.
+- `seconds`: CPU time of product, heuristics and search; a lower bound if the run was ended.
+- `expanded`: labels expanded until the end.
+- `points`: of the front; the cost alone of a single plan. None if the run was ended.
+- `within`: the percentage that is proven, 0 for exact results; None if none is.
+- `ended`: None, or what ended the run: `time`, `memory`, or `killed` by the system.
+- `peak_bytes`: peak memory of the process beyond `baseline_bytes`.
+- `baseline_bytes`: memory of the process before the run, with everything loaded and compiled.
+"""
 
-    Attributes:
-        family: of the instance, one of `FAMILIES`.
-        kind: `SINGLE` for the plan of least cost, `FRONT` for the front.
-        method: `OURS` or one of `YARDSTICKS`.
-        tasks: number of tasks, N.
-        seed: of the instance.
-        max_seconds: time limit.
-    """
-
-    family: str
-    kind: str
-    method: str
-    tasks: int
-    seed: int
-    max_seconds: float
+Search = Callable[[Problem], Record]
+"""Searches an instance; returns what a `Record` says of the search. It can be pickled, as `functools.partial` can."""
 
 
 @dataclass(frozen=True)
-class Timing:
-    """Time and memory of a run.
+class Run:
+    """One search of one instance.
 
     Attributes:
-        seconds: CPU time of product, heuristics and search; a lower bound if the run was ended.
-        expanded: labels expanded until the end.
-        peak_bytes: peak memory of the process beyond `baseline_bytes`.
-        baseline_bytes: memory of the process before the run, with everything loaded and compiled.
-        points: of the front; the cost alone of a single plan. None if the run was ended.
-        ended: None, or what ended the run: `time`, `memory`, or `killed` by the system.
+        what: tells it from others, JSON-ready. Runs that differ in their `seed` alone are counted together, and runs
+            that differ in their `method` are compared with those of the first method.
+        instance: makes the instance.
+        search: searches it.
     """
 
-    seconds: float
-    expanded: int
-    peak_bytes: int
-    baseline_bytes: int
-    points: Points | None
-    ended: str | None
+    what: Mapping[str, Any]
+    instance: Callable[[], Problem]
+    search: Search
+
+
+def search(
+    kind: str,
+    problem: Problem,
+    *,
+    options: Options | None = None,
+    max_seconds: float = math.inf,
+    within: float = 0,
+) -> Record:
+    """Search for the plan of least cost or for the front, which may be one within some percent."""
+    began, planner = time.process_time(), Planner(problem, options=options)
+    found: Points | None
+    try:
+        if kind == FRONT:
+            front = planner.front(within=within, max_seconds=max_seconds, max_memory=MAX_BYTES)
+            found, proven, ended = points(front) if front.complete else None, front.within, front.ended
+        else:
+            plan = planner.cheapest(max_seconds=max_seconds, max_memory=MAX_BYTES)
+            found, proven, ended = [[float(plan.cost)]], 0, None
+    except UnfinishedError as error:
+        found, proven, ended = None, error.within, error.ended
+    return _record(began, planner.stats.expanded, found, None if proven is None else float(proven), ended)
+
+
+def search_whole_product(problem: Problem, *, options: Options, max_seconds: float) -> Record:
+    """Search for the plan of least cost as the yardstick does: A* over the whole product, one cost for each state."""
+    began, limits, product = time.process_time(), Limits(max_seconds, MAX_BYTES), Product(problem)
+    astar = BiObjectiveSearch(Prepared(product, options, single=True), cost_only=True)
+    goal = next(astar.goals(limits), None)
+    found = None if goal is None else [[float(goal.cost * product.units.cost)]]
+    return _record(began, astar.work.expanded, found, None if goal is None else 0.0, limits.ended)
+
+
+def _record(began: float, expanded: int, found: Points | None, within: float | None, ended: str | None) -> Record:
+    seconds = time.process_time() - began
+    return {"seconds": seconds, "expanded": expanded, "points": found, "within": within, "ended": ended}
+
+
+def method(kind: str, name: str, *, max_seconds: float) -> Search:
+    """Return the search of a kind by one of the methods; the yardstick's front is BOA* over the whole product."""
+    options = YARDSTICKS.get(name)
+    if options is not None and kind == SINGLE:
+        return partial(search_whole_product, options=options, max_seconds=max_seconds)
+    return partial(search, kind, options=options, max_seconds=max_seconds)
 
 
 def warm_up() -> None:
-    """Plan a small instance with all methods, so that later runs find everything loaded and compiled."""
-    for method in (OURS, *YARDSTICKS):
-        for plan in (_single, _front):
-            plan(method, instance(RANDOM, 3, 0), math.inf)
-    # Long searches take kernels of their own.
-    _front(OURS, instance(RANDOM, 9, 1), math.inf)
+    """Plan small instances with all methods, so that later runs find everything loaded and compiled."""
+    for kind in KINDS:
+        for name in (OURS, *YARDSTICKS):
+            method(kind, name, max_seconds=math.inf)(instance(RANDOM, 3, 0))
+        # Long searches take kernels of their own.
+        search(kind, instance(RANDOM, 9, 1), max_seconds=1)
 
 
 def wrong_fronts() -> list[str]:
@@ -93,57 +130,27 @@ def wrong_fronts() -> list[str]:
     ]
 
 
-def carry_out(run: BenchmarkRun) -> Timing:
+def carry_out(run: Run) -> Record:
     """Carry a run out in a fork of this process: everything is loaded and compiled, and memory is counted from 0."""
     began = time.perf_counter()
     with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
         try:
-            return pool.submit(_measure, run).result()
+            found = pool.submit(_measure, run).result()
         except BrokenProcessPool:
-            return Timing(time.perf_counter() - began, 0, 0, 0, None, "killed")
+            nothing = {"expanded": 0, "points": None, "within": None, "peak_bytes": 0, "baseline_bytes": 0}
+            found = nothing | {"seconds": time.perf_counter() - began, "ended": "killed"}
+    return {**run.what, **found}
 
 
-def _measure(run: BenchmarkRun) -> Timing:
-    plan = _front if run.kind == FRONT else _single
+def _measure(run: Run) -> Record:
     # A fork copies each page of memory at its first use, which should not count.
-    plan(run.method, instance(RANDOM, 3, 0), math.inf)
-    problem = instance(run.family, run.tasks, run.seed)
+    run.search(instance(RANDOM, 3, 0))
+    problem = run.instance()
     baseline = _peak()
-    seconds, expanded, found, ended = plan(run.method, problem, run.max_seconds)
-    return Timing(seconds, expanded, _peak() - baseline, baseline, found, ended)
+    found = run.search(problem)
+    return {**found, "peak_bytes": _peak() - baseline, "baseline_bytes": baseline}
 
 
 def _peak() -> int:
     """Return the greatest memory of this process so far, bytes."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-
-
-Planned = tuple[float, int, Points | None, str | None]
-"""Seconds, labels expanded, points and what ended the run, as in `Timing`."""
-
-
-def _front(method: str, problem: Problem, max_seconds: float) -> Planned:
-    """Plan the front: the yardstick is BOA* over the whole product, without a bound on the second objective."""
-    began, planner = time.process_time(), Planner(problem, options=YARDSTICKS.get(method))
-    front = planner.front(max_seconds=max_seconds, max_memory=MAX_BYTES)
-    seconds = time.process_time() - began
-    return seconds, planner.stats.expanded, points(front) if front.complete else None, front.ended
-
-
-def _single(method: str, problem: Problem, max_seconds: float) -> Planned:
-    """Plan the cheapest plan: the yardstick is A* over the whole product, with one cost for each state."""
-    began = time.process_time()
-    if method == OURS:
-        planner, found, ended = Planner(problem), None, None
-        try:
-            found = ((float(planner.cheapest(max_seconds=max_seconds, max_memory=MAX_BYTES).cost),),)
-        except UnfinishedError as error:
-            ended = error.ended
-        return time.process_time() - began, planner.stats.expanded, found, ended
-    limits = Limits(max_seconds, MAX_BYTES)
-    product = Product(problem)
-    search = BiObjectiveSearch(Prepared(product, YARDSTICKS[method], single=True), cost_only=True)
-    goal = next(search.goals(limits), None)
-    seconds = time.process_time() - began
-    found = None if goal is None else ((float(goal.cost * product.units.cost),),)
-    return seconds, search.work.expanded, found, limits.ended

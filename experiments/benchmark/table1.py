@@ -9,17 +9,19 @@ import os
 import platform
 import re
 import sys
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numba
 
+import experiments.benchmark
 import prefplan
-from experiments.benchmark.instances import FAMILIES, RANDOM
-from experiments.benchmark.plot import draw
+from experiments.benchmark.instances import FAMILIES, RANDOM, instance
+from experiments.benchmark.plot import TITLES, draw
+from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import (
     FRONT,
     KINDS,
@@ -27,14 +29,15 @@ from experiments.benchmark.runs import (
     OURS,
     SINGLE,
     YARDSTICKS,
-    BenchmarkRun,
-    Timing,
+    Record,
+    Run,
     carry_out,
+    method,
     warm_up,
     wrong_fronts,
 )
-from experiments.benchmark.summary import cells, disagreements, markdown
-from experiments.cli.files import make_folder
+from experiments.benchmark.summary import EFFORT, cells, disagreements, table
+from experiments.cli.files import make_folder, write_json
 from experiments.cli.journal import Journal
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 
@@ -56,12 +59,15 @@ OUR_SECONDS, YARDSTICK_SECONDS = 150, 120
 WRONG = 1
 """Exit status when a plan or a front is wrong, so that its time means nothing."""
 
+PAPER = "paper: s"
+"""Heading of the column with the published times."""
+
 ABOUT = (
     "Tasks `F(a & F(b) & F(c))` on a 10 x 10 grid with unit costs, from its corner, preferred in the order listed; "
-    "medians over instances. `ours` is `Planner.cheapest()` and `Planner.front()`. `max-min` and `no h` are the "
-    "paper's method in our compiled kernels, over the whole product: A* with one cost a state for one plan, "
+    "medians over instances. `ours` is `Planner.cheapest()` and `Planner.front()`. `max-min` and `no heuristic` are "
+    "the paper's method in our compiled kernels, over the whole product: A* with one cost a state for one plan, "
     "BOA* for the front, with the paper's heuristic and with none, and no bound for the second objective. "
-    "`x ours` is the median of time over ours on the same instance."
+    "`x first` is the median of time over ours on the same instance."
 )
 
 NOTES = (
@@ -71,8 +77,8 @@ NOTES = (
     f"A run of the yardstick ends after {YARDSTICK_SECONDS} s, one of ours after {OUR_SECONDS} s, and any at "
     f"{MAX_BYTES / 1e9:g} GB; it then counts with what it took, and `>=` marks what is a lower bound for that.",
     "The paper's times are its printed means, of its C++ on its machine, over orderings of its list of formulas, for a "
-    "preference that counts delays in positions, not in cost; its columns with h leave out building the heuristic, "
-    "ours hold it. They show the trend; the yardstick is what ours compares with.",
+    "preference that counts delays in positions, not in cost; those with "
+    "the heuristic leave out building it, ours hold it. They show the trend; the yardstick is what ours compares with.",
     "The yardstick shares our labels and open list: a new label is compared with all undominated ones of its state, "
     "and of equal estimates the last in is the first out. BOA* as published keeps the least preference penalty of "
     "a state and breaks ties by it.",
@@ -106,7 +112,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     report = write(results, options.out, instances)
     print(markdown(report))
-    journal.unlink()
     return DONE
 
 
@@ -131,8 +136,8 @@ def _span(text: str) -> range:
     return span
 
 
-def plan_runs(sizes: range, seeds: int) -> list[BenchmarkRun]:
-    """Return all runs, small instances first."""
+def plan_runs(sizes: range, seeds: int) -> list[Run]:
+    """Return all runs, small instances first, of each instance ours first."""
     runs = []
     for tasks in sizes:
         for kind in KINDS:
@@ -140,36 +145,36 @@ def plan_runs(sizes: range, seeds: int) -> list[BenchmarkRun]:
                 many = tasks <= MANY[kind]
                 if tasks not in SIZES[kind] or not (many or family == RANDOM):
                     continue
-                few = range(min(seeds, FEW_SEEDS))
-                ours = range(seeds) if many else few
-                runs += [BenchmarkRun(family, kind, OURS, tasks, seed, OUR_SECONDS) for seed in ours]
-                for method in YARDSTICKS if tasks <= YARDSTICK_SIZE else ():
-                    runs += [BenchmarkRun(family, kind, method, tasks, seed, YARDSTICK_SECONDS) for seed in few]
+                few = min(seeds, FEW_SEEDS)
+                counts = {OURS: seeds if many else few}
+                if tasks <= YARDSTICK_SIZE:
+                    counts |= dict.fromkeys(YARDSTICKS, few)
+                for name, count in counts.items():
+                    what = {"family": family, "kind": kind, "tasks": tasks, "method": name}
+                    searched = method(kind, name, max_seconds=OUR_SECONDS if name == OURS else YARDSTICK_SECONDS)
+                    runs += [
+                        Run(what | {"seed": i}, partial(instance, family, tasks, i), searched) for i in range(count)
+                    ]
     return runs
 
 
-def carry_out_all(runs: Sequence[BenchmarkRun], path: Path) -> dict[BenchmarkRun, Timing]:
-    """Carry runs out one after the other, except those in the journal of an interrupted benchmark.
+def carry_out_all(runs: Sequence[Run], path: Path) -> list[Record]:
+    """Carry runs out one after the other, except those in the journal of an earlier benchmark.
 
     Raises:
         PrefplanError: the journal is one of other runs, another planner or another machine.
     """
-    conditions = hashlib.sha256(json.dumps([_machine(), [asdict(run) for run in runs]]).encode())
-    for source in sorted(Path(prefplan.__file__).parent.rglob("*.py")):
-        conditions.update(source.read_bytes())
+    conditions = hashlib.sha256(json.dumps([_machine(), [run.what for run in runs]]).encode())
+    for package in (prefplan, experiments.benchmark):
+        for source in sorted(Path(str(package.__file__)).parent.rglob("*.py")):
+            conditions.update(source.read_bytes())
     header = {"prefplan": prefplan.__version__, "conditions": conditions.hexdigest()}
     with Journal(path, header, key="run") as journal:
         for number, run in enumerate(runs):
             if number not in journal.done:
-                what = f"{run.kind}, {run.tasks} tasks, {run.method}, seed {run.seed}"
-                print(f"run {number} of {len(runs)}: {what}", file=sys.stderr)
-                journal.add({"run": number, "timing": asdict(carry_out(run))})
-        return {run: _timing(journal.done[number]["timing"]) for number, run in enumerate(runs)}
-
-
-def _timing(values: dict[str, Any]) -> Timing:
-    points = values["points"]
-    return Timing(**values | {"points": None if points is None else tuple(map(tuple, points))})
+                print(f"run {number} of {len(runs)}: {', '.join(map(str, run.what.values()))}", file=sys.stderr)
+                journal.add({"run": number, **carry_out(run)})
+        return [{name: value for name, value in journal.done[i].items() if name != "run"} for i in range(len(runs))]
 
 
 def _machine() -> dict[str, Any]:
@@ -184,7 +189,7 @@ def _machine() -> dict[str, Any]:
     }
 
 
-def write(results: dict[BenchmarkRun, Timing], folder: Path, remark: str) -> dict[str, Any]:
+def write(records: Sequence[Record], folder: Path, remark: str) -> dict[str, Any]:
     """Write the results as JSON, a page and a picture, and return what the JSON holds."""
     report: dict[str, Any] = {
         "about": ABOUT,
@@ -192,13 +197,33 @@ def write(results: dict[BenchmarkRun, Timing], folder: Path, remark: str) -> dic
         "date": date.today().isoformat(),
         "machine": _machine(),
         "limits": {"seconds": {"ours": OUR_SECONDS, "yardstick": YARDSTICK_SECONDS}, "bytes": MAX_BYTES},
-        "cells": cells(results),
-        "runs": [{**asdict(run), **asdict(outcome)} for run, outcome in results.items()],
+        "cells": cells(records),
     }
-    (folder / "table1.json").write_text(json.dumps(report, indent=1) + "\n")
+    write_json(folder / "table1.json", report)
     (folder / "table1.md").write_text(markdown(report))
     draw(report, folder / "table1.png")
     return report
+
+
+def markdown(report: Mapping[str, Any]) -> str:
+    """Return the results as a page: a table for each family of instances and kind of planning."""
+    machine = report["machine"]
+    made = f"{machine['cpu']}, {machine['cores']} cores, Python {machine['python']}, numba {machine['numba']}"
+    lines = ["# The benchmark of the paper's Table I", "", report["about"], "", f"{report['date']}, {made}.", ""]
+    lines += [*(f"- {note}" for note in report["notes"]), ""]
+    for family in FAMILIES:
+        for kind in KINDS:
+            found = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
+            if found:
+                lines += [f"## {TITLES[kind].capitalize()}, {family}", "", table_of(kind, found), ""]
+    return "\n".join(lines)
+
+
+def table_of(kind: str, found: Sequence[Mapping[str, Any]]) -> str:
+    """Return a table of the cells of one family and kind of planning, with the paper's times."""
+    published = [PUBLISHED.get((kind, cell["method"]), {}).get(cell["tasks"], "") for cell in found]
+    rows = [{**cell, PAPER: seconds} for cell, seconds in zip(found, published, strict=True)]
+    return table(rows, ("tasks", "method", PAPER), EFFORT)
 
 
 def _refuse(why: str, wrong: Sequence[str]) -> int:

@@ -8,9 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from experiments.benchmark.instances import RANDOM, known
+from experiments.benchmark.plot import TITLES
 from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, SINGLE, wrong_fronts
-from experiments.benchmark.summary import TITLES, table
+from experiments.benchmark.table1 import table_of
 from experiments.paper.study import Study
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -48,7 +49,7 @@ def compare_times(study: Study, out: Path, results: Path = RESULTS) -> None:
     study.figures.append((picture, "seconds against the number of tasks"))
     for kind in KINDS:
         cells = [cell for cell in found if cell["kind"] == kind]
-        study.texts += [f"{TITLES[kind]}:", *table(kind, cells).splitlines()]
+        study.texts += [f"{TITLES[kind]}:", *table_of(kind, cells).splitlines()]
 
 
 def _growth(study: Study, times: Times) -> None:

@@ -1,51 +1,38 @@
-"""Fronts of several costs on the made-up city: other searches over the files that are written find the same points."""
+"""Fronts of several costs on the made-up city: another search over the files that are written finds the same points."""
 
 from __future__ import annotations
 
 import heapq
-import sys
 from pathlib import Path
 
-import pytest
+from experiments.benchmark.road_costs import COSTS, problem_between, random_queries, write_files
+from experiments.benchmark.road_network import road_network
+from prefplan import pareto_front
 
-from experiments.benchmark import road_costs
-from experiments.benchmark.road_front import points_by_one_search, read_arcs
+Costs = tuple[int, ...]
 
 
-def test_the_points_are_those_of_searches_over_the_files(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["road_costs", str(tmp_path), *"--columns 25 --rows 25 --blocks 12 9".split()])
-    road_costs.main()
-    rows = capsys.readouterr().out.splitlines()[4:]
-    files = [(tmp_path / f"{name}.gr").read_text().splitlines()[2:] for name in road_costs.COSTS]
+def test_the_points_are_those_of_a_search_over_the_files(tmp_path: Path) -> None:
+    roads = road_network(25, 25)
+    write_files(roads, tmp_path)
+    files = [(tmp_path / f"{name}.gr").read_text().splitlines()[2:] for name in COSTS]
     arcs = [[tuple(map(int, line.split()[1:])) for line in file] for file in files]
     ends = [[arc[:2] for arc in column] for column in arcs]
     assert ends[0] == ends[1] == ends[2] and len(set(ends[0])) == len(ends[0])
     several = {pair: tuple(column[k][2] for column in arcs) for k, pair in enumerate(ends[0])}
-    two = read_arcs(tmp_path / "two_costs.txt")
-    assert two == [(*pair, *costs[:2]) for pair, costs in several.items()]
-    queries = [tuple(map(int, line.split())) for line in (tmp_path / "queries.txt").read_text().splitlines()]
+    queries = random_queries(roads, (12, 9))
     assert len(queries) == 2
-    for source, target in queries:
-        found = [points_of(tmp_path / f"{source}_{target}_{count}.txt") for count in (2, 3)]
-        assert found[0] == points_by_one_search(two, road_costs.Query(source, target))
-        assert found[1] == points_by_comparison(several, source, target)
-        for points in found:
-            assert any(row.startswith(f"| {source} to {target} | {len(points[0])} | {len(points)} |") for row in rows)
+    for query in queries:
+        for count in (2, 3):
+            front = pareto_front(problem_between(tmp_path, COSTS[:count], query))
+            fewer = {pair: costs[:count] for pair, costs in several.items()}
+            assert [tuple(plan.costs.values()) for plan in front] == points_by_comparison(fewer, *query, count)
 
 
-def points_of(file: Path) -> list[tuple[int, ...]]:
-    """Return the points of a front."""
-    return [tuple(map(int, line.split())) for line in file.read_text().splitlines()]
-
-
-def points_by_comparison(
-    costs: dict[tuple[int, ...], tuple[int, ...]], source: int, target: int
-) -> list[tuple[int, ...]]:
+def points_by_comparison(costs: dict[tuple[int, ...], Costs], source: int, target: int, count: int) -> list[Costs]:
     """Return the front of any number of costs by comparing each path with all others to where it leads."""
-    kept: dict[int, list[tuple[int, ...]]] = {}
-    frontier = [((0,) * 3, source)]
+    kept: dict[int, list[Costs]] = {}
+    frontier = [((0,) * count, source)]
     while frontier:
         spent, place = heapq.heappop(frontier)
         known = kept.setdefault(place, [])

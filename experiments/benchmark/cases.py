@@ -1,0 +1,154 @@
+"""Time the planner on groups of cases, each search in a process of its own; prints a table for each group.
+
+- `tasks`: instances like those of the paper's Table I, with many tasks.
+- `stopped`: the same, stopped after some seconds: how much is proven by then.
+- `within`: fronts within some percent.
+- `ablation`: the planner with one device left out at a time.
+- `large`, `measured`: manipulation models too large to write down, also with measured costs.
+- `roads`: fronts of two and of three costs on the made-up city's roads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from unittest import mock
+
+from experiments.benchmark.instances import RANDOM, instance
+from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
+from experiments.benchmark.road_costs import COSTS, problem_between, random_queries, write_files
+from experiments.benchmark.road_network import road_network
+from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, Search, carry_out, search, warm_up
+from experiments.benchmark.summary import cells, table
+from experiments.scenarios import find
+from prefplan import Options, Problem
+from prefplan.heuristics import cost_to_go
+
+NAMES = ("problem", "method")
+"""What the rows of a table begin with."""
+
+Group = Callable[[Path, range], Iterator[Run]]
+"""Yields runs, given a folder for files and the seeds of instances."""
+
+
+def _runs(problem: str, instances: Iterable[Callable[[], Problem]], searches: Mapping[str, Search]) -> list[Run]:
+    """Return all searches of some instances of a problem, in turns."""
+    return [
+        Run({"problem": problem, "method": name, "seed": seed}, made, searched)
+        for seed, made in enumerate(instances)
+        for name, searched in searches.items()
+    ]
+
+
+def _of_size(tasks: int, seeds: range) -> list[Callable[[], Problem]]:
+    return [partial(instance, RANDOM, tasks, seed) for seed in seeds]
+
+
+def many_tasks(folder: Path, seeds: range) -> Iterator[Run]:
+    """Yield searches to their end."""
+    for kind, sizes in {SINGLE: (9, 10, 12, 15), FRONT: (9, 10)}.items():
+        for tasks in sizes:
+            yield from _runs(f"{kind}, {tasks} tasks", _of_size(tasks, seeds), {"whole": partial(search, kind)})
+
+
+def stopped(folder: Path, seeds: range) -> Iterator[Run]:
+    """Yield searches that are stopped."""
+    for kind, tasks, limits in ((SINGLE, 14, (1, 5, 20)), (SINGLE, 20, (1, 5, 20)), (FRONT, 10, (2, 10))):
+        searches = {f"{limit} s": partial(search, kind, max_seconds=limit) for limit in limits}
+        yield from _runs(f"{kind}, {tasks} tasks", _of_size(tasks, seeds), searches)
+
+
+def within(folder: Path, seeds: range) -> Iterator[Run]:
+    """Yield fronts within some percent."""
+    searches = {f"within {percent} %": partial(search, FRONT, within=percent) for percent in (0, 1, 5, 20, 50)}
+    for tasks in (8, 9, 10):
+        yield from _runs(f"{tasks} tasks", _of_size(tasks, seeds), searches)
+
+
+def ablation(folder: Path, seeds: range) -> Iterator[Run]:
+    """Yield searches without one device of the planner."""
+    problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
+    problems |= {(FRONT, name): [partial(_shipped, name)] * len(seeds) for name in ("case_study_3", "kitchen")}
+    for (kind, name), instances in problems.items():
+        searches: dict[str, Search] = {device: partial(search, kind, options=opts) for device, opts in DEVICES.items()}
+        yield from _runs(
+            f"{kind}, {name}", instances, searches | {"no topological sweep": partial(_without_sweep, kind)}
+        )
+
+
+ABLATED = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
+
+DEVICES = {
+    "whole planner": Options(),
+    "no contraction": Options(contraction=False),
+    "tables of pairs of tasks": Options(heuristic=2),
+    "no preference bound": Options(preference_bound=False),
+}
+
+
+def _shipped(name: str) -> Problem:
+    return find(name).problem()
+
+
+def _without_sweep(kind: str, problem: Problem) -> Record:
+    with mock.patch.object(cost_to_go, "stages_of", lambda product, view: None):
+        return search(kind, problem)
+
+
+def large(sizes: Mapping[str, Size], folder: Path, seeds: range) -> Iterator[Run]:
+    """Yield the cheapest plan and the front of models too large to write down."""
+    for name, size in sizes.items():
+        made = partial(large_problem, size, folder / "large.toml")
+        yield from _runs(name, [made], {kind: partial(search, kind) for kind in KINDS})
+
+
+def roads(folder: Path, seeds: range) -> Iterator[Run]:
+    """Yield fronts of two and of three costs between places of the made-up city."""
+    city = road_network()
+    write_files(city, folder)
+    for query in random_queries(city):
+        for costs in (COSTS[:2], COSTS):
+            name = f"{query.source} to {query.target}, {len(costs)} costs"
+            yield from _runs(name, [partial(problem_between, folder, costs, query)], {FRONT: partial(search, FRONT)})
+
+
+GROUPS: dict[str, Group] = {
+    "tasks": many_tasks,
+    "stopped": stopped,
+    "within": within,
+    "ablation": ablation,
+    "large": partial(large, SIZES),
+    "measured": partial(large, MEASURED),
+    "roads": roads,
+}
+
+
+def told(run: Run) -> Record:
+    """Carry a run out, and say so on stderr."""
+    print(", ".join(map(str, run.what.values())), file=sys.stderr)
+    return carry_out(run)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table of each group and return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("groups", nargs="+", choices=GROUPS, metavar="GROUP", help="what to time, see above")
+    parser.add_argument("--seeds", type=int, default=3, help="instances of each size (default: 3)")
+    options = parser.parse_args(arguments)
+    warm_up()
+    for group in options.groups:
+        with tempfile.TemporaryDirectory() as folder:
+            runs = list(GROUPS[group](Path(folder), range(options.seeds)))
+            # Other models have kernels of their own.
+            runs[0].search(runs[0].instance())
+            found = cells(map(told, runs))
+        print(table(found, NAMES), end="\n\n", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
