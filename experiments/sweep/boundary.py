@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
 from experiments.sweep.job import Record, Sweep
-from experiments.sweep.recorded import RECORDS, Workload, define, work
+from experiments.sweep.recorded import RECORDS, define, work
 from experiments.sweep.summary import failed_by_class, share, wilson
 from prefplan.scenario.decode import Scenario
 from sim.world.randomization import KEYS
@@ -32,7 +33,7 @@ DIGITS = 4
 MIN_ROLLOUTS = 10
 """Rollouts of an amount that are carried out even if fewer decide: its share of completed ones is told, too."""
 
-SWEEP_TOLD = ("scenario", "plan", "cost", "preference", "seed", "robot", "faults", "prefplan", "mujoco")
+SWEEP_TOLD = ("scenario", "plan", "cost", "preference", "seed", "robot", "faults", "prefplan", "mujoco", "perturb")
 """What a result tells of the sweeps that it comes from."""
 
 Interval = tuple[float | None, float | None]
@@ -52,67 +53,55 @@ def bisect(greatest: float, holds: Callable[[float], bool]) -> Interval:
     return low, high
 
 
-class BoundarySearch:
-    """The search for the amount of one perturbation at which fewer than `THRESHOLD` of the rollouts are completed.
+def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> dict[str, Any]:
+    """Search, up to Ctrl-C, for the amount at which fewer than `THRESHOLD` of a sweep's rollouts are completed.
 
     A rollout is completed if its log confirms it. Every amount is a sweep of its own, with a folder and the same seeds:
     finished rollouts are not lost, and the search goes on where it ended. An amount is left, after `MIN_ROLLOUTS` at
     least, as soon as so many have failed that it is below whatever the others give.
 
-    Attributes:
-        trials: the rollouts of every amount that was tried, up to the one that decided it.
-        boundary: what `bisect` returned, None until then.
+    Args:
+        scenario: what is carried out.
+        job: the sweep without the perturbation that is searched; the results go to its folder.
+        key: of that perturbation, one of `KEYS`.
+        tell: shows progress.
+
+    Returns:
+        What is known as the documented JSON object.
     """
+    trials: dict[float, list[Record]] = {}
 
-    def __init__(self, scenario: Scenario, job: Sweep, key: str, workload: Workload, *, tell: Tell) -> None:
-        """Begin without a trial.
+    def holds(amount: float) -> bool:
+        name = f"{key}={amount:g}"
+        perturbation = replace(job.perturbation, **{key: amount * KEYS[key].scale})
+        trial = replace(job, perturbation=perturbation, folder=job.folder / name)
+        make_folder(trial.folder)
+        with Journal(trial.folder / RECORDS, define(scenario, trial), key="rollout") as records:
 
-        The job has the perturbations that stay as they are, and the folder of the results; the key is one of `KEYS`.
-        """
-        self._scenario, self._job, self._key, self._workload, self._tell = scenario, job, key, workload, tell
-        self.trials: dict[float, list[Record]] = {}
-        self.boundary: Interval | None = None
+            def known() -> list[Record]:
+                return decisive(records.done, job.rollouts)
 
-    def run(self) -> None:
-        """Carry out what has no record yet."""
-        self.boundary = bisect(KEYS[self._key].greatest, self._holds)
-
-    def _holds(self, amount: float) -> bool:
-        key, workload = self._key, self._workload
-        perturbation = replace(self._job.perturbation, **{key: amount * KEYS[key].scale})
-        folder = self._job.folder / f"{key}={amount:g}"
-        job = replace(self._job, perturbation=perturbation, folder=folder)
-        make_folder(folder)
-        with Journal(folder / RECORDS, define(self._scenario, job), key="rollout") as records:
             try:
-                work(
-                    job,
-                    records,
-                    workload,
-                    tell=self._tell,
-                    stage=f"{key}={amount:g}",
-                    enough=lambda: decided(decisive(records.done, workload.rollouts), workload.rollouts),
-                )
+                work(trial, records, tell=tell, stage=name, enough=lambda: decided(known(), job.rollouts))
             finally:
-                self.trials[amount] = decisive(records.done, workload.rollouts)
-        return not fails(self.trials[amount], workload.rollouts)
+                trials[amount] = known()
+        return not fails(trials[amount], job.rollouts)
 
-    def result(self) -> dict[str, Any]:
-        """Return what is known as the documented JSON object."""
-        key, rollouts = KEYS[self._key], self._workload.rollouts
-        header = define(self._scenario, self._job)
-        return {
-            **{name: header[name] for name in SWEEP_TOLD},
-            "perturb": header["perturb"],
-            "key": self._key,
-            "unit": key.unit,
-            "greatest": key.greatest,
-            "threshold": THRESHOLD,
-            "rollouts": rollouts,
-            "complete": self.boundary is not None,
-            "boundary": None if self.boundary is None else list(self.boundary),
-            "trials": [_trial(amount, self.trials[amount], rollouts) for amount in sorted(self.trials)],
-        }
+    boundary: Interval | None = None
+    with suppress(KeyboardInterrupt):
+        boundary = bisect(KEYS[key].greatest, holds)
+    header = define(scenario, job)
+    return {
+        **{name: header[name] for name in SWEEP_TOLD},
+        "key": key,
+        "unit": KEYS[key].unit,
+        "greatest": KEYS[key].greatest,
+        "threshold": THRESHOLD,
+        "rollouts": job.rollouts,
+        "complete": boundary is not None,
+        "boundary": None if boundary is None else list(boundary),
+        "trials": [_trial(amount, trials[amount], job.rollouts) for amount in sorted(trials)],
+    }
 
 
 def decisive(done: Mapping[int, Record], rollouts: int) -> list[Record]:

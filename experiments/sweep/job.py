@@ -48,6 +48,9 @@ class Sweep:
         max_preference: bound on their preference, or None.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         resimulate: whether each rollout is simulated again from its log.
+        rollouts: number of rollouts.
+        jobs: number of processes; None for one a core.
+        cluster: address of a Dask cluster that takes the place of the processes.
     """
 
     packed: bytes
@@ -62,6 +65,9 @@ class Sweep:
     max_preference: Number | None = None
     robot: str | None = None
     resimulate: bool = False
+    rollouts: int = 1
+    jobs: int | None = None
+    cluster: str | None = None
 
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""

@@ -6,7 +6,6 @@ import hashlib
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import dataclass
 from datetime import timedelta
 from importlib.metadata import version
 from typing import Any
@@ -23,23 +22,8 @@ RECORDS = "rollouts.jsonl"
 """File of the records in the folder of a sweep."""
 
 
-@dataclass(frozen=True)
-class Workload:
-    """What is put into a sweep, which changes nothing in its records.
-
-    Attributes:
-        rollouts: number of rollouts.
-        jobs: number of processes; None for one a core.
-        cluster: address of a Dask cluster that takes the place of the processes.
-    """
-
-    rollouts: int
-    jobs: int | None = None
-    cluster: str | None = None
-
-
 def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
-    """Return everything that defines the rollouts of a sweep, except for their number."""
+    """Return everything that defines the rollouts of a sweep, except for their number and where they are computed."""
     return {
         "prefplan": version("prefplan"),
         "mujoco": version("mujoco"),
@@ -64,30 +48,29 @@ def fingerprint(scenario: Scenario) -> str:
 def work(
     job: Sweep,
     records: Journal,
-    workload: Workload,
     *,
     tell: Tell,
     stage: str = "sweeping",
     enough: Callable[[], bool] = lambda: False,
 ) -> None:
     """Carry out every rollout that has no record yet, until the records are `enough`; tell of it as a stage."""
-    wanted = range(workload.rollouts)
+    wanted = range(job.rollouts)
     missing = [number for number in wanted if number not in records.done]
     done, good = len(wanted) - len(missing), sum(records.done[i]["completed"] for i in wanted if i in records.done)
-    tell(stage, done, workload.rollouts, "")
+    tell(stage, done, job.rollouts, "")
     if not missing or enough():
         return
     results: Iterator[Record]
-    if workload.cluster:
-        results = workers.on_cluster(job, missing, address=workload.cluster)
+    if job.cluster:
+        results = workers.on_cluster(job, missing, address=job.cluster)
     else:
-        results = workers.on_this_machine(job, missing, jobs=workload.jobs or cpu_count(), enough=enough)
+        results = workers.on_this_machine(job, missing, jobs=job.jobs or cpu_count(), enough=enough)
     began = time.monotonic()
     with closing(results):
         for new, record in enumerate(results, start=1):
             records.add(record)
             good += record["completed"]
             left = timedelta(seconds=round((time.monotonic() - began) / new * (len(missing) - new)))
-            tell(stage, done + new, workload.rollouts, f"{good / (done + new):.1%} completed, {left} left")
-            if workload.cluster and enough():
+            tell(stage, done + new, job.rollouts, f"{good / (done + new):.1%} completed, {left} left")
+            if job.cluster and enough():
                 return

@@ -7,6 +7,7 @@ import json
 import shlex
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -120,59 +121,54 @@ def sweep(options: argparse.Namespace) -> int:
             max_preference=options.max_preference,
             robot=robot,
             resimulate=options.resimulate,
+            rollouts=options.rollouts,
+            jobs=options.jobs,
+            cluster=options.cluster,
         )
-        carry_out = _roll_out if key is None else _search_boundary
-        interrupted, show = carry_out(options, scenario, job, bars)
-    show()
+        interrupted, show = _roll_out(scenario, job, bars) if key is None else _search(scenario, job, key, bars)
+    show(options)
     if interrupted:
         print("prefplan: interrupted; the same command goes on", file=sys.stderr)
         return INTERRUPTED
     return DONE
 
 
-def _roll_out(
-    options: argparse.Namespace, scenario: Scenario, job: Sweep, bars: Bars
-) -> tuple[bool, Callable[[], None]]:
-    """Carry out the rollouts; return whether they were interrupted, and what shows them."""
-    from experiments.sweep.recorded import RECORDS, Workload, define, work
+Shown = tuple[bool, Callable[[argparse.Namespace], None]]
+"""Whether the work was interrupted, and what shows its result."""
+
+
+def _roll_out(scenario: Scenario, job: Sweep, bars: Bars) -> Shown:
+    """Carry out the rollouts."""
+    from experiments.sweep.recorded import RECORDS, define, work
     from experiments.sweep.summary import show_summary, summarise
 
     header, interrupted, path = define(scenario, job), False, job.folder / RECORDS
     with Journal(path, header, key="rollout") as records:
         try:
-            work(job, records, Workload(options.rollouts, options.jobs, options.cluster), tell=bars)
+            work(job, records, tell=bars)
         except KeyboardInterrupt:
             interrupted = True
     # Ctrl-C may have come between writing a record and counting it: the file decides.
     with Journal(path, header, key="rollout") as records:
-        finished = [records.done[i] for i in sorted(records.done) if i < options.rollouts]
-    result = summarise(header, finished, rollouts=options.rollouts)
+        finished = [records.done[i] for i in sorted(records.done) if i < job.rollouts]
+    result = summarise(header, finished, rollouts=job.rollouts)
     write_json(job.folder / "summary.json", result)
-    return interrupted, lambda: _show(options, result, show_summary, f"Records: {path}")
+    return interrupted, partial(_show, result, show_summary, f"Records: {path}")
 
 
-def _search_boundary(
-    options: argparse.Namespace, scenario: Scenario, job: Sweep, bars: Bars
-) -> tuple[bool, Callable[[], None]]:
-    """Search for the boundary; return whether that was interrupted, and what shows it."""
+def _search(scenario: Scenario, job: Sweep, key: str, bars: Bars) -> Shown:
+    """Search for the boundary."""
     from experiments.figures.boundary import draw
-    from experiments.sweep.boundary import BoundarySearch, show_boundary
-    from experiments.sweep.recorded import Workload
+    from experiments.sweep.boundary import search_boundary, show_boundary
 
-    workload = Workload(options.rollouts, options.jobs, options.cluster)
-    search, interrupted = BoundarySearch(scenario, job, options.find_boundary, workload, tell=bars), False
-    try:
-        search.run()
-    except KeyboardInterrupt:
-        interrupted = True
-    result, figure = search.result(), job.folder / "boundary.png"
+    result, figure = search_boundary(scenario, job, key, tell=bars), job.folder / "boundary.png"
     write_json(job.folder / "boundary.json", result)
     draw(result, figure)
-    return interrupted, lambda: _show(options, result, show_boundary, f"Figure: {figure}")
+    return not result["complete"], partial(_show, result, show_boundary, f"Figure: {figure}")
 
 
 def _show(
-    options: argparse.Namespace, result: dict[str, Any], show: Callable[[Console, dict[str, Any]], None], where: str
+    result: dict[str, Any], show: Callable[[Console, dict[str, Any]], None], where: str, options: argparse.Namespace
 ) -> None:
     if options.json:
         output.print_json(result)
