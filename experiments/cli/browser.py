@@ -1,12 +1,31 @@
-"""Pages opened in the browser."""
+"""Web pages: filled in from templates, and opened in the browser."""
 
 from __future__ import annotations
 
 import os
 import webbrowser
+from functools import cache
+
+import jinja2
+
+from experiments.cli.output import number
 
 
 def open_page(address: str) -> None:
     """Open an address in the browser, if there is a display; without one Python would start a browser for text."""
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         webbrowser.open(address)
+
+
+@cache
+def template(package: str | None, name: str) -> jinja2.Template:
+    """Return a template that lies in a package; its filter `number` writes costs."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(str(package), ""),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["number"] = number
+    return environment.get_template(name)

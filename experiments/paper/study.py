@@ -7,12 +7,11 @@ import mimetypes
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 
-import jinja2
 from rich.table import Table
 
+from experiments.cli.browser import template
 from experiments.cli.console import Console
 from experiments.cli.files import write_bytes
 from experiments.cli.output import number
@@ -127,11 +126,7 @@ class Report:
         Raises:
             PrefplanError: it cannot be written.
         """
-        template = files(__package__).joinpath("summary.html").read_text("utf-8")
-        environment = jinja2.Environment(
-            autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-        )
-        page = environment.from_string(template).render(
+        page = template(__package__, "summary.html").render(
             studies=self.studies, data_url=_data_url, whole=self.reproduced == len(self.studies)
         )
         write_bytes(path, page.encode())

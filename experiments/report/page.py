@@ -8,9 +8,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jinja2
 import vl_convert
 
+from experiments.cli.browser import template
 from experiments.cli.files import make_folder, write_bytes
 from experiments.cli.output import number
 from experiments.cli.overview import introduction
@@ -95,15 +95,7 @@ def _library() -> bytes:
 
 def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...], parts: Path) -> str:
     problem = scenario.problem()
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: files(__package__).joinpath(PARTS, name).read_text("utf-8")),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters["number"] = number
-    return environment.get_template("index.html").render(
+    return template(__package__, f"{PARTS}/index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
         trade_off=_trade_off(front, data),

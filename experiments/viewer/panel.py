@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
-import jinja2
 import viser
 
-from experiments.cli.output import number, worth
+from experiments.cli.browser import template
+from experiments.cli.output import worth
 from experiments.viewer.live_run import Status
 from experiments.viewer.playback import Playback
 from prefplan.front import Plan
@@ -170,7 +168,7 @@ def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:
         {"x": _share(x, costs), "y": _share(y, preferences), "colour": colours.get(i), "label": plan_label(i, plans[i])}
         for i, (x, y) in enumerate(zip(costs, preferences, strict=True))
     ]
-    return _template("front.html").render(points=points)
+    return template(__package__, "front.html").render(points=points)
 
 
 def _share(value: float, values: Sequence[float]) -> float:
@@ -193,7 +191,7 @@ def status_html(
     `state` is whether it plays or is paused; at the end, why the run ended is shown instead. `waiting` are kinds of
     faults that happen as soon as the run goes on.
     """
-    return _template("panel.html").render(
+    return template(__package__, "panel.html").render(
         tasks=tasks,
         status=status,
         plan=status.plan,
@@ -204,10 +202,3 @@ def status_html(
         colour=colour,
         waiting=waiting,
     )
-
-
-@cache
-def _template(name: str) -> jinja2.Template:
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["number"] = number
-    return environment.from_string(files(__package__).joinpath(name).read_text("utf-8"))
