@@ -22,7 +22,8 @@ from unittest import mock
 
 from experiments.benchmark.instances import RANDOM, instance
 from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
-from experiments.benchmark.road_costs import COSTS, problem_between, random_queries, write_files
+from experiments.benchmark.road_costs import COSTS, random_queries, write_files
+from experiments.benchmark.road_front import problem_between
 from experiments.benchmark.road_network import road_network
 from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, Search, carry_out, search, warm_up
 from experiments.benchmark.summary import cells, table

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
+from experiments.benchmark.road_front import Query
 from experiments.benchmark.road_network import BLOCK_M, Roads, arcs_text
-from prefplan import Problem, Task
-from prefplan.models.graph_files.model import GraphFileModel
 
 COSTS = ("seconds", "metres", "climb")
 """The costs, in the order in which they are compared; climbs are in decimetres."""
@@ -20,13 +18,6 @@ HILLS = ((30.0, 700.0), (10.0, 190.0))
 
 BLOCKS = (40, 40, 80, 80, 120, 120)
 """How far apart the places of each query are, as the crow flies, in blocks."""
-
-
-class Query(NamedTuple):
-    """A path that is asked for."""
-
-    source: int
-    target: int
 
 
 def costs_of(roads: Roads) -> dict[str, np.ndarray]:
@@ -60,10 +51,3 @@ def write_files(roads: Roads, folder: Path) -> None:
     """Write a DIMACS file of each cost, all with the same roads in the same order."""
     for name, column in costs_of(roads).items():
         (folder / f"{name}.gr").write_text(arcs_text(roads._replace(seconds=column), name))
-
-
-def problem_between(folder: Path, costs: Sequence[str], query: Query) -> Problem:
-    """Return a query as a problem without preferences: one task, to reach the target."""
-    files = {name: f"{name}.gr" for name in costs}
-    model = GraphFileModel(folder, files, query.source, labels={str(query.target): ["goal"]})
-    return Problem(model.transition_system(), [Task("arrive", "F goal")], [])
