@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Release
+from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_placement_of_held
-from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, frame_of, held_grasp, move_tool, pregrasps
+from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, frame_of, free_pose, held_grasp, move_tool, pregrasps
 from sim.skills.placing import check_free, free_slot, resting_centre
 from sim.skills.skill import Skill
+from sim.world.grasps import openings
 from sim.world.places import Slot
 
 GLOW_DURATION_S = 1.5
@@ -58,6 +62,7 @@ class ReleaseSkill(Release, Skill):
         pose, width = _placing_pose(cell, obj, slot)
         check_held(cell, obj)
         cell.contacts.handle(obj)
+        width = width or _free_opening(cell, obj, pose)
         move_tool(cell, [pose], seconds=lower_duration(cell, obj), watch=lambda: _check(cell, obj, slot))
         cell.unload()
         opening, rising = (OPEN_DURATION_S, LET_GO_DURATION_S) if pose.points_down else TILTED_DURATIONS_S
@@ -79,18 +84,18 @@ def lower_duration(cell: Workcell, obj: str) -> float:
     return GENTLE_DURATION_S if gentle else LOWER_DURATION_S
 
 
-def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float]:
+def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float | None]:
     """Return the tool's pose that sets the held object, as it lies in the hand, upright into a slot, and a width, m.
 
-    To that width the hand can open there. A tilted object would touch down with an edge and tip, so that its lowest
-    point sets the height. The arm may be moving, unless the sensor needs several observations.
+    To that width the hand can open there; None if that is not known. A tilted object would touch down with an edge and
+    tip, so that its lowest point sets the height. The arm may be moving, unless the sensor needs several observations.
     """
     if cell.sensor.samples > 1:
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
     if held.posture == Posture.UPRIGHT and not (shape.pairs or shape.seats):
         frame = frame_of(held, slot.yaw)
-        turn, width = shape.standing_near(frame, slot.yaw) @ frame.T, held_grasp(cell, obj).opening
+        turn, width = shape.standing_near(frame, slot.yaw) @ frame.T, None
     else:
         # It may lean, or a mesh be held off its middle, so that there is less space for the hand.
         _, placing, width = choose_placement_of_held(cell, obj, slot)
@@ -98,6 +103,16 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
     lowest = shape.depth(turn @ held.rotation) - shape.half[2] + DROP_HEIGHT_M
     position = resting_centre(cell, obj, slot) + [0.0, 0.0, lowest] - turn @ (held.position - tool.position)
     return ToolPose(position, turn @ tool.rotation), width
+
+
+def _free_opening(cell: Workcell, obj: str, pose: ToolPose) -> float:
+    """Return how wide the hand can open where it lets go of an object, m: less than usual beside others."""
+    options = openings(held_grasp(cell, obj))
+    for option in options:
+        with suppress(SimulationError):
+            free_pose(cell, [pose], option, near=cell.reference)
+            return option.opening
+    return options[-1].opening
 
 
 def _preplace(cell: Workcell, pose: ToolPose) -> ToolPose:

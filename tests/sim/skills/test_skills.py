@@ -172,6 +172,20 @@ def test_the_hand_opens_less_where_a_wall_is_near(scene: Scene) -> None:
     assert_taken(scene, data, "pink", "bin1")
 
 
+def test_the_hand_opens_less_where_it_lets_go_beside_others(own_scene: Scene) -> None:
+    cell = perform_all(own_scene, "transit top", "grasp pink", "transport pink table")
+    slot = own_scene.slots["table"][0]
+    closing = np.array([np.cos(slot.yaw), np.sin(slot.yaw)])
+    beside = {"blue": closing, "green": np.array([-closing[1], closing[0]])}
+    for obj, side in beside.items():
+        point = [*slot.position[:2] + 0.077 * side, slot.position[2] + CUBE_EDGE_M / 2]
+        cell.data.joint(obj).qpos[:] = [*point, np.cos(slot.yaw / 2), 0, 0, np.sin(slot.yaw / 2)]
+    mujoco.mj_forward(own_scene.mujoco, cell.data)
+    perform(cell, "release pink table")
+    assert_placed(cell, "pink", "table")
+    assert_clean(cell)
+
+
 def assert_taken(scene: Scene, data: mujoco.MjData, obj: str, location: str) -> None:
     """Fail unless the hand takes an object at a location without a collision."""
     mujoco.mj_forward(scene.mujoco, data)
