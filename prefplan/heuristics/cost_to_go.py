@@ -18,8 +18,10 @@ from prefplan.heuristics.backward_dijkstra import (
     reverse_view,
 )
 from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
+from prefplan.heuristics.monotone_sweep import fill_monotone, never_lose
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.product.kernels import INFINITE, NO_EDGE
+from prefplan.product.contraction import by_way_of
+from prefplan.product.kernels import INFINITE, NO_EDGE, UNREACHABLE
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView
 
@@ -35,6 +37,7 @@ class Backward:
         sizes: (N,) int64, states of each automaton.
         shift: the low bits of costs, that count actions and do not make mu grow.
         stages: the product for automata that never come back to a state, over a contracted graph; None for others.
+        monotone: whether besides no automaton ever loses by reading a label.
     """
 
     def __init__(self, product: Product, forward: ProductView) -> None:
@@ -42,6 +45,30 @@ class Backward:
         self.nodes, self.sizes, self.shift = len(forward.classes), product.sizes, forward.shift
         self._product, self._forward = product, forward
         self.stages = stages_of(product, forward)
+        self.monotone = self.stages is not None and never_lose(product)
+
+    def tabulate(self, tasks: Sequence[int], table: np.ndarray) -> None:
+        """Fill a table with the least cost until all of some tasks are satisfied or dropped.
+
+        Args:
+            tasks: which tasks.
+            table: (S * Q_1 * ... * Q_k,) int32, indexed as that of `cost_to_go`, UNREACHABLE where there is no path;
+                costs are cut off at UNREACHABLE - 1.
+
+        Raises:
+            LimitError: a limit was reached.
+        """
+        members = np.array(tasks, dtype=np.int64)
+        if self.stages is not None and self.monotone:
+            check_limits()
+            fill_monotone(self.stages, self._least, members, table)
+            return
+        enter_costs(self.cost_to_go(members, np.ones(2 ** len(tasks), dtype=np.int64)), table)
+
+    @cached_property
+    def _least(self) -> np.ndarray:
+        """(S, S) int64, least costs from node to node of a contracted graph."""
+        return by_way_of(self._forward.near, np.ones(self.nodes, dtype=np.bool_))
 
     def cost_to_go(self, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
         """Return the least weighted cost until all of some tasks are satisfied or dropped.
@@ -88,3 +115,8 @@ class Backward:
     def reverse(self) -> ReverseView:
         """Who leads to a node, and which automaton states lead to one."""
         return reverse_view(self._product, self._forward)
+
+
+def enter_costs(costs: np.ndarray, table: np.ndarray) -> None:
+    """Enter (entries,) int64 costs-to-go into a table of 32 bits, cut off at UNREACHABLE - 1."""
+    table[:] = np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)

@@ -93,7 +93,7 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
     changing = np.flatnonzero(matters)
     near = by_way_of(stages.near, ~matters)
     steps, through = _weighted(near, changing, factors), _intermediate(near, changing)
-    onto = _onto(stages, tasks, changing)
+    onto = targets_of(stages, tasks, changing)
     ranks, states = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
     there = np.empty(changing.shape[0], dtype=np.int64)
     costs = np.empty(nodes, dtype=np.int64)
@@ -152,7 +152,7 @@ def _intermediate(near: np.ndarray, changing: np.ndarray) -> Integer:
 
 
 @kernel
-def _onto(stages: Stages, tasks: np.ndarray, changing: np.ndarray) -> np.ndarray:
+def targets_of(stages: Stages, tasks: np.ndarray, changing: np.ndarray) -> np.ndarray:
     """Return (k, Q, D) what each task adds to the table's index when some nodes' labels are read."""
     onto = np.zeros((tasks.shape[0], stages.delta.shape[1], changing.shape[0]), dtype=np.int64)
     stride = stages.classes.shape[0]
@@ -180,7 +180,7 @@ def _solve(
         if there[d] == here + changing[d]:
             waiting |= np.uint64(through) & np.uint64(1) << np.uint64(d)
         elif table[there[d]] < INFINITE:
-            _relax(steps[d], table[there[d]], costs)
+            relax(steps[d], table[there[d]], costs)
     while waiting:
         least = np.int64(NO_EDGE)
         best = -1
@@ -190,10 +190,11 @@ def _solve(
         if best < 0:
             return
         waiting ^= np.uint64(1) << np.uint64(best)
-        _relax(steps[best], least, costs)
+        relax(steps[best], least, costs)
 
 
 @bare_kernel
-def _relax(steps: np.ndarray, rest: Integer, costs: np.ndarray) -> None:
+def relax(steps: np.ndarray, rest: Integer, costs: np.ndarray) -> None:
+    """Lower the costs of all nodes to those by way of another node, from which the rest costs so much."""
     for node in range(costs.shape[0]):
         costs[node] = min(costs[node], steps[node] + rest)

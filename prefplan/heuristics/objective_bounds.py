@@ -14,10 +14,9 @@ import numpy as np
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import (
-    UNREACHABLE,
     Patterns,
+    levels_of_sets,
     no_patterns,
-    pattern_size,
     patterns,
     projected_patterns,
 )
@@ -27,7 +26,7 @@ from prefplan.heuristics.projections import Projections, no_projections, project
 from prefplan.heuristics.task_sets import TaskSets, table_entry
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.kernels import INFINITE, Integer, bare_kernel
+from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView
 
@@ -101,8 +100,8 @@ def _costs_to_go(
         return [projected_patterns(one) if options.heuristic != 0 else no_patterns() for one in each], each
     listed = [Backward(product, view) for view in views]
     most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(views)
-    size = pattern_size(listed[0], options.heuristic, single=single, max_entries=most)
-    return [patterns(one, size) for one in listed], listed
+    sets, *_ = levels_of_sets(listed[0], options.heuristic, single=single, max_entries=most)
+    return [patterns(one, sets) for one in listed], listed
 
 
 def _joined(each: Sequence[Blocks], tasks: int) -> Blocks:

@@ -8,26 +8,28 @@ consistent.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
-from math import comb
 from typing import NamedTuple
 
 import numpy as np
 
 from prefplan.heuristics.abstraction import Projected
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.cost_to_go import Backward, enter_costs
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projections import Projections, projected
-from prefplan.heuristics.task_sets import TaskSets, no_task_sets, table_entry, task_sets
-from prefplan.product.kernels import INFINITE, Integer, bare_kernel
+from prefplan.heuristics.task_sets import TaskSets, joined_groups, no_task_sets, table_entry, task_sets
+from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 ENTRIES, STAGED_ENTRIES = 1_000_000, 30_000_000
 """Entries of all tables together that building may cost, unless one task at a time needs more: half a second. Those
 filled stage by stage cost a tenth each."""
 
-UNREACHABLE = 2**31 - 1
-"""Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer."""
+GROUPED_ENTRIES = 1_000_000
+"""Entries of a table of two groups of tasks to begin with: 4 ms."""
+
+DEEPEST = 5
+"""Tasks in a set that a long search for one plan may call for, if all such sets have tables."""
 
 
 # Columns of a product state's row that hold what is known of its bound.
@@ -52,15 +54,13 @@ def no_patterns() -> Patterns:
     return Patterns(no_task_sets(), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int32))
 
 
-def count_entries(backward: Backward, k: int) -> float:
-    """Return about how many entries the tables of all sets of k tasks have."""
-    return backward.nodes * comb(len(backward.sizes), k) * float(np.mean(backward.sizes)) ** k
+def levels_of_sets(
+    backward: Backward, wanted: int | None, *, single: bool, max_entries: float
+) -> list[list[tuple[int, ...]]]:
+    """Return the sets of tasks to begin with, and those that take their place when a search is long.
 
-
-def pattern_size(backward: Backward, wanted: int | None, *, single: bool, max_entries: float) -> int:
-    """Return how many tasks a set has: as many as are wanted, or else as many as make the tables pay.
-
-    Measured on 10 x 10 grids with up to 12 tasks: a set more costs its tables, and halves or quarters what is expanded.
+    Measured on 10 x 10 grids with up to 12 tasks: larger sets cost their tables, and spare half or more of what is
+    expanded.
 
     Args:
         backward: the product.
@@ -70,43 +70,58 @@ def pattern_size(backward: Backward, wanted: int | None, *, single: bool, max_en
     """
     tasks = len(backward.sizes)
     if wanted is not None:
-        return min(wanted, tasks)
+        return [_all_sets(tasks, min(wanted, tasks))]
+    if single and backward.monotone:
+        levels = [joined_groups(tasks, groups) for groups in range(2, tasks + 1)]
+        for g, sets in enumerate(levels):
+            entries = [backward.entries_of(members) for members in sets]
+            if max(entries) <= GROUPED_ENTRIES and sum(entries) <= max_entries:
+                return levels[g::-1]
     if backward.stages:
         largest, most = (3 if single else 4), STAGED_ENTRIES
     else:
         largest, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
-    for k in range(min(largest, tasks), 1, -1):
-        if count_entries(backward, k) <= min(most, max_entries):
-            return k
-    return 1
+    size = min(largest, tasks)
+    while size > 1 and count_entries(backward, _all_sets(tasks, size)) > min(most, max_entries):
+        size -= 1
+    return [_all_sets(tasks, k) for k in range(size, min(DEEPEST, tasks) + 1)]
 
 
-def patterns(backward: Backward, k: int) -> Patterns:
-    """Return the tables of all sets of k tasks; none for 0."""
-    if k == 0:
-        return no_patterns()
-    sets = list(combinations(range(len(backward.sizes)), k))
-    alike = np.ones(2**k, dtype=np.int64)
-    return _filled(backward, sets, (backward.cost_to_go(np.array(members), alike) for members in sets))
+def count_entries(backward: Backward, sets: Sequence[tuple[int, ...]]) -> int:
+    """Return how many entries the tables of some sets of tasks have."""
+    return sum(map(backward.entries_of, sets))
+
+
+def _all_sets(tasks: int, k: int) -> list[tuple[int, ...]]:
+    """Return all sets of k tasks; none for 0."""
+    return list(combinations(range(tasks), k)) if k else []
+
+
+def patterns(backward: Backward, members: Sequence[tuple[int, ...]]) -> Patterns:
+    """Return the tables of some sets of tasks."""
+    return _filled(backward, members, backward.tabulate)
 
 
 def projected_patterns(backward: Projected) -> Patterns:
     """Return tables whose entries may be added up: every action's cost is counted in one of them at the most."""
     groups = backward.groups()
-    return _filled(backward, groups, (backward.shared_cost_to_go(members, groups) for members in groups))
+    return _filled(backward, groups, lambda tasks, table: enter_costs(backward.shared_cost_to_go(tasks, groups), table))
 
 
 def _filled(
-    backward: Backward | Projected, members: Sequence[tuple[int, ...]], costs_to_go: Iterable[np.ndarray]
+    backward: Backward | Projected,
+    members: Sequence[tuple[int, ...]],
+    fill: Callable[[tuple[int, ...], np.ndarray], None],
 ) -> Patterns:
-    """Return the tables of some sets of tasks, given the costs-to-go of each."""
+    """Return the tables of some sets of tasks, given how to fill each."""
+    if not members:
+        return no_patterns()
     sets, entries = task_sets(backward, members)
     ends = np.cumsum(entries)
-    base = ends - entries
-    table = np.empty(ends[-1], dtype=np.int32)
-    for first, end, costs in zip(base, ends, costs_to_go, strict=True):
-        table[first:end] = np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)
-    return Patterns(sets, base, table)
+    known = Patterns(sets, ends - entries, np.empty(ends[-1], dtype=np.int32))
+    for tasks, first, end in zip(members, known.base, ends, strict=True):
+        fill(tasks, known.table[first:end])
+    return known
 
 
 def scaled(databases: Patterns, weight: float) -> Patterns:
@@ -133,21 +148,20 @@ def raise_bound(
 ) -> Integer:
     """Look bounds up for h(p) until it exceeds a limit or is complete, and return what it is so far.
 
-    What is known of p is kept in `known`: `COST_BOUND` so far, that so many bounds were `LOOKED` up, first that of
-    landmarks, then one table after the other, and the `LIKELY` table, to look up before all: the one that gave the
-    bound of the state before.
+    What is known of p is kept in `known`: `COST_BOUND` so far, that so many bounds were `LOOKED` up, one table after
+    the other and then that of landmarks, and the `LIKELY` table, to look up before all: the one that gave the bound of
+    the state before.
     """
-    bound, likely, looked = known[COST_BOUND], known[LIKELY], known[LOOKED]
-    if looked == 0:
-        if likely < databases.base.shape[0]:
-            bound = max(bound, _entry(databases, node, automata, likely))
-        if bound <= limit:
-            bound = max(bound, landmark_bound(marks, node, automata))
-            looked = np.int64(1)
-    while 0 < looked <= databases.base.shape[0] and bound <= limit:
-        entry = _entry(databases, node, automata, looked - 1)
+    bound, likely, looked, tables = known[COST_BOUND], known[LIKELY], known[LOOKED], databases.base.shape[0]
+    if looked == 0 and likely < tables:
+        bound = max(bound, _entry(databases, node, automata, likely))
+    while looked < tables and bound <= limit:
+        entry = _entry(databases, node, automata, looked)
         if entry > bound:
-            bound, likely = entry, looked - 1
+            bound, likely = entry, looked
+        looked += 1
+    if looked == tables and bound <= limit:
+        bound = max(bound, landmark_bound(marks, node, automata))
         looked += 1
     known[COST_BOUND], known[LOOKED], known[LIKELY] = bound, looked, likely
     return bound

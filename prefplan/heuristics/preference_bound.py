@@ -16,12 +16,12 @@ import numpy as np
 
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import UNREACHABLE, Patterns
+from prefplan.heuristics.pattern_database import Patterns
 from prefplan.heuristics.projections import Projections, projected
 from prefplan.heuristics.task_sets import TaskSets, no_task_sets, table_entry, task_sets
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate
-from prefplan.product.kernels import INFINITE, Integer, bare_kernel
+from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 BLOCK_SIZE = 3
 """Tasks in a block; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""

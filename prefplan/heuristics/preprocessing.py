@@ -26,8 +26,8 @@ from prefplan.heuristics.landmarks import Landmarks, landmarks, no_landmarks
 from prefplan.heuristics.pattern_database import (
     Patterns,
     count_entries,
+    levels_of_sets,
     no_patterns,
-    pattern_size,
     patterns,
     projected_patterns,
     scaled,
@@ -40,11 +40,10 @@ from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView, view
 
-DEEPEST = 5
 DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
-"""Tasks in a set, and entries of all tables, that a long search for one plan may call for."""
+"""Entries of all tables that a long search for one plan may call for."""
 
-UNSTAGED, EXPANSION, EXPANSION_EACH = 10, 100, 1.5
+UNSTAGED, MONOTONE, EXPANSION, EXPANSION_EACH = 10, 0.05, 100, 1.5
 """Time to fill an entry without stages, and to expand a label, in all and for each set, in units of the time to fill an
 entry with stages, about 20 ns."""
 
@@ -129,6 +128,7 @@ class Prepared:
     """
 
     _backward: Backward | None = None
+    _deeper: list[list[tuple[int, ...]]] = []
 
     def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.
@@ -161,10 +161,11 @@ class Prepared:
     def _look_back(self, *, single: bool) -> None:
         """Set the bounds of a product over a graph."""
         backward = self._backward = Backward(self.product, self.view)
-        size = pattern_size(backward, self.options.heuristic, single=single, max_entries=self._max_entries)
-        known = patterns(backward, size)
+        wanted, most = self.options.heuristic, self._max_entries
+        sets, *self._deeper = levels_of_sets(backward, wanted, single=single, max_entries=most)
+        known = patterns(backward, sets)
         # Costs-to-go of all tasks together are exact.
-        useful = self.options.landmarks and size < len(self.product.sizes)
+        useful = self.options.landmarks and not any(len(members) == len(self.product.sizes) for members in sets)
         marks = landmarks(self.product, self.view, self.graph.start) if useful else no_landmarks()
         self.bounds = self.bounds._replace(patterns=known, landmarks=marks, blocks=self._growths(backward, known))
 
@@ -204,22 +205,21 @@ class Prepared:
 
     @property
     def deepening_expansions(self) -> float:
-        """Expansions that take as long as to fill tables of sets of one more task; infinite if there are to be none."""
-        if self._backward is None:
+        """Expansions that take as long as to fill tables of larger sets; infinite if there are to be none."""
+        if self._backward is None or not self._deeper:
             return math.inf
-        known, staged = self.bounds.patterns, self._backward.stages is not None
-        size = known.sets.tasks.shape[1] + 1
-        entries = count_entries(self._backward, size)
-        most = min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries)
-        if self.options.heuristic is not None or size > min(DEEPEST, len(self.product.sizes)) or entries > most:
+        staged = self._backward.stages is not None
+        each = MONOTONE if self._backward.monotone else 1 if staged else UNSTAGED
+        entries = count_entries(self._backward, self._deeper[0])
+        if entries > min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries):
             return math.inf
-        return entries * (1 if staged else UNSTAGED) / (EXPANSION + EXPANSION_EACH * len(known.base))
+        return entries * each / (EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base))
 
     def deepen(self) -> None:
-        """Fill tables of sets of one more task."""
+        """Fill tables of larger sets."""
         assert self._backward is not None
-        known = patterns(self._backward, self.bounds.patterns.sets.tasks.shape[1] + 1)
-        self.bounds = self.bounds._replace(patterns=known)
+        sets, *self._deeper = self._deeper
+        self.bounds = self.bounds._replace(patterns=patterns(self._backward, sets))
 
     @property
     def lagrangian_expansions(self) -> float:

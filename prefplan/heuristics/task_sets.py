@@ -6,6 +6,7 @@ The table of a set K has an entry for every node and every combination of the st
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +47,14 @@ def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -
             entries[p] *= sizes[i]
     projection = np.array([backward.projection_of(members) for members in sets], dtype=np.int64)
     return TaskSets(tasks, strides, projection), entries
+
+
+def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
+    """Return sets of tasks in which any two meet: tasks are dealt out into groups, each two of which make a set."""
+    dealt = [range(g, tasks, groups) for g in range(min(groups, tasks))]
+    if len(dealt) == 1:
+        return [tuple(dealt[0])]
+    return [tuple(sorted((*one, *other))) for one, other in combinations(dealt, 2)]
 
 
 @bare_kernel

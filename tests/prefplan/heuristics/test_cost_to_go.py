@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from judge.random_problems import random_problem
 
+from prefplan import Order, Problem, Task, TransitionSystem
 from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.monotone_sweep import never_lose
 from prefplan.product.contraction import Graph, contract
-from prefplan.product.kernels import INFINITE
+from prefplan.product.kernels import INFINITE, UNREACHABLE
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
@@ -70,7 +72,28 @@ def test_costs_and_growths_to_go_are_least(seed: int) -> None:
             assert (back.cost_to_go(members, rates, shift=whole.shift) == expected).all()
 
 
+@pytest.mark.parametrize("seed", range(60))
+def test_tables_hold_the_least_costs_in_32_bits(seed: int) -> None:
+    _, _, back = random_product(seed)
+    for k in range(1, len(back.sizes) + 1):
+        for tasks in combinations(range(len(back.sizes)), k):
+            costs = back.cost_to_go(np.array(tasks), np.ones(2**k, dtype=np.int64))
+            table = np.empty(len(costs), dtype=np.int32)
+            back.tabulate(tasks, table)
+            assert (table == np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)).all()
+
+
 def test_random_products_have_automata_of_either_kind() -> None:
-    kinds = [random_product(seed)[2].stages is not None for seed in range(40)]
-    assert kinds.count(True) >= 10
-    assert kinds.count(False) >= 3
+    products = [random_product(seed)[2] for seed in range(60)]
+    assert sum(back.stages is None for back in products) >= 3
+    assert sum(back.stages is not None and not back.monotone for back in products) >= 10
+    assert sum(back.monotone for back in products) >= 10
+
+
+@pytest.mark.parametrize(
+    ("formula", "monotone"), [("F (a & F b)", True), ("F a & F b", True), ("!b U a", False), ("F (a & X b)", False)]
+)
+def test_automata_never_lose_where_every_label_brings_them_nearer_to_an_end(formula: str, monotone: bool) -> None:
+    edges = [("s", "on", "t", 1), ("t", "on", "s", 1)]
+    system = TransitionSystem.from_transitions(edges, start="s", labels={"s": ["a"], "t": ["b"]})
+    assert never_lose(Product(Problem(system, [Task("x", formula)], Order()))) is monotone
