@@ -81,8 +81,8 @@ def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks
     costs = np.where(least < INFINITE, least * SCALE, FAR)
     ahead = np.stack([costs[:, nodes].min(axis=1) for nodes in sets], axis=1)
     between = np.stack([ahead[nodes].min(axis=0) for nodes in sets])
-    shared = np.array([[bool(np.intersect1d(one, other).size) for other in sets] for one in sets])
-    between = np.where(shared, 0, np.minimum(between, between.T))
+    member = np.stack([np.isin(np.arange(len(least)), nodes) for nodes in sets])
+    between = np.where(member @ member.T, 0, np.minimum(between, between.T))
     nowhere, scratch = np.zeros((2, len(least)), dtype=np.int64), np.zeros((2, len(sets)), dtype=np.int64)
     plain = Landmarks(remaining, between, ahead, scratch[0] * 0, nowhere[0], *scratch)
     codes = [product.decode(start.code)[1] for start in product.starts]

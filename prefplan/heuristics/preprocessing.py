@@ -43,9 +43,10 @@ from prefplan.product.product_view import ProductView, view
 DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
 """Entries of all tables that a long search for one plan may call for."""
 
-UNSTAGED, MONOTONE, EXPANSION, EXPANSION_EACH = 10, 0.05, 100, 1.5
-"""Time to fill an entry without stages, and to expand a label, in all and for each set, in units of the time to fill an
-entry with stages, about 20 ns."""
+UNSTAGED, MONOTONE, EXPANSION, EXPANSION_EACH = 10, 0.08, 100, 1.5
+"""Time to fill an entry without stages, one where automata never lose, and to expand a label, in all and for each set,
+in units of the time to fill an entry with stages, about 20 ns. Where automata never lose, an entry takes a third of
+that; but a label takes four times as long as these say, because of landmarks."""
 
 COMBINATION = 2
 """A sixth of the time to fill the entries of a combination of all automata's states (`lagrangian`), in the same units:
