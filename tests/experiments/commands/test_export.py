@@ -13,9 +13,12 @@ from glb_files import GlbFile
 from scenario_texts import CUP
 
 from sim.evidence.log import read_log
+from sim.export import gltf
 
 
-def test_the_file_lies_beside_the_log_unless_another_place_is_named(run: Run, signed_log: Path) -> None:
+def test_the_file_lies_beside_the_log_unless_another_place_is_named(
+    run: Run, signed_log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cup = Path(shutil.copy(signed_log, "."))
     result = run("export", str(cup), "--to", "glb")
     assert (result.status, result.out, result.err) == (0, f"{cup.with_suffix('.glb')}\n", "")
@@ -23,6 +26,7 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(run: Run, si
     (ends,) = file.poses("cost", log.times[-1:])["cup"]
     x, y, z = log.qpos[-1, log.about.joints["cup"] :][:3]
     assert np.allclose(ends[:3, 3], [x, z, -y], atol=1e-4)
+    monkeypatch.setattr(gltf, "encode_glb", lambda logs: b"again")
     assert_is_error(run("export", str(cup), "--to", "glb"), "cost.glb: already exists; --force replaces it")
     assert run("export", str(cup), "--to", "glb", "--force").status == 0
     assert run("export", str(cup), "--to", "glb", "--out", "new/arm.GLB").out == "new/arm.GLB\n"

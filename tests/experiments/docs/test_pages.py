@@ -83,6 +83,9 @@ IN_THIS_PROCESS: dict[str, Callable[[list[str]], int]] = {"prefplan": main, "pyt
 
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
+READ_ONLY = r"prefplan run .* --(camera|inset) |MUJOCO_GL|prefplan (report|draw|export|view|doctor)\b"
+"""Commands that have tests of their own, and leave nothing that a page needs: only their words are read."""
+
 MISTAKE = ' || echo "exit status $?"'
 """Ends a line that shows a mistake, and what is said of it."""
 
@@ -183,22 +186,23 @@ def done_in_order(page: list[Block], folder: Path) -> Iterator[tuple[Block | Non
         if block.file_name:
             save([block], folder)
         elif block.language in ("sh", "python"):
+            shown = following.language in OUTPUT
             if block.language == "sh":
-                printed = printed_by(block.text.replace(PORT, port)).replace(port, PORT)
+                printed = printed_by(block.text.replace(PORT, port), shown=shown).replace(port, PORT)
             else:
                 with contextlib.redirect_stdout(io.StringIO()) as out:
                     exec(compile(block.text, "page", "exec"), names)
                 printed = out.getvalue()
-            yield (following if following.language in OUTPUT else None), printed
+            yield (following if shown else None), printed
         else:
             assert block.language in OUTPUT, f"nothing is done with {block.language}, and it is no file:\n{block.text}"
 
 
-def printed_by(script: str) -> str:
-    """Return what a script prints; videos, make's targets and installations are spared."""
+def printed_by(script: str, *, shown: bool) -> str:
+    """Return what a script prints; videos, make's targets and installations are spared, and more if it is not shown."""
     background, _, lines = script.rpartition("&\n")
     with served_by(background) if background else contextlib.nullcontext():
-        return "".join(map(line_printed_by, re.split(r"\n| && ", lines.strip())))
+        return "".join(line_printed_by(line, shown=shown) for line in re.split(r"\n| && ", lines.strip()))
 
 
 @contextlib.contextmanager
@@ -212,17 +216,17 @@ def served_by(script: str) -> Iterator[None]:
         process.wait()
 
 
-def line_printed_by(line: str) -> str:
+def line_printed_by(line: str, *, shown: bool) -> str:
     if line.startswith("make "):
         subprocess.run([*line.split(), "-n"], cwd=ROOT, check=True, capture_output=True)
         return ""
     if line.startswith("pip install "):
         assert set(re.findall(r"\w+", line.partition("[")[2])) <= EXTRAS
         return ""
-    if line.startswith("prefplan run ") and re.search(" --(camera|inset) ", line):
-        parser().parse_args(shlex.split(line)[1:])  # of a plan that was carried out before
+    if not shown and re.match(READ_ONLY, line):
+        parser().parse_args(shlex.split(line.removeprefix("MUJOCO_GL=egl "))[1:])
         return ""
-    line = re.sub(r"^(?:MUJOCO_GL=\w+ )?prefplan run ", "prefplan run --no-video ", line)
+    line = re.sub(r"^prefplan run ", "prefplan run --no-video ", line)
     line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
     command = line.removesuffix(MISTAKE)
     program = next((name for name in IN_THIS_PROCESS if command.startswith(f"{name} ")), None)

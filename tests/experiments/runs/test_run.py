@@ -24,6 +24,7 @@ from prefplan import load, pareto_front
 from sim.errors import RenderingError
 from sim.execution import executor
 from sim.rendering.quality import DRAFT
+from sim.world import tabletop
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
 
@@ -195,7 +196,8 @@ def test_without_opengl_all_but_the_video_is_there(run: Run, cup: Path, monkeypa
 
 
 @pytest.mark.slow
-def test_a_video_of_a_run(cup: Path, gl: None) -> None:
+def test_a_video_of_a_run(cup: Path, gl: None, usual_pixels_per_m: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tabletop, "PIXELS_PER_M", usual_pixels_per_m)
     scenario = load("cup.toml")
     scene = carry_out.scene_of(scenario)
     plan = pareto_front(scenario.problem())[0]

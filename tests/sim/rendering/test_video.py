@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
 import pytest
 
+from sim.rendering import video
 from sim.rendering.overlay import Caption, TaskStatus, caption_at, strip_height, with_strip
 from sim.rendering.video import LAST_FRAME_S, render_video
 from sim.simulation.rollout import FRAME_RATE, Rollout
@@ -85,7 +89,15 @@ def test_six_tasks_can_be_read_to_their_ends() -> None:
 
 
 @pytest.mark.slow
-def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path) -> None:
+def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rendered in this process; the video of a run has processes of its own, which take seconds to start."""
+
+    def one_by_one(jobs: Sequence[Any], workers: int) -> Iterator[int]:
+        return (render(*arguments, **options) for render, arguments, options in jobs)
+
+    monkeypatch.setattr(video, "_in_processes", one_by_one)
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C still ends this process
+    monkeypatch.setenv("LP_NUM_THREADS", "1")  # as the renderer does for good
     frames = 2 * FRAME_RATE
     qpos = np.tile(initial_state(scene).qpos, (frames, 1))
     qpos[:, 0] = np.linspace(0, 0.8, frames)
