@@ -1,6 +1,6 @@
 """Judges of the planner: slow, plain, and sharing none of its code or algorithms."""
 
-from judge.enumerate import cheapest_cost, exact_front, exact_plans
+from judge.enumerate import cheapest_cost, exact_front
 from judge.preferences import EXPRESSIONS, exact, random_preference, reference
 from judge.problems import Edge, GraphProblem, JudgedTask, Relaxation, grid_problem
 from judge.random_problems import random_errands, random_problem

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations, count, product
 from operator import add, le
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from judge.preferences import Mu, Number, Values
 from judge.problems import GraphProblem, JudgedTask
@@ -46,15 +46,6 @@ class Skip(NamedTuple):
 
     task: int
     cost: Number
-
-
-class Witness(NamedTuple):
-    """A plan of the front, in the user's units; `relaxations` as the command line reports them."""
-
-    cost: Number
-    preference: Number
-    actions: tuple[str, ...]
-    relaxations: tuple[dict[str, object], ...]
 
 
 class Product:
@@ -155,34 +146,14 @@ def cheapest_cost(problem: GraphProblem) -> Number | None:
     return min((space.distance[m.node] for _, m in space.starts if m.node in space.distance), default=None)
 
 
-def exact_front(problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number) -> list[tuple[Number, Number]]:
-    """Return the non-dominated (cost, mu) of cost at most `max_cost`, by rising cost."""
-    return [(plan.cost, plan.preference) for plan in exact_plans(problem, mu, max_cost=max_cost)]
-
-
-class _Step(NamedTuple):
-    parent: _Step | None
-    action: str
-    uses: tuple[Use, ...]
-    depth: int
-
-
-class Goal(NamedTuple):
-    """The end of a plan: what it is worth, its last step, and what was skipped."""
-
-    worth: Values
-    last: _Step
-    skips: tuple[Skip, ...]
-
-
 class TooManyError(Exception):
     """There are more labels than a judge will look at."""
 
 
-def exact_plans(
+def exact_front(
     problem: GraphProblem, mu: Mu | None = None, *, max_cost: Number, max_labels: float = math.inf
-) -> list[Witness]:
-    """Return one plan for each point of the front of cost at most `max_cost`, by rising cost.
+) -> list[tuple[Number, Number]]:
+    """Return the non-dominated (cost, mu) of cost at most `max_cost`, by rising cost.
 
     Args:
         problem: the problem.
@@ -199,8 +170,8 @@ def exact_plans(
     def worth(spent: Values, ends: Sequence[Values], paid: Values) -> Values:
         return spent[0], value(tuple(end[0] for end in ends), paid)
 
-    goals = undominated(explored(problem), worth, limits=(max_cost,), max_labels=max_labels)
-    return [_witness(problem, goal) for goal in goals]
+    points = undominated(explored(problem), worth, limits=(max_cost,), max_labels=max_labels)
+    return [(point[0], point[1]) for point in points]
 
 
 def undominated(
@@ -210,8 +181,8 @@ def undominated(
     limits: Values,
     prices: Callable[[Node, Move], Values] = lambda node, move: (move.cost,),
     max_labels: float = math.inf,
-) -> list[Goal]:
-    """Return one plan for each non-dominated worth, by rising sum of costs.
+) -> list[Values]:
+    """Return every non-dominated worth of a plan, by rising sum of costs.
 
     Args:
         space: the product, with the distances in the first cost.
@@ -225,17 +196,16 @@ def undominated(
         TooManyError: there would be more.
     """
     ticket, tasks = count(), len(space.problem.tasks)
-    heap: list[tuple[Number, int, Node, Values, tuple[Values | None, ...], Values, _Step, tuple[Skip, ...]]] = []
+    heap: list[tuple[Number, int, Node, Values, tuple[Values | None, ...], Values]] = []
     seen: dict[tuple[Node, tuple[Values | None, ...], Values], list[Values]] = {}
 
-    def push(
-        spent: Values, frozen: tuple[Values | None, ...], paid: Values, step: _Step, node: Node, skips: Any
-    ) -> None:
+    def push(spent: Values, frozen: tuple[Values | None, ...], paid: Values, move: Move) -> None:
+        node = move.node
         if node not in space.distance or spent[0] + space.distance[node] > limits[0] or not no_worse(spent, limits):
             return
         ends = tuple(spent if end is None and q == DONE else end for end, q in zip(frozen, node[1], strict=True))
         owed = list(paid)
-        for task, _, price in step.uses:
+        for task, _, price in move.uses:
             owed[task] += price
         rivals = seen.setdefault((node, ends, spent), [])
         if any(no_worse(rival, owed) for rival in rivals):
@@ -243,44 +213,27 @@ def undominated(
         rivals.append(tuple(owed))
         if len(seen) > max_labels:
             raise TooManyError
-        heapq.heappush(heap, (sum(spent), next(ticket), node, spent, ends, tuple(owed), step, skips))
+        heapq.heappush(heap, (sum(spent), next(ticket), node, spent, ends, tuple(owed)))
 
     for skips, move in space.starts:
         skipped = {skip.task: skip.cost for skip in skips}
         paid = tuple(skipped.get(k, 0) for k in range(tasks))
-        push((0,) * len(limits), (None,) * tasks, paid, _Step(None, "", move.uses, 0), move.node, skips)
-    front: list[Goal] = []
+        push((0,) * len(limits), (None,) * tasks, paid, move)
+    front: list[Values] = []
     while heap:
-        _, _, node, spent, frozen, paid, step, skips = heapq.heappop(heap)
+        _, _, node, spent, frozen, paid = heapq.heappop(heap)
         now = worth(spent, [spent if end is None else end for end in frozen], paid)
-        if any(no_worse(goal.worth, now) for goal in reversed(front)):
+        if any(no_worse(point, now) for point in reversed(front)):
             continue
         if space.finished(node):
-            front = [goal for goal in front if not no_worse(now, goal.worth)] + [Goal(now, step, skips)]
+            front = [point for point in front if not no_worse(now, point)] + [now]
             continue
         for move in space.moves[node]:
             after = tuple(map(add, spent, prices(node, move)))
-            push(after, frozen, paid, _Step(step, move.action, move.uses, step.depth + 1), move.node, skips)
+            push(after, frozen, paid, move)
     return front
 
 
 def no_worse(one: Sequence[Number], other: Sequence[Number]) -> bool:
     """Return whether no entry exceeds that of another vector."""
     return all(map(le, one, other))
-
-
-def _witness(problem: GraphProblem, goal: Goal) -> Witness:
-    steps = []
-    step: _Step | None = goal.last
-    while step is not None:
-        steps.append(step)
-        step = step.parent
-    steps.reverse()
-    names = problem.names
-    relaxations: list[dict[str, object]] = [
-        {"task": names[skip.task], "step": 0, "skip": True, "cost": skip.cost} for skip in goal.skips
-    ]
-    for entry in steps:
-        for task, assume, price in entry.uses:
-            relaxations.append({"task": names[task], "step": entry.depth, "assume": assume, "cost": price})
-    return Witness(*goal.worth, tuple(entry.action for entry in steps[1:]), tuple(relaxations))

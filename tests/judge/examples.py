@@ -65,6 +65,16 @@ TRAPS = {
         "additive",
         [(3, 1)],
     ),
+    "loops that cost nothing": (
+        graph(
+            [("s", 0, "t"), ("t", 0, "s"), ("t", 0, "t"), ("s", 3, "u")],
+            {"t": "a", "u": "b"},
+            ["F(b & F b)", "F a"],
+            {"kind": "order"},
+        ),
+        "additive",
+        [(3, 3)],
+    ),
 }
 """Problems that lose a point by pruning with another contract than theirs: the problem, its contract, its front.
 

@@ -62,5 +62,4 @@ def front_with_rules(
     def worth(spent: Values, ends: Sequence[Values], paid: Values) -> Values:
         return spent[0], mu(tuple(end[0] for end in ends), paid)
 
-    goals = undominated(RuledProduct(problem, rules), worth, limits=(max_cost,))
-    return [(goal.worth[0], goal.worth[1]) for goal in goals]
+    return [(point[0], point[1]) for point in undominated(RuledProduct(problem, rules), worth, limits=(max_cost,))]

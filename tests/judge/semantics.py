@@ -154,24 +154,6 @@ class Monitor:
             self._steps[key] = self._number(_smallest(_NOTHING.union(*reached) & self._live))
         return self._steps[key]
 
-    def violation(self, state: int) -> tuple[list[Label], list[Label]] | None:
-        """Return a continuation stem loop loop ... that falsifies the formula, or None when satisfied."""
-        if self.satisfied(state):
-            return None
-        path = [min(self._sets[state], key=len)]
-        word: list[Label] = []
-        while path[-1] not in path[:-1]:
-            letter, clause = next(
-                (letter, clause)
-                for letter in powerset(self.propositions)
-                for clause in self._successors_of(path[-1], letter)
-                if clause in self._live
-            )
-            word.append(letter)
-            path.append(clause)
-        entry = path.index(path[-1])
-        return word[:entry], word[entry:]
-
     def _number(self, clauses: frozenset[Clause]) -> int:
         if clauses not in self._numbers:
             self._numbers[clauses] = len(self._sets)

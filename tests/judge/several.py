@@ -143,8 +143,7 @@ def several_front(
         return tuple(costs[node[0], move.action] for costs in problem.costs)
 
     limits = tuple(bounds[name] for name in problem.names[: len(problem.costs)])
-    goals = undominated(Product(problem.graph), worth, limits=limits, prices=prices, max_labels=max_labels)
-    return sorted(goal.worth for goal in goals)
+    return sorted(undominated(Product(problem.graph), worth, limits=limits, prices=prices, max_labels=max_labels))
 
 
 def replayed(problem: SeveralProblem, actions: Sequence[str], relaxations: Sequence[Mapping[str, Any]]) -> Values:

@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import combinations
 from typing import Any
 
-from judge.enumerate import cheapest_cost, exact_plans
+from judge.enumerate import cheapest_cost, exact_front
 from judge.numbers import to_resolution
 from judge.preferences import Number, exact
 from judge.problems import GraphProblem
@@ -47,8 +47,7 @@ def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str 
         return misblamed(problem, Planner(planned).front(max_cost=100))
     limit = exact_limit(problem)
     assert limit is not None
-    plans = exact_plans(problem, max_cost=limit, max_labels=MAX_LABELS)
-    expected = [(plan.cost, plan.preference) for plan in plans]
+    expected = exact_front(problem, max_cost=limit, max_labels=MAX_LABELS)
     for chosen in options:
         planner = Planner(planned, options=chosen)
         front = planner.front(max_cost=limit)

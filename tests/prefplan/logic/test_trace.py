@@ -1,14 +1,52 @@
-"""Formulas on traces, against the judge's own semantics."""
+"""Formulas on traces, against hand-computed cases and the judge's own semantics."""
 
 from __future__ import annotations
 
 import random
 
+import judge
+import pytest
 from judge.semantics import satisfaction_index
 from judge.syntax import random_formula, to_text
 
 from prefplan.logic.good_prefix import Label, is_satisfied, satisfied_at
 from prefplan.logic.normal_form import parse
+
+
+def labels(*words: str) -> list[Label]:
+    """Write a trace of one-letter propositions: `labels("a", "", "bc")`."""
+    return [frozenset(word) for word in words]
+
+
+@pytest.mark.parametrize(
+    ("text", "trace", "index"),
+    [
+        ("true", labels(""), 0),
+        ("false", labels("", "", ""), None),
+        ("a | !a", labels(""), 0),
+        ("X(a | !a)", labels(""), 0),
+        ("F a | F !a", labels(""), 0),
+        ("(a U b) | (!a U b)", labels("a", "a", "b"), 2),
+        ("(a U b) | (!a U b)", labels("a", "", "b"), None),
+        ("(a U b) | F !b", labels("a"), 0),
+        ("(a U b) | F !b", labels("b"), 0),
+        ("F a", labels("b", "", "a", "a"), 2),
+        ("X a", labels("a", "a"), 1),
+        ("X X b", labels("b", "b", ""), None),
+        ("F(a & X b)", labels("a", "a", "b"), 2),
+        ("F(a & F b)", labels("b", "a", "b"), 2),
+        ("F(a & F b)", labels("b", "ab"), 1),
+        ("!a U b", labels("", "a", "b"), None),
+        ("!a U b", labels("", "ab"), 1),
+        ("a -> F b", labels(""), 0),
+        ("a -> F b", labels("a", "", "b"), 2),
+        ("F F a & (b U true)", labels("", "a"), 1),
+    ],
+)
+def test_a_task_is_satisfied_at_the_first_good_prefix(text: str, trace: list[Label], index: int | None) -> None:
+    """By the planner and by the judge."""
+    assert satisfied_at(parse(text), trace) == index
+    assert satisfaction_index(judge.parse(text), trace) == index
 
 
 def random_trace(rng: random.Random, propositions: str) -> list[Label]:
