@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -16,6 +17,8 @@ from prefplan import ManipulationModel
 def pytest_configure() -> None:
     # A shell that starts the tests in the background may ignore Ctrl-C, and every program that they start inherits it.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    # So many objects live as long as the tests that looking through them all takes a twentieth of the time.
+    gc.set_threshold(10_000)
     # Each program that the tests start would compile all sources again.
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
