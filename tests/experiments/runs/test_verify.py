@@ -80,14 +80,11 @@ def test_a_run_that_its_log_refutes_was_not_carried_out(
     honest = evidence.claims_of
     monkeypatch.setattr(evidence, "claims_of", lambda outcome: replace(honest(outcome), cost=9))
     (tmp_path / "cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
-    arguments = ["run", "cup.toml", "--no-video"]
-    result = run(*arguments, "--json")
-    assert result.status == 4
-    printed = result.json
-    assert printed["completed"] is printed["certified"] is False
-    assert printed["reason"] == "the log refutes it: total cost: 9 is claimed, but it is 10"
-    result = run(*arguments)
+    result = run("run", "cup.toml", "--no-video")
     assert result.status == 4 and "cup: wrongly taken for completed after 4 of 4 actions" in result.out
+    told = json.loads(Path("out/cup/cost.json").read_text())
+    assert told["completed"] is told["certified"] is False
+    assert told["reason"] == "the log refutes it: total cost: 9 is claimed, but it is 10"
 
 
 def test_a_log_is_checked_at_every_level(signed_log: Path, keys: Path, tmp_path: Path, run: Run) -> None:
