@@ -7,7 +7,7 @@ from typing import Unpack, cast
 
 from experiments.cli import output
 from experiments.cli.status import no_plan
-from prefplan.errors import PrefplanError, choices
+from prefplan.errors import PrefplanError, check_known, choices
 from prefplan.exact_costs import Number, admits
 from prefplan.front import Front, NoPlanError, Plan, UnfinishedError
 from prefplan.models.transition_system import DEFAULT_COST
@@ -20,6 +20,7 @@ from prefplan.search.bounds import FrontLimits, PlanLimits
 
 def chosen_plan(planner: Planner, options: argparse.Namespace, *, keep_on_interrupt: bool = False) -> Plan:
     """Return the plan that the options `PLAN` name, and `LIMITS` if there are any; see `choose`."""
+    check_bounds(planner.problem, options)
     limits = {name: getattr(options, name, None) for name in PlanLimits.__annotations__}
     return choose(planner, options.plan, keep_on_interrupt=keep_on_interrupt, **cast(PlanLimits, limits))
 
@@ -90,6 +91,14 @@ def objective_name(problem: Problem, name: str) -> str:
     if name == DEFAULT_PREFERENCE and problem.preferences:
         return problem.preferences[0].name
     raise PrefplanError(f"--objective: unknown objective {name!r} {choices(name, names)}")
+
+
+def check_bounds(problem: Problem, options: argparse.Namespace) -> None:
+    """Raise PrefplanError, which names the option, if `--at-most` or `--max-preference` bounds what a problem lacks."""
+    for name in getattr(options, "at_most", None) or ():
+        check_known("--at-most", "objective", name, problem.objective_names, PrefplanError)
+    if options.max_preference is not None and not problem.preferences:
+        raise PrefplanError(f"--max-preference: there is no preference {choices('', problem.objective_names)}")
 
 
 def plan_at(front: Front, index: int, option: str) -> Plan:

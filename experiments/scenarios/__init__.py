@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from prefplan.errors import ScenarioError, choices
-from prefplan.scenario.decode import Scenario, load
+from prefplan.scenario.decode import Scenario, is_scenario, load
 
 FOLDER = Path(str(files(__package__)))
 
@@ -31,5 +31,5 @@ def find(scenario: str, *, measured: bool = True) -> Scenario:
         return load(named, measured=measured)
     if path.suffix or path.exists() or len(path.parts) > 1:
         return load(path, measured=measured)
-    known = sorted({*names(), *(file.stem for file in Path().glob("*.toml"))})
+    known = sorted({*names(), *(file.stem for file in Path().glob("*.toml") if is_scenario(file))})
     raise ScenarioError(f"no scenario named {scenario!r} ships or is in this folder {choices(scenario, known)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from decimal import Decimal
 from functools import cached_property
 from pathlib import Path
@@ -91,15 +91,16 @@ def load(path: str | Path, *, measured: bool = True) -> Scenario:
             file and the key and says what would be valid.
     """
     path = Path(path)
+    return loads(_text(path), name=path.stem, path=path, measured=measured)
+
+
+def is_scenario(path: Path) -> bool:
+    """Return whether a file is TOML and has at its top what no scenario can do without."""
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise ScenarioError(f"{path}: no such file") from None
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
-    return loads(text, name=path.stem, path=path, measured=measured)
+        data = _contents(_text(path), path)
+    except ScenarioError:
+        return False
+    return all(field.name in data for field in fields(_File) if field.default is MISSING)
 
 
 def loads(text: str, *, name: str = "scenario", path: Path | None = None, measured: bool = True) -> Scenario:
@@ -115,16 +116,7 @@ def loads(text: str, *, name: str = "scenario", path: Path | None = None, measur
         ScenarioError: as in `load`.
     """
     path = path or Path(name)
-    try:
-        data = tomllib.loads(text, parse_float=Decimal)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
-    except RecursionError:
-        raise ScenarioError(f"{path}: lists or tables are nested too deep") from None
-    except ValueError as error:
-        # Python reads integers of at most some thousand digits.
-        raise ScenarioError(f"{path}: a number is too long: {str(error).partition(';')[0]}") from None
-    return replace(from_dict(data, name=name, path=path, measured=measured), text=text)
+    return replace(from_dict(_contents(text, path), name=name, path=path, measured=measured), text=text)
 
 
 def from_dict(
@@ -154,6 +146,31 @@ def from_dict(
     first = preferences[0].preference if preferences else WeightedSum({})
     several = None if [NamedPreference(DEFAULT_PREFERENCE, first)] == preferences else tuple(preferences)
     return Scenario(name, path, model, tasks, first, rules, preferences=several)
+
+
+def _text(path: Path) -> str:
+    """Return what is in a file."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise ScenarioError(f"{path}: no such file") from None
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{path}: not TOML: {error}") from None
+
+
+def _contents(text: str, path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file with such a text."""
+    try:
+        return tomllib.loads(text, parse_float=Decimal)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: not TOML: {error}") from None
+    except RecursionError:
+        raise ScenarioError(f"{path}: lists or tables are nested too deep") from None
+    except ValueError as error:
+        # Python reads integers of at most some thousand digits.
+        raise ScenarioError(f"{path}: a number is too long: {str(error).partition(';')[0]}") from None
 
 
 @dataclass(frozen=True)

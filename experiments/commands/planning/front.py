@@ -8,14 +8,13 @@ import sys
 from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
-from experiments.cli.choice import objective_name
+from experiments.cli.choice import check_bounds, objective_name
 from experiments.cli.completion import OBJECTIVES
 from experiments.cli.console import Console
 from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, INTERRUPTED, no_plan
 from prefplan.planner import Planner
-from prefplan.preferences.objective import DEFAULT_PREFERENCE
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -52,10 +51,11 @@ def front(options: argparse.Namespace) -> int:
     with limits_of(options):
         scenario = scenarios.find(options.scenario)
         problem = scenario.problem()
+        check_bounds(problem, options)
         wanted = [objective_name(problem, name) for name in options.objective or ()]
         bounds = dict(options.at_most or {})
         if options.max_preference is not None:
-            name = next((named.name for named in problem.preferences), DEFAULT_PREFERENCE)
+            name = problem.preferences[0].name
             bounds[name] = min(options.max_preference, bounds.get(name, options.max_preference))
         result = Planner(problem).front(
             within=options.within, max_cost=options.max_cost, at_most=bounds, keep_on_interrupt=True

@@ -45,6 +45,15 @@ def test_a_scenario_that_does_not_exist(run: Run, detour: Path, scenario: str, m
     assert_is_error(run("front", scenario), message)
 
 
+def test_only_files_that_are_scenarios_are_suggested_for_one_that_does_not_exist(run: Run, detour: Path) -> None:
+    (detour.parent / "pyproject.toml").write_text('[project]\nname = "tidy"\n')
+    (detour.parent / "costs.toml").write_text("[model]\n")
+    (detour.parent / "broken.toml").write_text("[model\n")
+    result = run("front", "zzzz")
+    assert_is_error(result, "(valid: case_study_1, ")
+    assert "detour" in result.err and not any(name in result.err for name in ("pyproject", "costs", "broken"))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -95,9 +95,23 @@ def test_one_plan_by_the_name_of_an_objective(run: Run, depot: Path, options: li
             "--objective: unknown objective 'enrgy' (did you mean 'energy'?)",
         ),
         (["plan", "depot.toml", "--objective", "preference"], "unknown objective 'preference' (valid: time, energy)"),
-        (["plan", "depot.toml", "--at-most", "speed=3"], "at_most: unknown objective 'speed' (valid: time, energy)"),
+        (
+            ["plan", "depot.toml", "--at-most", "speed=3"],
+            ": --at-most: unknown objective 'speed' (valid: time, energy)",
+        ),
+        (
+            ["front", "depot.toml", "--at-most", "enrgy=3"],
+            ": --at-most: unknown objective 'enrgy' (did you mean 'energy'?)",
+        ),
         (["front", "depot.toml", "--at-most", "time"], "--at-most: 'time' is not NAME=VALUE, such as energy=40"),
-        (["front", "depot.toml", "--max-preference", "3"], "unknown objective 'preference' (valid: time, energy)"),
+        (
+            ["front", "depot.toml", "--max-preference", "3"],
+            ": --max-preference: there is no preference (valid: time, energy)",
+        ),
+        (
+            ["plan", "depot.toml", "--max-preference", "3"],
+            ": --max-preference: there is no preference (valid: time, energy)",
+        ),
     ],
 )
 def test_names_that_do_not_exist_are_refused(run: Run, depot: Path, arguments: list[str], message: str) -> None:
