@@ -52,7 +52,7 @@ class Problem:
         preferences: all of them, by name.
         measure: the preference's terms for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
-        monitors: minimal DFAs of the rules' bad prefixes.
+        monitors: DFAs of the rules' bad prefixes.
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a

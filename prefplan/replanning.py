@@ -8,7 +8,7 @@ has been paid for any yet.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Sequence
+from collections.abc import Collection, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, reduce
@@ -19,6 +19,7 @@ from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number, whole_numbers
 from prefplan.front import NoPlanError, Plan
 from prefplan.ledger import Ledger
+from prefplan.logic.tasks import Possible, Rule, Task
 from prefplan.models.generated import GeneratedSystem, OnDemand
 from prefplan.models.transition_system import Quotient, Trajectory, TransitionSystem
 from prefplan.planner import Planner
@@ -108,21 +109,57 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
     return tuple(broken)
 
 
-def achievable(problem: Problem, past: Past, system: TransitionSystem) -> tuple[Problem, Plan] | None:
+def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozenset[str]]) -> Problem:
+    """Return a problem with more rules, but those that some labels have broken already."""
+    added = tuple(rules)
+    if not added:
+        return problem
+    ruled = Problem(problem.system, problem.tasks, problem.preference, rules=(*problem.rules, *added))
+    broken = ruled.broken(labels)
+    kept = tuple(rule for rule in added if rule.name not in broken)
+    return Problem(problem.system, problem.tasks, problem.preference, rules=(*problem.rules, *kept))
+
+
+def sparing(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
+    """Return a problem with rules that no plan makes other tasks impossible, but those that some labels have."""
+    return with_rules(problem, [Possible(task.name, task.formula) for task in others], labels)
+
+
+def achievable(
+    problem: Problem, past: Past, system: TransitionSystem, *, spared: Collection[Task] | None = None
+) -> tuple[Problem, Plan] | None:
     """Return as many tasks as can still be satisfied together, and a cheapest plan for them; None for none.
 
-    Of tasks that conflict, with each other or with a rule, the last one is left out first. The preference of the
-    smaller problem is always 0.
+    Of tasks that conflict with each other the last one is left out first; with a rule, the last one that does so by
+    itself. The preference of the smaller problem is always 0.
+
+    Args:
+        problem: the tasks.
+        past: what every plan begins with.
+        system: what is ahead.
+        spared: other tasks, which the plan must not make impossible, nor what is left out; None if it may.
     """
-    tasks = problem.tasks
+    labels, tasks = [*past.labels, system.label(system.start)], problem.tasks
     while tasks:
         fewer = Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=problem.rules)
+        left_out = [task for task in problem.tasks if task not in tasks]
+        kept = fewer if spared is None else sparing(fewer, [*spared, *left_out], labels)
         try:
-            return fewer, continue_cheaply(fewer, past, system)
+            return fewer, continue_cheaply(kept, past, system)
         except NoPlanError as error:
-            left_out = tasks[-1].name if error.reason.kind == "rule" else error.reason.tasks[-1]
-            tasks = tuple(task for task in tasks if task.name != left_out)
+            name = _breaking(kept, past, system) if error.reason.kind == "rule" else error.reason.tasks[-1]
+            tasks = tuple(task for task in tasks if task.name != name)
     return None
+
+
+def _breaking(problem: Problem, past: Past, system: TransitionSystem) -> str:
+    """Return the name of the last task that by itself breaks a rule in every plan, or else of the last one."""
+    for task in reversed(problem.tasks):
+        try:
+            continue_cheaply(Problem(problem.system, (task,), problem.preference, rules=problem.rules), past, system)
+        except NoPlanError:
+            return task.name
+    return problem.names[-1]
 
 
 def valued(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> Plan:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed
 from prefplan.exact_costs import Number, exact
@@ -86,6 +86,25 @@ class Rule:
         """
         return parse_rule(self.formula, propositions=self.known)
 
+    @property
+    def monitor(self) -> Automaton:
+        """The DFA of its bad prefixes.
+
+        Raises:
+            FormulaError: as for `broken`.
+        """
+        return automaton(self.broken, text=self.formula)
+
+
+class Possible(Rule):
+    """That a co-safe formula can still be satisfied, if not by the plan: its bad prefixes are those of the formula."""
+
+    @property
+    def monitor(self) -> Automaton:
+        """The DFA of its bad prefixes: it ends where that of the formula is dead."""
+        dfa = automaton(parse(self.formula, propositions=self.known), text=self.formula)
+        return replace(dfa, accepting=dfa.dead, dead=dfa.accepting)
+
 
 def task_automaton(task: Task, where: str, taken: Collection[str]) -> Automaton:
     """Return the automaton of a task, once its name and what it may be relaxed by are checked.
@@ -119,7 +138,7 @@ def rule_monitor(rule: Rule, where: str, taken: Collection[str]) -> Automaton:
     _check_name(f"{where}.name", rule.name, taken)
     _check_price(f"{where}.skip", rule.skip)
     with prefixed(f"{where}.formula: ", FormulaError):
-        return automaton(rule.broken, text=rule.formula)
+        return rule.monitor
 
 
 def _check_name(where: str, name: str, taken: Collection[str]) -> None:

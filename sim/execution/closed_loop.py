@@ -12,8 +12,8 @@ from prefplan.front import NoPlanError, Plan
 from prefplan.ledger import Label
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.problem import Problem
-from prefplan.replanning import Past, achievable, continue_cheaply, damaged, spoiled, valued, violated
+from prefplan.problem import Problem, Task
+from prefplan.replanning import Past, achievable, continue_cheaply, damaged, sparing, spoiled, valued, violated
 from sim.execution.executor import Execution
 from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.perception.sensors import ObservationTimeoutError
@@ -93,7 +93,7 @@ class ClosedLoop:
     def pursue(self) -> None:
         """Execute the plan until it is completed or given up; then `run.reason` says why.
 
-        Where not all tasks can be done any more, those are that can, unless that spoils one of the others.
+        Where not all tasks can be done any more, those are that can without making one of the others impossible.
         """
         try:
             if not self.run.check_state():
@@ -177,7 +177,8 @@ class ClosedLoop:
             PrefplanError: no plan can be made.
             _GivenUp: nothing is left to do.
         """
-        past, problem = self._past(), self._failures.with_detours(self._goal, self._labels)
+        past, labels = self._past(), self._labels
+        problem = self._failures.with_detours(sparing(self._goal, self._left_out(self._goal), labels), labels)
         try:
             plan = self._go_on(problem, past, system)
         except NoPlanError as error:
@@ -186,16 +187,12 @@ class ClosedLoop:
             surprise = self._why_no_plan(surprise, error)
             self._leave_tasks_out(surprise, past, system)
             return surprise, system
-        if spoils := self._spoiled(plan, past, system):
-            raise _GivenUp(f"{surprise}; what is left to do would make {' and '.join(spoils)} impossible")
         self.plan = self._worth(plan, past, system)
         return surprise, system
 
-    def _spoiled(self, plan: Plan, past: Past, system: TransitionSystem) -> list[str]:
-        """Return the names of tasks left out that a plan would make impossible for whatever comes."""
-        if self._goal is self._problem:
-            return []
-        return [name for name in spoiled(self._problem, past, plan, system) if name not in self._goal.names]
+    def _left_out(self, goal: Problem) -> list[Task]:
+        """Return the tasks that a smaller problem leaves out."""
+        return [task for task in self._problem.tasks if task.name not in goal.names]
 
     def _worth(self, plan: Plan, past: Past, system: TransitionSystem) -> Plan:
         """Return a plan with its worth for all tasks, those left out included."""
@@ -236,9 +233,11 @@ class ClosedLoop:
 
     def _why_no_plan(self, surprise: str, error: NoPlanError) -> str:
         """Return why there is no plan any more for all tasks, in a sentence."""
-        why = [surprise]
+        why, spared = [surprise], {task.name for task in self._left_out(self._goal)}
         if broken := violated(self._goal, self._labels):
             why.append(f"{' and '.join(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
+        elif error.reason.kind == "rule" and spared.issuperset(error.reason.tasks):
+            why.append(f"what is left to do would make {' and '.join(error.reason.tasks)} impossible")
         elif self._failures.repeated:
             why.append(f"given up after {MAX_ATTEMPTS} attempts")
         elif self._failures:
@@ -248,27 +247,38 @@ class ClosedLoop:
         return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.run.lost.items())])
 
     def _leave_tasks_out(self, why: str, past: Past, system: TransitionSystem) -> None:
-        """Pursue those tasks alone that can still be done, unless that spoils one of the others for good.
+        """Pursue those tasks alone that can still be done without making one of the others impossible for good.
 
         Raises:
-            _GivenUp: it does, or nothing is left to do for them.
+            _GivenUp: there are none, or nothing is left to do for them.
         """
-        found = achievable(self._goal, past, system)
+        goal = self._goal
+        found = achievable(goal, past, system)
         if found is None:
             raise _GivenUp(why)
-        fewer, plan = found
-        left_out = [name for name in self._goal.names if name not in fewer.names]
-        self._goal, self._go_on = fewer, continue_cheaply
-        spoils = self._spoiled(plan, past, system)
-        if spoils or len(plan.actions) <= len(past.actions):
-            skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
-            ends = {"satisfied": set(fewer.names) - skipped, "skipped": skipped}
-            words = [
-                f"{' and '.join(name for name in fewer.names if name in names)} could still be {end}"
-                for end, names in ends.items()
-                if names
-            ]
-            but = f", but then {' and '.join(spoils)} never" if spoils else ""
-            raise _GivenUp(f"{why}; {' and '.join(words)}, at a total cost of {plan.cost}{but}")
-        self.plan = self._worth(plan, past, system)
-        self._shortfalls.append(f"{why}; {' and '.join(left_out)} left out")
+        possible, plan = found
+        lost = spoiled(self._problem, past, plan, system)
+        spoils = [task.name for task in self._left_out(possible) if task.name in lost]
+        kept = achievable(goal, past, system, spared=self._left_out(goal)) if spoils else found
+        if kept is None or len(kept[1].actions) <= len(past.actions):
+            raise _GivenUp(f"{why}; {_what_could_be(possible, plan, spoils)}")
+        self._goal, self._go_on = kept[0], continue_cheaply
+        self.plan = self._worth(kept[1], past, system)
+        left_out = [name for name in goal.names if name not in possible.names]
+        words = [f"{' and '.join(left_out)} left out"] if left_out else []
+        if harmful := [name for name in possible.names if name not in self._goal.names]:
+            words.append(f"{' and '.join(harmful)} left out so that {' and '.join(spoils)} can still be satisfied")
+        self._shortfalls.append("; ".join([why, *words]))
+
+
+def _what_could_be(problem: Problem, plan: Plan, spoils: Sequence[str]) -> str:
+    """Return in words what a plan would do for the tasks of a problem, and which others it would make impossible."""
+    skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
+    ends = {"satisfied": set(problem.names) - skipped, "skipped": skipped}
+    words = [
+        f"{' and '.join(name for name in problem.names if name in names)} could still be {end}"
+        for end, names in ends.items()
+        if names
+    ]
+    but = f", but then {' and '.join(spoils)} never" if spoils else ""
+    return f"{' and '.join(words)}, at a total cost of {plan.cost}{but}"

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from prefplan.models.manipulation.action import at, holding
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.problem import Problem, Rule
+from prefplan.replanning import with_rules
 from sim.execution.executor import Execution
 
 MAX_ATTEMPTS = 3
@@ -65,10 +66,8 @@ class Failures:
         # An object may have been taken from a temporary location, which the problem does not know.
         sources = {at(obj, source) for obj, source, _ in self._detours}
         system = problem.system.knowing(problem.system.propositions | sources)
-        ruled = Problem(system, problem.tasks, problem.preference, rules=(*problem.rules, *rules))
-        broken = ruled.broken(labels)
-        kept = (*problem.rules, *(rule for rule in rules if rule.name not in broken))
-        return Problem(system, problem.tasks, problem.preference, rules=kept)
+        knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules)
+        return with_rules(knowing, rules, labels)
 
     def bar_detours(self) -> bool:
         """Bar what detours were to replace, from now on; return whether there were any."""

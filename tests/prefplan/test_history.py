@@ -18,6 +18,8 @@ from prefplan.replanning import (
     continue_cheaply,
     continued,
     damaged,
+    sparing,
+    spoiled,
     valued,
     violated,
 )
@@ -156,6 +158,43 @@ def test_of_tasks_that_are_lost_the_others_can_still_be_done() -> None:
     assert (plan.cost, plan.task_costs, plan.actions) == (3, {"other": 3}, ("wait", "go"))
     assert valued(problem, past, plan, SYSTEM).task_costs == {"avoid": 3, "other": 3}
     assert achievable(Problem(SYSTEM, [Task("never", "F c")], Order()), past, replace(SYSTEM, start=1)) is None
+
+
+DETOUR = TransitionSystem.from_transitions(
+    [("s", "short", "t", 1), ("s", "long", "u", 5), ("t", "on", "v", 1), ("s", "aside", "w", 1), ("w", "back", "s", 1)],
+    start="s",
+    labels={"t": ["a", "near"], "u": ["far"], "v": ["far"], "w": ["pause"]},
+    propositions=["b"],
+)
+LATER = Task("later", "!a U b")
+"""Nothing satisfies it now, and after `short` nothing ever does."""
+
+
+@pytest.mark.parametrize(
+    ("formulas", "left", "cost"),
+    [
+        ({"goal": "F far"}, ["goal"], 5),
+        ({"pause": "F pause", "through": "F near"}, ["pause"], 1),
+        ({"through": "F near", "pause": "F pause"}, ["pause"], 1),
+        ({"through": "F near"}, None, None),
+    ],
+)
+def test_what_can_still_be_done_leaves_other_tasks_possible(
+    formulas: dict[str, str], left: list[str] | None, cost: int | None
+) -> None:
+    tasks = [LATER, *(Task(name, formula) for name, formula in formulas.items())]
+    found = achievable(Problem(DETOUR, tasks, Order()), Past(), DETOUR, spared=())
+    assert (found and ([*found[0].names], found[1].cost)) == (left and (left, cost))
+    at_any_price = achievable(Problem(DETOUR, tasks, Order()), Past(), DETOUR)
+    assert at_any_price is not None and at_any_price[0].names == tuple(formulas)
+    assert spoiled(Problem(DETOUR, tasks, Order()), Past(), at_any_price[1], DETOUR) == ("later",)
+
+
+def test_what_is_lost_already_is_spared_no_more() -> None:
+    problem = Problem(DETOUR, [Task("goal", "F far")], Order())
+    past = Past(("short",), (1,), ("s",), (frozenset("a"),))
+    assert continue_cheaply(sparing(problem, [LATER], [*past.labels, frozenset()]), past, DETOUR).cost == 3
+    assert continue_cheaply(sparing(problem, [LATER], [frozenset()]), Past(), DETOUR).cost == 5
 
 
 def test_the_states_of_past_and_future_are_one_sequence() -> None:

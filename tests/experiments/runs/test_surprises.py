@@ -257,6 +257,29 @@ def test_what_would_spoil_a_task_that_cannot_be_done_now_is_left(
     )
 
 
+def test_of_the_plans_for_the_other_tasks_one_is_taken_that_spoils_none_left_out(
+    small: Callable[..., Scenario], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the desk the jug would spoil the other task for good; on the rack, which costs the same, it does not."""
+    text = small(fixtures="rack = { at = [0.35, 0.30] }").text.replace("!cup_shelf U", "!jug_desk U")
+    (tmp_path / "floor.toml").write_text(text.replace('"F jug_desk"', '"F (jug_desk | jug_rack)"'))
+    outcome = pursue_from(load(tmp_path / "floor.toml"), displaced(cup=(0.90, 0.25)), monkeypatch)
+    assert str(outcome.reason).endswith("cup fell from the table; tidy left out")
+    assert outcome.executed[-1] == "release jug rack" and outcome.pursuit.violated == ()
+    assert outcome.ledger.final.satisfied == {"other"} and outcome.executed == outcome.plan.actions
+
+
+def test_a_task_that_would_spoil_one_left_out_is_left_out_too(
+    small: Callable[..., Scenario], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = small(fixtures="rack = { at = [0.35, 0.30] }").text.replace("!cup_shelf U", "!jug_desk U")
+    text = text.replace("[preference]", '[[tasks]]\nname = "last"\nformula = "F jug_rack"\n\n[preference]')
+    (tmp_path / "floor.toml").write_text(text.replace("other = 1", "other = 1, last = 1"))
+    outcome = pursue_from(load(tmp_path / "floor.toml"), displaced(cup=(0.90, 0.25)), monkeypatch)
+    assert str(outcome.reason).endswith("tidy left out; other left out so that tidy can still be satisfied")
+    assert outcome.ledger.final.satisfied == {"last"} and outcome.executed[-1] == "release jug rack"
+
+
 def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
