@@ -7,6 +7,7 @@ import copy
 import mujoco
 import numpy as np
 
+from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Poses
 from sim.world.contacts import set_margins
 from sim.world.scene import Scene
@@ -24,6 +25,10 @@ MAX_NEARING_M = 0.001
 STEP_TARGET = 0.9
 """Share of that distance that is aimed at, so that few steps must be shortened."""
 
+HAND_DEPTH_M = 0.001
+"""Depth from which on the hand alone counts as inside a body, m: wherever the arm comes to rest, within the tolerances
+of its kinematics, the hand touches that body then."""
+
 
 class CollisionChecker:
     """A copy of the scene in which configurations of the robot are checked, q being (n,) joint angles, rad or m."""
@@ -39,6 +44,7 @@ class CollisionChecker:
         robot.let_links_collide(model)
         self._is_world = ~self._is_robot & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
         self._tool = self._data.site(robot.tool)
+        self._hand = _rigid_with(model, int(model.site(robot.tool).bodyid[0]))
         self._object_poses = {obj: self._data.joint(obj).qpos for obj in scene.shapes}
         self._handled = self._load = -1
         self._let_collide()
@@ -117,6 +123,27 @@ class CollisionChecker:
         self._keep(clearance)
         self._place(q)
         return self._named()
+
+    def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
+        """Return whether the hand alone, opened to a width, m, would be inside a body with its tool in a pose.
+
+        The pads may be inside the handled object. False says nothing of the arm, nor whether it comes there.
+        """
+        model, data = self._model, self._data
+        data.qpos[self._widths] = self._robot.gripper.positions(width)
+        self._keep(0.0)
+        mujoco.mj_kinematics(model, data)
+        turn = tool.rotation @ self._tool.xmat.reshape(3, 3).T
+        shift = tool.position - turn @ self._tool.xpos
+        geoms = self._hand[model.geom_bodyid]
+        parts = (self._hand, data.xipos, data.ximat), (geoms, data.geom_xpos, data.geom_xmat)
+        for moved, positions, rotations in parts:
+            positions[moved] = positions[moved] @ turn.T + shift
+            rotations[moved] = (turn @ rotations[moved].reshape(-1, 3, 3)).reshape(-1, 9)
+        mujoco.mj_collision(model, data)
+        pairs = data.contact.geom[data.contact.dist < -HAND_DEPTH_M]
+        other = ~self._is_robot & (model.geom_bodyid != self._handled)
+        return bool((geoms[pairs] & other[pairs[:, ::-1]]).any())
 
     def blockers(self, path: np.ndarray, *, clearance: float, step: float = MAX_STEP_M) -> frozenset[str]:
         """Return the names of the bodies in the first collision along (N, n) configurations; none if there is none.
@@ -235,3 +262,11 @@ class CollisionChecker:
 
     def _name_of(self, body: int) -> str:
         return str(self._model.body(body).name)
+
+
+def _rigid_with(model: mujoco.MjModel, body: int) -> np.ndarray:
+    """Return (nbody,) bool: a body, what is fixed to it, and what hangs on those."""
+    found = np.arange(model.nbody) == model.body_weldid[body]
+    for other in range(model.nbody):
+        found[other] |= found[model.body_parentid[other]]
+    return found

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from sim.motion.kinematics import Arm
-from sim.motion.trajectory import CONTROL_PERIOD_S
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.workcell import Workcell
@@ -36,7 +36,7 @@ class KinematicCell(Workcell):
         super().__init__(scene, data, arm=arm, searches=1)
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
-        self._foreseen: tuple[bool, str | None, bool] | None = None
+        self._foreseen: tuple[str | None, bool] | None = None
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
         """Go to a state of the same MuJoCo model with the arm at rest.
@@ -77,11 +77,20 @@ class KinematicCell(Workcell):
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """See `Workcell.collisions`; until something moves, the objects are observed once."""
-        state = width is not None, self.contacts.handled, self.contacts.aloft
-        if state != self._foreseen or width is None:
-            self.collision_checker()
-            self._foreseen = state
+        self._foresee(observe=width is None)
         return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
+
+    def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
+        """See `CollisionChecker.hand_is_inside`; a look that spares inverse kinematics."""
+        self._foresee()
+        return self._checker.hand_is_inside(tool, width=width)
+
+    def _foresee(self, *, observe: bool = False) -> None:
+        """Observe the objects if something has moved, or if that is asked for."""
+        state = self.contacts.handled, self.contacts.aloft
+        if state != self._foreseen or observe:
+            self.collision_checker()
+            self._foreseen = None if observe else state
 
     def collision_checker(
         self, *, held: bool = False, width: float | None = None, touching: bool = True

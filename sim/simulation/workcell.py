@@ -13,7 +13,7 @@ from sim.motion.joint_trajectory import JointTrajectory, through
 from sim.motion.kinematics import Arm
 from sim.motion.planning import SEARCHES, MotionPlanner
 from sim.motion.timing import braking_time, summed
-from sim.motion.trajectory import CONTROL_PERIOD_S
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
 from sim.perception.sensors import (
     OBSERVATION_TIMEOUT_S,
     ExactSensor,
@@ -297,6 +297,13 @@ class Workcell:
         """Return the bodies in collision with the robot or its load at (n,) joint angles, rad (`CollisionChecker`)."""
         touches = self.collision_checker().touches(q, width=width, clearance=clearance)
         return sorted({other for _, other in touches})
+
+    def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
+        """Return whether it is known before the arm is there that the hand is inside a body; a run looks there alone.
+
+        Every look at objects is another observation.
+        """
+        return False
 
     def collision_checker(
         self, *, held: bool = False, width: float | None = None, touching: bool = True

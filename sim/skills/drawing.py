@@ -17,7 +17,7 @@ from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose, Posture
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import choose_grasp
+from sim.skills.grasp_choice import find_grasp
 from sim.skills.hand import OPEN_DURATION_S, free_pose, move_tool
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose
@@ -78,11 +78,11 @@ def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
     if isinstance(cell.scene.robot.gripper, SuctionGripper):
         return None
     for shift in _shifts(cell, obj, pose):
-        with suppress(SimulationError):
-            drawn = replace(pose, position=pose.position + SHARE_DRAWN * shift)
-            choose_grasp(cell, obj, drawn, pose.yaw, foreseen=False)
-            _pressing(cell, obj, pose, shift)
-            return shift
+        drawn = replace(pose, position=pose.position + SHARE_DRAWN * shift)
+        if find_grasp(cell, obj, drawn, pose.yaw, foreseen=False) is not None:
+            with suppress(SimulationError):
+                _pressing(cell, obj, pose, shift)
+                return shift
     return None
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -24,18 +25,31 @@ from sim.skills.hand import (
 )
 from sim.skills.placing import free_slot, resting_centre
 from sim.skills.skill import SkillError
-from sim.world.grasps import GraspPose, grasps, openings
+from sim.world.grasps import MAX_SLOPE, MAX_TILT_RAD, GraspPose, grasps, openings, tilt_of, tilts_of
 from sim.world.places import Slot
 from sim.world.shapes import ObjectShape, about_z
 
-MAX_TILT_RAD = np.radians(91)
-"""Greatest tilt of the hand from straight down: farther, it would point upwards."""
-
-MAX_SLOPE = np.sin(np.radians(15))
-"""Greatest slope of the line along which the fingers close: else one of them comes to lie below the object."""
-
 TILT_STEP_RAD = np.radians(15)
 """Tilts of the hand that differ by less than this are equally good."""
+
+
+Choice = tuple[GraspPose, ToolPose, ToolPose]
+"""A grasp, the pose from which the hand comes, and that in which the fingers close."""
+
+
+@dataclass
+class _Refusals:
+    """Why no grasp serves.
+
+    Attributes:
+        blockers: what is in the way of grasps that the arm reaches.
+        inside: grasps with which the hand alone would be inside something, whether or not the arm reaches them.
+        unplaceable: whether one would do where the object is.
+    """
+
+    blockers: set[str] = field(default_factory=set)
+    inside: list[GraspPose] = field(default_factory=list)
+    unplaceable: bool = False
 
 
 def choose_grasp(
@@ -46,10 +60,9 @@ def choose_grasp(
     *,
     tilted: bool = False,
     foreseen: bool = True,
-    certain: bool = False,
     unlike: Sequence[ToolPose] = (),
-) -> tuple[GraspPose, ToolPose, ToolPose]:
-    """Return the first grasp that serves, the pose from which the hand comes, and that in which the fingers close.
+) -> Choice:
+    """Return the first grasp that serves.
 
     It serves both where the object is, and where it is to be released next, if that is known and there is space now.
     What stands is taken even if none serves there.
@@ -61,19 +74,63 @@ def choose_grasp(
         yaw: heading of the line along which the fingers rather close, rad.
         tilted: leave out grasps for which the hand points straight down.
         foreseen: whether it shall serve where the object is released next.
-        certain: whether it must serve there for what stands, too.
         unlike: leave out grasps for which the hand points about as in one of these poses.
 
     Raises:
         BlockedError: bodies are in the way of all grasps.
         SimulationError: the arm reaches none.
     """
+    refusals, frame = _Refusals(), frame_of(pose, yaw)
+    found = _first_serving(cell, obj, pose, frame, refusals, tilted=tilted, foreseen=foreseen, unlike=unlike)
+    if found is not None:
+        return found
+    if refusals.unplaceable:
+        raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")
+    for grasp in refusals.inside:
+        with suppress(SimulationError):
+            _freely(cell, pose, frame, grasp, refusals.blockers)
+    if refusals.blockers:
+        raise BlockedError.beside_fingers(refusals.blockers)
+    if next(ranked(cell, obj, frame), None) is None:
+        raise SimulationError(f"{obj} stands or lies so that the hand cannot come to where it could hold it")
+    raise SimulationError(f"{obj} is out of reach")
+
+
+def find_grasp(
+    cell: Workcell,
+    obj: str,
+    pose: ObjectPose,
+    yaw: float,
+    *,
+    tilted: bool = False,
+    foreseen: bool = True,
+    certain: bool = False,
+) -> Choice | None:
+    """Return what `choose_grasp` does; None for its errors, without finding out which.
+
+    If it shall be certain, what stands is not taken either unless a grasp serves where it is released next.
+    """
+    frame, refusals = frame_of(pose, yaw), _Refusals()
+    return _first_serving(cell, obj, pose, frame, refusals, tilted=tilted, foreseen=foreseen, certain=certain)
+
+
+def _first_serving(
+    cell: Workcell,
+    obj: str,
+    pose: ObjectPose,
+    frame: np.ndarray,
+    refusals: _Refusals,
+    *,
+    tilted: bool,
+    foreseen: bool,
+    certain: bool = False,
+    unlike: Sequence[ToolPose] = (),
+) -> Choice | None:
+    """Return what `choose_grasp` does, or None; add why others do not serve."""
     shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj) if foreseen else None
-    frame = frame_of(pose, yaw)
-    blockers: set[str] = set()
     placeable: dict[bytes, bool] = {}
-    first: tuple[GraspPose, ToolPose, ToolPose] | None = None
-    for grasp, before, tool in _free_grasps(cell, obj, pose, frame, blockers, tilted=tilted):
+    first: Choice | None = None
+    for grasp, before, tool in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
         if any(tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
             continue
         if slot is None:
@@ -84,35 +141,36 @@ def choose_grasp(
         if placeable[alike]:
             return grasp, before, tool
         first = first or (grasp, before, tool)
-    if first is not None and pose.posture == Posture.UPRIGHT and not certain:
-        return first
-    if first is not None:
-        raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")
-    if blockers:
-        raise BlockedError.beside_fingers(blockers)
-    if next(ranked(cell, obj, frame), None) is None:
-        raise SimulationError(f"{obj} stands or lies so that the hand cannot come to where it could hold it")
-    raise SimulationError(f"{obj} is out of reach")
+    refusals.unplaceable = first is not None
+    return first if pose.posture == Posture.UPRIGHT and not certain else None
 
 
 def _free_grasps(
-    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, blockers: set[str], *, tilted: bool
-) -> Iterator[tuple[GraspPose, ToolPose, ToolPose]]:
-    """Yield grasps that the arm reaches freely where the object is; add what is in the way of others to the blockers.
+    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, refusals: _Refusals, *, tilted: bool
+) -> Iterator[Choice]:
+    """Yield grasps that the arm reaches freely where the object is; add why it does not take others.
 
     Arguments and poses are those of `choose_grasp`; each grasp is turned as the hand then is.
     """
     for grasp in ranked(cell, obj, frame):
-        if tilted and grasp.at(pose.position, frame).points_down:
+        tool = grasp.at(pose.position, frame)
+        if tilted and tool.points_down:
             continue
-        try:
-            before, tool = free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
-        except BlockedError as error:
-            blockers.update(error.by)
-        except SimulationError:
+        if all(cell.hand_is_inside(goal, width=grasp.opening) for goal in tool.either_way()):
+            refusals.inside.append(grasp)
             continue
-        else:
-            yield replace(grasp, rotation=frame.T @ tool.rotation), before, tool
+        with suppress(SimulationError):
+            yield _freely(cell, pose, frame, grasp, refusals.blockers)
+
+
+def _freely(cell: Workcell, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]) -> Choice:
+    """Return a grasp as the arm reaches it freely, see `free_pose`; add what is in its way to the blockers."""
+    try:
+        before, tool = free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
+    except BlockedError as error:
+        blockers.update(error.by)
+        raise
+    return replace(grasp, rotation=frame.T @ tool.rotation), before, tool
 
 
 def choose_placement(
@@ -204,8 +262,8 @@ def ranked(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[GraspPose]:
     turned = frame @ rotations
     # The third row of an upright rotation says how steep the hand points down in the end.
     final = np.einsum("ki,nij->knj", shape.symmetries[:, 2], rotations)
-    final_tilts = np.where(np.abs(final[:, :, 1]) < MAX_SLOPE, _tilt(final[:, :, 2]), np.inf).min(axis=0)
-    tilts = np.where(np.abs(turned[:, 2, 1]) < MAX_SLOPE, np.maximum(_tilt(turned[:, 2, 2]), final_tilts), np.inf)
+    final_tilts = np.where(np.abs(final[:, :, 1]) < MAX_SLOPE, tilts_of(final[:, :, 2]), np.inf).min(axis=0)
+    tilts = np.where(np.abs(turned[:, 2, 1]) < MAX_SLOPE, np.maximum(tilts_of(turned[:, 2, 2]), final_tilts), np.inf)
     for i in np.argsort(np.round(tilts / TILT_STEP_RAD), kind="stable"):
         if tilts[i] <= MAX_TILT_RAD:
             yield options[i]
@@ -219,7 +277,7 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
 
     def rank(pose: ToolPose) -> tuple[int, int, int]:
         off = abs(wrap(pose.yaw - yaw, np.pi))
-        tilt = round(float(_tilt(pose.rotation[2, 2])) / TILT_STEP_RAD)
+        tilt = round(float(tilts_of(pose.rotation[2, 2])) / TILT_STEP_RAD)
         return tilt, round(np.degrees(min(off, np.pi / 2 - off))), round(np.degrees(off))
 
     poses = (grasp.at(centre, rotation) for rotation in shape.standing(yaw))
@@ -244,14 +302,3 @@ def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose) -> bool:
     except SimulationError:
         return False
     return True
-
-
-def tilt_of(rotation: np.ndarray) -> float:
-    """Return how far a hand with such (3, 3) axes is tilted, rad; infinite if it cannot take anything on a surface."""
-    tilt = float(_tilt(rotation[2, 2]))
-    return tilt if tilt <= MAX_TILT_RAD and abs(rotation[2, 1]) < MAX_SLOPE else np.inf
-
-
-def _tilt(steepness: np.ndarray) -> np.ndarray:
-    """Return how far a hand is tilted from straight down, rad, whose axis has such a vertical component."""
-    return np.asarray(np.arccos(np.clip(-steepness, -1.0, 1.0)))

@@ -10,7 +10,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import choose_grasp
+from sim.skills.grasp_choice import find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, passage_height
 from sim.skills.skill import Skill
 from sim.skills.transfer import travel
@@ -72,11 +72,8 @@ def _tilted_grasp(cell: Workcell, location: str) -> tuple[ToolPose, ToolPose] | 
         offsets = {obj: pose.position - slot.position for obj, pose in poses.items()}
         there = [obj for obj, off in offsets.items() if np.hypot(*off[:2]) < slot.radius and 0 < off[2] < PILE_HEIGHT_M]
         for obj in sorted(there, key=lambda obj: -float(poses[obj].position[2])):
-            cell.contacts.handle(obj)
-            try:
-                return choose_grasp(cell, obj, poses[obj], slot.yaw, tilted=True)[1:]
-            except SimulationError:
-                continue
-            finally:
-                cell.contacts.handle(None)
+            with cell.contacts.handling(obj):
+                found = find_grasp(cell, obj, poses[obj], slot.yaw, tilted=True)
+            if found is not None:
+                return found[1:]
     return None

@@ -15,11 +15,11 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import choose_grasp, ranked, tilt_of
+from sim.skills.grasp_choice import find_grasp, ranked
 from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, passage_height
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower_duration
 from sim.skills.transfer import travel
-from sim.world.grasps import GraspPose, grasps
+from sim.world.grasps import GraspPose, grasps, tilt_of
 from sim.world.shapes import about_z
 
 QUARTERS = (0, 1, -1, 2)
@@ -80,12 +80,9 @@ def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
                 continue
             rotation = placing.rotation @ held.rotation.T
             rests = replace(pose, position=centre, rotation=rotation)
-            try:
-                choose_grasp(cell, obj, rests, pose.yaw, certain=True)
-            except SimulationError:
-                continue
-            over = not np.allclose(turned, frame)
-            return Turn(held, before, tool, above, placing, rests, over)
+            if find_grasp(cell, obj, rests, pose.yaw, certain=True) is not None:
+                over = not np.allclose(turned, frame)
+                return Turn(held, before, tool, above, placing, rests, over)
     return None
 
 

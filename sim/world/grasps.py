@@ -44,6 +44,13 @@ ROUND_LINES_RAD = np.radians([0, 90, 45, 135, 22.5, 67.5, 112.5, 157.5])
 """Headings of the closing lines across a round object."""
 
 
+MAX_TILT_RAD = np.radians(91)
+"""Greatest tilt of the hand from straight down: farther, it would point upwards."""
+
+MAX_SLOPE = np.sin(np.radians(15))
+"""Greatest slope of the line along which the fingers close: else one of them comes to lie below the object."""
+
+
 @dataclass(frozen=True, eq=False)
 class GraspPose:
     """How the hand takes an object; its pose is in the object's frame.
@@ -197,3 +204,14 @@ def _variants(
         lifts = ((low,) if clearance is None else (low, high)) if straight else TILTED_LIFTS_M
         for lift in lifts:
             yield order, lift, clearance
+
+
+def tilt_of(rotation: np.ndarray) -> float:
+    """Return how far a hand with such (3, 3) axes is tilted, rad; infinite if it cannot take anything on a surface."""
+    tilt = float(tilts_of(rotation[2, 2]))
+    return tilt if tilt <= MAX_TILT_RAD and abs(rotation[2, 1]) < MAX_SLOPE else np.inf
+
+
+def tilts_of(steepness: np.ndarray) -> np.ndarray:
+    """Return how far a hand is tilted from straight down, rad, whose axis has such a vertical component."""
+    return np.asarray(np.arccos(np.clip(-steepness, -1.0, 1.0)))

@@ -18,8 +18,12 @@ from sim.execution.executor import Execution
 from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.motion.joint_limits import missing_turns
 from sim.motion.kinematics import Arm
+from sim.motion.trajectory import ToolPose
 from sim.robots.panda import PANDA
-from sim.world.scene import build_scene, initial_state
+from sim.simulation.kinematic_cell import KinematicCell
+from sim.skills.grasp_choice import ranked
+from sim.skills.hand import free_pose
+from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
@@ -53,6 +57,43 @@ def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> No
 
     low = missing(check_cup((0.55, 0.28), shelf(0.44)), r"shelf above too low for the hand by (\d+) cm")
     assert check_cup((0.55, 0.28), shelf(0.44 + low + 0.01)).reason is None
+
+
+def low_pantry() -> Scene:
+    """Return a jar and a cup under a board, one of them at its edge, so low that the hand does not fit below it."""
+    shelf = Fixture("pantry", "shelf", at=(0.62, 0.28, 0.0), size=(0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.1))
+    places = Location("edge", at=(0.53, 0.36)), Location("deep", at=(0.60, 0.2))
+    objects = Object("jar", "deep", kind="cylinder", size=(0.045, 0.06)), Object("cup", "edge")
+    return build_scene(ManipulationModel("home", COSTS, places, objects, fixtures=(shelf,)), meshes=False)
+
+
+def test_that_a_board_is_too_low_for_the_hand_is_found_without_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+    searches: list[np.ndarray] = []
+    search = Arm._search
+
+    def counted(arm: Arm, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
+        searches.append(seed)
+        return search(arm, goal, seed, margin)
+
+    monkeypatch.setattr(Arm, "_search", counted)
+    missing(ArmCheck(low_pantry()).check("jar", "deep"), r"(?:out of reach below pantry|.* too low .*) by (\d+) cm")
+    assert len(searches) < 400
+
+
+def test_no_grasp_is_free_in_which_the_hand_alone_is_inside_something() -> None:
+    scene = low_pantry()
+    cell = KinematicCell(scene, initial_state(scene))
+    inside = 0
+    for obj in scene.shapes:
+        cell.contacts.handle(obj)
+        pose = cell.observe(obj)
+        for grasp in list(ranked(cell, obj, pose.rotation))[::5]:
+            goals = grasp.at(pose.position, pose.rotation).either_way()
+            if all(cell.hand_is_inside(goal, width=grasp.opening) for goal in goals):
+                inside += 1
+                with pytest.raises(SimulationError):
+                    free_pose(cell, goals, grasp)
+    assert inside > 50
 
 
 def test_a_hand_that_cannot_be_where_it_starts_is_told_as_in_a_run() -> None:
