@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 
 from sim.errors import SimulationError
-from sim.geometry.mjcf import solid_geoms
-from sim.geometry.rectangle import overlap
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose, Posture
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
 from sim.skills.hand import OPEN_DURATION_S, free_pose, move_tool
+from sim.skills.placing import obstacles
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose
 
@@ -27,9 +25,6 @@ DISTANCES_M = (0.03, 0.045, 0.06)
 
 STEP_M = 0.01
 """Distance between the places at which it must be free on the way, m."""
-
-OVER_SUPPORT_M = 0.003
-"""How much higher than it rests an object is checked for fixtures: it must not meet what carries it, m."""
 
 STROKE_M, MAX_STROKES = 0.03, 8
 """How far the fingers move while they press an object, m, and how often."""
@@ -197,38 +192,16 @@ def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:
     if _lies_round(pose):
         along = pose.rotation[:, 2] * [1.0, 1.0, 0.0]
         headings = np.array([[-along[1], along[0], 0.0], [along[1], -along[0], 0.0], along, -along])
-    meets = _obstacles(cell, obj, pose)
+    meets = obstacles(cell, obj)
     for distance in DISTANCES_M:
         steps = np.arange(distance, 0, -STEP_M)
-        free = [heading for heading in headings if not any(meets(step * heading) for step in steps)]
+        free = [
+            heading
+            for heading in headings
+            if not any(meets(replace(pose, position=pose.position + step * heading)) for step in steps)
+        ]
         middle = np.sum(free, axis=0) if free else np.zeros(3)
         yield from (
             distance * heading
             for heading in sorted(free, key=lambda heading: -float(heading @ middle))[:MAX_DIRECTIONS]
         )
-
-
-def _obstacles(cell: Workcell, obj: str, pose: ObjectPose) -> Callable[[np.ndarray], bool]:
-    """Return a function that tells whether an object meets another one or a fixture when it is shifted by (3,) m."""
-    model, data = cell.scene.mujoco, mujoco.MjData(cell.scene.mujoco)
-    data.qpos[:] = cell.data.qpos
-    poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
-    taken = [other.footprint for other in poses.values()]
-    own = solid_geoms(model, obj)
-    moving = (
-        np.isin(model.geom_bodyid, [model.body(other).id for other in poses])
-        | cell.scene.robot.bodies(model)[model.geom_bodyid]
-    )
-
-    def meets(shift: np.ndarray) -> bool:
-        moved = replace(pose, position=pose.position + shift)
-        if any(overlap(moved.footprint, other) for other in taken):
-            return True
-        data.joint(obj).qpos[:3] = moved.position + [0.0, 0.0, OVER_SUPPORT_M]
-        mujoco.mju_mat2Quat(data.joint(obj).qpos[3:], pose.rotation.ravel())
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        pairs = data.contact.geom[: data.ncon]
-        return bool((np.isin(pairs, own).any(axis=1) & ~moving[pairs].any(axis=1)).any())
-
-    return meets

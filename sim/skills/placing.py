@@ -1,9 +1,13 @@
-"""Where an object can be put down: free slots, and what carries it there."""
+"""Where an object can be put down: free slots, what carries it there, and what it would meet."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import mujoco
 import numpy as np
 
+from sim.geometry.mjcf import solid_geoms
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import middle_of_supports
 from sim.perception.sensors import ObjectPose, Poses, Posture
@@ -19,6 +23,9 @@ MAX_OVERHANG_M = 0.005
 
 MAX_UNEVENNESS_M = 0.005
 """Greatest difference in height between objects that carry another between them."""
+
+OVER_SUPPORT_M = 0.003
+"""How much higher than it rests an object is checked for fixtures: it must not meet what carries it, m."""
 
 DISTANCE_CAP_M = 0.1
 """Distance of centres beyond which slots are equally good."""
@@ -46,6 +53,31 @@ def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
     for other, top in tops.items():
         if not overlap(place, poses[other].footprint) or top < max(tops.values()) - MAX_UNEVENNESS_M:
             raise SkillError(f"{obj} would not rest on {other}")
+
+
+def obstacles(cell: Workcell, obj: str) -> Callable[[ObjectPose], bool]:
+    """Return a function that tells whether an object in a pose would meet another one, or a fixture beside it."""
+    model, data = cell.scene.mujoco, mujoco.MjData(cell.scene.mujoco)
+    data.qpos[:] = cell.data.qpos
+    poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
+    taken = [other.footprint for other in poses.values()]
+    own = solid_geoms(model, obj)
+    moving = (
+        np.isin(model.geom_bodyid, [model.body(other).id for other in poses])
+        | cell.scene.robot.bodies(model)[model.geom_bodyid]
+    )
+
+    def meets(pose: ObjectPose) -> bool:
+        if any(overlap(pose.footprint, other) for other in taken):
+            return True
+        data.joint(obj).qpos[:3] = pose.position + [0.0, 0.0, OVER_SUPPORT_M]
+        mujoco.mju_mat2Quat(data.joint(obj).qpos[3:], pose.rotation.ravel())
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        pairs = data.contact.geom[: data.ncon]
+        return bool((np.isin(pairs, own).any(axis=1) & ~moving[pairs].any(axis=1)).any())
+
+    return meets
 
 
 def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:

@@ -11,12 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from sim.errors import SimulationError
 from sim.geometry.mjcf import first_met
-from sim.geometry.rectangle import Rectangle, overlap
+from sim.geometry.rectangle import Rectangle
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp, ranked
 from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, passage_height
+from sim.skills.placing import obstacles
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower_duration
 from sim.skills.transfer import travel
 from sim.world.grasps import GraspPose, grasps, tilt_of
@@ -144,18 +145,18 @@ def _reached(
 
 
 def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield (3,) centres, m, where an object that is turned so overlaps no other one; away from others if need be.
+    """Yield (3,) centres, m, where an object that is turned so meets nothing: where it is, or else around.
 
     What carries it elsewhere is as high as what carries it now.
     """
-    taken = [cell.observe(other).footprint for other in cell.shapes if other != obj]
+    meets = obstacles(cell, obj)
     height = pose.underside[2] + pose.shape.depth(turned)
     for shift in SHIFTS_M:
         centre = np.array([*pose.position[:2] + shift, height])
-        own = replace(pose, position=centre, rotation=turned).footprint
-        if any(overlap(own, other) for other in taken):
+        there = replace(pose, position=centre, rotation=turned)
+        if meets(there):
             continue
-        if not shift.any() or _is_carried(cell, obj, own, height=float(pose.underside[2]), above=height):
+        if not shift.any() or _is_carried(cell, obj, there.footprint, height=float(pose.underside[2]), above=height):
             yield centre
 
 

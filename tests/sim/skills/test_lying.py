@@ -13,12 +13,13 @@ from scipy.spatial.transform import Rotation
 from skill_runs import assert_placed, contacts
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from prefplan.models.manipulation.surroundings import Fixture
 from sim.errors import BlockedError
 from sim.execution.faulty_devices import MissingGrasp
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Posture, object_pose
 from sim.simulation.workcell import Workcell
-from sim.skills import grasp, hand
+from sim.skills import grasp, hand, turning
 from sim.skills.catalogue import perform
 from sim.world.scene import build_scene, initial_state
 
@@ -62,6 +63,22 @@ def test_what_lies_is_taken_and_set_upright(kind: str, size: tuple[float, ...], 
     assert object_pose(cell.scene, cell.data, "x").tilt < np.radians(1)
     assert_placed(cell, "x", "dish")
     assert contacts(cell.events) == []
+
+
+def test_an_object_is_not_set_down_in_a_wall_that_stands_beside_it() -> None:
+    """A wall on the table, higher than the object, is where two corners would be 10 cm nearer to the robot."""
+    wall = Fixture("wall", "box", at=(0.31, -0.2, 0.1), size=(0.02, 0.2, 0.2))
+    objects = (Object("x", "near", kind="box", size=(0.05, 0.04, 0.09)),)
+    scene = build_scene(ManipulationModel("home", COSTS, LOCATIONS, objects, fixtures=(wall,)), meshes=False)
+    data = initial_state(scene)
+    turned = Rotation.from_euler("y", np.pi / 2).as_matrix()
+    data.joint("x").qpos[2] = scene.shapes["x"].depth(turned)
+    data.joint("x").qpos[3:] = Rotation.from_matrix(turned).as_quat(scalar_first=True)
+    mujoco.mj_forward(scene.mujoco, data)
+    cell = Workcell(scene, data)
+    centres = list(turning._centres(cell, "x", cell.observe("x"), turned))
+    shifts = np.round([centre[:2] - [0.45, -0.2] for centre in centres], 3)
+    assert shifts.tolist() == [[0.0, 0.0], [0.0, 0.1], [0.0, -0.1], [0.1, 0.0]]
 
 
 def test_a_miss_closes_once_over_what_lies_higher_than_it_stands() -> None:
