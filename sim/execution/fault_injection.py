@@ -11,10 +11,12 @@ from sim.execution.faults import Fault
 from sim.execution.faulty_devices import DropoutSensor, MissingGrasp, slipping
 from sim.geometry.mjcf import solid_geoms, yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.sensors import object_pose, stored
+from sim.perception.sensors import ObjectPose, object_pose, stored
 from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
+from sim.skills.placing import is_carried
 from sim.skills.skill import Skill
 from sim.world.places import Slot
+from sim.world.shapes import about_z
 
 STREAM = 2
 """Number of the random stream for faults: the same seed gives the same start poses with and without."""
@@ -234,7 +236,9 @@ class FaultInjector:
         joint.qpos[:3], joint.qpos[3:], joint.qvel[:] = position, yaw_quat(yaw), 0.0
 
     def _fits(self, obj: str, position: np.ndarray, yaw: float) -> bool:
-        """Return whether an object at a pose is free of contacts, also with the surface below it."""
+        """Return whether an object that stands at a pose is carried, and free of contacts just above that."""
+        if not is_carried(self._cell, obj, ObjectPose(self._cell.scene.shapes[obj], position, about_z(yaw))):
+            return False
         scratch = mujoco.MjData(self._cell.scene.mujoco)
         scratch.qpos[:] = self._cell.data.qpos
         pose = scratch.joint(obj).qpos

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from sim.geometry.mjcf import solid_geoms
+from sim.geometry.mjcf import first_met, solid_geoms
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.grounding import middle_of_supports
 from sim.perception.sensors import ObjectPose, Poses, Posture
@@ -23,6 +23,9 @@ MAX_OVERHANG_M = 0.005
 
 MAX_UNEVENNESS_M = 0.005
 """Greatest difference in height between objects that carry another between them."""
+
+SUPPORT_TOLERANCE_M = 0.005
+"""How much higher or lower than what is right below an object it may be carried, m."""
 
 OVER_SUPPORT_M = 0.003
 """How much higher than it rests an object is checked for fixtures: it must not meet what carries it, m."""
@@ -78,6 +81,14 @@ def obstacles(cell: Workcell, obj: str) -> Callable[[ObjectPose], bool]:
         return bool((np.isin(pairs, own).any(axis=1) & ~moving[pairs].any(axis=1)).any())
 
     return meets
+
+
+def is_carried(cell: Workcell, obj: str, pose: ObjectPose) -> bool:
+    """Return whether something other than itself carries an object in a pose, at its corners and its middle."""
+    model, place, down = cell.scene.mujoco, pose.footprint, np.array([0.0, 0.0, -1.0])
+    starts = [np.array([*point, pose.position[2]]) for point in (place.centre, *place.corners)]
+    drops = [first_met(model, cell.data, start, down, without=model.body(obj).id)[1] for start in starts]
+    return all(abs(drop - pose.below) <= SUPPORT_TOLERANCE_M for drop in drops)
 
 
 def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:

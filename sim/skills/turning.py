@@ -10,14 +10,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim.errors import SimulationError
-from sim.geometry.mjcf import first_met
-from sim.geometry.rectangle import Rectangle
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp, ranked
 from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, passage_height
-from sim.skills.placing import obstacles
+from sim.skills.placing import is_carried, obstacles
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower_duration
 from sim.skills.transfer import travel
 from sim.world.grasps import GraspPose, grasps, tilt_of
@@ -34,9 +32,6 @@ SHIFT_M = 0.1
 
 SHIFTS_M = SHIFT_M * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
 """(K, 2) places for it to try in turn, seen from where it lies, m."""
-
-SUPPORT_TOLERANCE_M = 0.005
-"""How much higher or lower than now an object may be carried where it is set down, m."""
 
 
 @dataclass(frozen=True)
@@ -156,16 +151,5 @@ def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> 
         there = replace(pose, position=centre, rotation=turned)
         if meets(there):
             continue
-        if not shift.any() or _is_carried(cell, obj, there.footprint, height=float(pose.underside[2]), above=height):
+        if not shift.any() or is_carried(cell, obj, there):
             yield centre
-
-
-def _is_carried(cell: Workcell, obj: str, place: Rectangle, *, height: float, above: float) -> bool:
-    """Return whether corners and middle of a place are free from a height, m, above it down to what carries there.
-
-    What carries is at the lower height; the object itself does not count.
-    """
-    model, down = cell.scene.mujoco, np.array([0.0, 0.0, -1.0])
-    starts = [np.array([*point, above]) for point in (place.centre, *place.corners)]
-    drops = [first_met(model, cell.data, start, down, without=model.body(obj).id)[1] for start in starts]
-    return all(abs(drop - (above - height)) <= SUPPORT_TOLERANCE_M for drop in drops)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
 from sim.execution.fault_injection import SLIP_DURATION_S
@@ -104,6 +105,15 @@ def test_what_is_moved_stands_upright_on_the_table_at_a_place_drawn_by_seed(scen
         assert 0.3 < np.hypot(*pose.position[:2]) < 0.7
     same, again, other, _ = (pose.position for pose in poses)
     assert np.array_equal(same, again) and not np.allclose(same, other, atol=0.01)
+
+
+def test_what_is_moved_stays_on_a_small_table() -> None:
+    costs = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
+    places = (Location("a", at=(0.5, 0.1)), Location("b", at=(0.5, -0.1)))
+    scene = build_scene(ManipulationModel("home", costs, places, (Object("x", "a"),)), meshes=False)
+    for seed in range(5):
+        run = run_with(scene, ["transit b"], "move:x@1", seed=seed)
+        assert 0.02 < true_poses(scene, run.cell.data)["x"].position[2] < 0.03
 
 
 def test_what_was_placed_and_fell_from_the_table_ends_no_run_with_an_error(scene: Scene) -> None:
