@@ -26,7 +26,7 @@ EDGE_STEPS_M = (0.02, 0.01, 0.005)
 motion that is made of the path is checked once more, densely, and if that fails, the next one serves."""
 
 PATH_MARGIN_RAD = 0.02
-"""Distance that planned paths keep from the ends of the joints, rad or m."""
+"""Distance that planned paths keep from the ends of the joints, rad or m, unless they begin or end nearer to them."""
 
 Touches = Callable[[np.ndarray], Collection[str]]
 """Returns the names of the bodies in collision at (n,) joint angles, rad or m."""
@@ -67,9 +67,11 @@ class MotionPlanner:
         for q, where in ((start, "it starts"), (goal, "it is to go")):
             if met := touches(q):
                 raise BlockedError(f"the arm would touch {' and '.join(sorted(met))} where {where}", set(met))
+        # Without the ends in its bounds, OMPL waits for others for ever.
+        low, high = np.min([self._low, start, goal], axis=0), np.max([self._high, start, goal], axis=0)
         found: list[np.ndarray] = []
         for number in range(self._searches):
-            search = _Search(self._low, self._high, self._levers, touches, step)
+            search = _Search(low, high, self._levers, touches, step)
             path = search.path(start, goal, seed=SEARCHES * self._seed + number)
             if path is not None:
                 found.append(path)
@@ -108,8 +110,11 @@ class _Search:
     def path(self, start: np.ndarray, goal: np.ndarray, *, seed: int) -> np.ndarray | None:
         """Return (K, n) configurations from start to goal, or None if none are found."""
         util.RNG.setSeed(seed + 1)  # 0 is no seed
-        problem = base.ProblemDefinition(self._info)
-        problem.setStartAndGoalStates(self._state(start), self._state(goal))
+        problem, ends = base.ProblemDefinition(self._info), (self._state(start), self._state(goal))
+        # Rounded, an end may touch what it does not quite touch.
+        if not all(self._info.isValid(end) for end in ends):
+            return None
+        problem.setStartAndGoalStates(*ends)
         planner = geometric.RRTConnect(self._info)
         planner.setProblemDefinition(problem)
         planner.setup()

@@ -43,6 +43,25 @@ def test_with_nothing_in_the_way_the_path_is_straight() -> None:
     assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() == pytest.approx(1.6)
 
 
+@pytest.mark.parametrize("off", [(0.19, 0.0), (0.2, 1.0)])
+def test_a_path_may_begin_and_end_at_the_ends_of_the_joints(off: tuple[float, float]) -> None:
+    """The first is nearer to the end of its range than paths are elsewhere."""
+    goal = GOAL + off
+    path = planner().plan(-goal, goal, wall(half=0.5))
+    assert np.array_equal(path[[0, -1]], [-goal, goal])
+
+
+def test_what_an_end_touches_when_it_is_looked_at_again_is_named() -> None:
+    looks: list[bool] = []
+
+    def touches(q: np.ndarray) -> set[str]:
+        looks.append(bool(np.array_equal(q, GOAL)))
+        return {"edge"} if sum(looks) > 1 and looks[-1] else set()
+
+    with pytest.raises(BlockedError, match="no way past edge was found"):
+        planner().plan(START, GOAL, touches)
+
+
 def test_the_seed_alone_decides_the_path() -> None:
     first, again, other = (planner(seed).plan(START, GOAL, wall(half=0.5)) for seed in (3, 3, 4))
     assert np.array_equal(first, again)
