@@ -21,6 +21,10 @@ TORQUE_RATE_HEADROOM = 0.42
 """Share of the limits of torque rates that a reference may use by the arm's inertia alone, its jerks averaged over a
 control period; those of the simulated torques are 1.5 to 2.2 times as large."""
 
+JUMP_HEADROOM = 0.85
+"""The same at the ends of a movement, where joints stop within a step, with what the motors' damping adds then. Wrists
+have little inertia, and what it adds is three times as much."""
+
 JUMP_RATE_PER_S = 280.0
 """A torque that jumps in a step of the simulation changes by so many times its jump a second, behind the low-pass
 filter of commanded torques (`sim.simulation.recorder`)."""
@@ -52,10 +56,13 @@ class MotionLimits(NamedTuple):
     Attributes:
         robot: whose n joints move.
         inertias: (K, n, n) kg m^2, the arm's at the ends of the movement, where jerks are greatest.
+        damping: (n, n) kg m^2, what the motors' damping adds to an inertia when the acceleration jumps: the implicit
+            integrator lets it act within the step, which the motors' torques do not count.
     """
 
     robot: Robot
     inertias: np.ndarray
+    damping: np.ndarray
 
 
 def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
@@ -167,8 +174,9 @@ def _end_excess(limits: MotionLimits, accelerations: np.ndarray) -> float:
     An arm that is almost stretched lags behind the tool's path, and catches up at its very end. Straight movements
     of the joints (`along`) have no acceleration at their ends.
     """
-    jumps = JUMP_RATE_PER_S * np.abs(accelerations @ limits.inertias).max(axis=(0, 1))
-    return float(np.sqrt((jumps / limits.robot.torque_rate_limits).max() / TORQUE_RATE_HEADROOM))
+    bounds = (limits.inertias, TORQUE_RATE_HEADROOM), (limits.inertias + limits.damping, JUMP_HEADROOM)
+    shares = [np.abs(accelerations @ inertias).max(axis=(0, 1)) / headroom for inertias, headroom in bounds]
+    return float(np.sqrt(JUMP_RATE_PER_S * (np.max(shares, axis=0) / limits.robot.torque_rate_limits).max()))
 
 
 def _excess(limits: MotionLimits, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
