@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from forged_logs import log_of_run, refutations
-from forgeries import PLAIN, RESIMULATED, SCENARIO, SIGNED, Forgery
+from forgeries import PLAIN, RESIMULATED, SCENARIO, SIGNED, Forgery, detail
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from prefplan.scenario.decode import Scenario, loads
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log, encode, read_log
 from sim.evidence.signature import check_signature, sign
+from sim.execution import fault_injection
 from sim.execution.faults import read_fault
 
 
@@ -43,8 +46,9 @@ def test_the_honest_log_is_confirmed_at_every_level(cup_log: Log, scenario: Scen
 
 
 @pytest.mark.parametrize("fault", ["knock:cup@1", "slip@3", "miss:1@2", "foreign:tray@1", "move:cup@1"])
-def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str) -> None:
-    """With this seed the cup is moved beside the table: it falls for metres, and does not leap."""
+def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With this seed the cup is moved to where nothing carries it: it falls for metres, and does not leap."""
+    monkeypatch.setattr(fault_injection, "is_carried", lambda *place: True)
     late = "latency=30" if fault.startswith("slip") else ""  # the gripper opens later than it is told to
     faults = [read_fault(fault, scenario.model)]  # type: ignore[arg-type]
     log = log_of_run(scenario, seed=3, faults=faults, perturbation=late)
@@ -53,6 +57,16 @@ def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str) -> None:
     assert certificate.check("faults").words.startswith("1, as asked for") and certificate.check("events").holds
     fell = log.qpos[:, log.about.joints["cup"] + 2].min() < -1
     assert fell == fault.startswith("move")
+
+
+def test_what_moves_is_placed_somewhere_between_two_frames(cup_log: Log) -> None:
+    (placed,) = (event for event in cup_log.about.events if event.kind == "placed")
+    x, after = cup_log.about.joints["cup"], int(np.searchsorted(cup_log.times, placed.time + 1e-9))
+    told = detail("placed", error_mm=placed.detail["error_mm"] + 3)(cup_log)
+    for moved, holds in ((slice(after, after + 1), True), (slice(after - 1, after + 1), False)):
+        qpos = cup_log.qpos.copy()
+        qpos[moved, x] += 0.006
+        assert certify(replace(told, qpos=qpos)).check("events").holds == holds
 
 
 @pytest.mark.parametrize("forgery", PLAIN, ids=named)
