@@ -77,7 +77,10 @@ class KinematicCell(Workcell):
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """See `Workcell.collisions`; until something moves, the objects are observed once."""
-        self._foresee(observe=width is None)
+        if width is None:
+            self.collision_checker()
+        else:
+            self._foresee()
         return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
@@ -85,12 +88,12 @@ class KinematicCell(Workcell):
         self._foresee()
         return self._checker.hand_is_inside(tool, width=width)
 
-    def _foresee(self, *, observe: bool = False) -> None:
-        """Observe the objects if something has moved, or if that is asked for."""
+    def _foresee(self) -> None:
+        """Observe the objects if something has moved."""
         state = self.contacts.handled, self.contacts.aloft
-        if state != self._foreseen or observe:
+        if state != self._foreseen:
             self.collision_checker()
-            self._foreseen = None if observe else state
+            self._foreseen = state
 
     def collision_checker(
         self, *, held: bool = False, width: float | None = None, touching: bool = True
