@@ -38,7 +38,7 @@ Choice = tuple[GraspPose, ToolPose, ToolPose]
 
 
 @dataclass
-class _Refusals:
+class Refusals:
     """Why no grasp serves.
 
     Attributes:
@@ -59,33 +59,21 @@ def choose_grasp(
     yaw: float,
     *,
     tilted: bool = False,
-    foreseen: bool = True,
     unlike: Sequence[ToolPose] = (),
 ) -> Choice:
-    """Return the first grasp that serves.
-
-    It serves both where the object is, and where it is to be released next, if that is known and there is space now.
-    What stands is taken even if none serves there.
-
-    Args:
-        cell: the running simulation.
-        obj: the object.
-        pose: as measured.
-        yaw: heading of the line along which the fingers rather close, rad.
-        tilted: leave out grasps for which the hand points straight down.
-        foreseen: whether it shall serve where the object is released next.
-        unlike: leave out grasps for which the hand points about as in one of these poses.
+    """Return what `find_grasp` does; arguments as there.
 
     Raises:
         BlockedError: bodies are in the way of all grasps.
-        SimulationError: the arm reaches none.
+        SimulationError: the arm reaches none, or none that serves.
     """
-    refusals, frame = _Refusals(), frame_of(pose, yaw)
-    found = _first_serving(cell, obj, pose, frame, refusals, tilted=tilted, foreseen=foreseen, unlike=unlike)
+    refusals = Refusals()
+    found = find_grasp(cell, obj, pose, yaw, tilted=tilted, unlike=unlike, refusals=refusals)
     if found is not None:
         return found
     if refusals.unplaceable:
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")
+    frame = frame_of(pose, yaw)
     for grasp in refusals.inside:
         with suppress(SimulationError):
             _freely(cell, pose, frame, grasp, refusals.blockers)
@@ -103,30 +91,28 @@ def find_grasp(
     yaw: float,
     *,
     tilted: bool = False,
+    unlike: Sequence[ToolPose] = (),
     foreseen: bool = True,
     certain: bool = False,
+    refusals: Refusals | None = None,
 ) -> Choice | None:
-    """Return what `choose_grasp` does; None for its errors, without finding out which.
+    """Return the first grasp that serves, or None.
 
-    If it shall be certain, what stands is not taken either unless a grasp serves where it is released next.
+    It serves both where the object is, and where it is to be released next, if that is known and there is space now.
+    What stands is taken even if none serves there.
+
+    Args:
+        cell: the running simulation.
+        obj: the object.
+        pose: as measured.
+        yaw: heading of the line along which the fingers rather close, rad.
+        tilted: leave out grasps for which the hand points straight down.
+        unlike: leave out grasps for which the hand points about as in one of these poses.
+        foreseen: whether it shall serve where the object is released next.
+        certain: whether it must serve there for what stands, too.
+        refusals: why other grasps do not serve is added to them.
     """
-    frame, refusals = frame_of(pose, yaw), _Refusals()
-    return _first_serving(cell, obj, pose, frame, refusals, tilted=tilted, foreseen=foreseen, certain=certain)
-
-
-def _first_serving(
-    cell: Workcell,
-    obj: str,
-    pose: ObjectPose,
-    frame: np.ndarray,
-    refusals: _Refusals,
-    *,
-    tilted: bool,
-    foreseen: bool,
-    certain: bool = False,
-    unlike: Sequence[ToolPose] = (),
-) -> Choice | None:
-    """Return what `choose_grasp` does, or None; add why others do not serve."""
+    frame, refusals = frame_of(pose, yaw), refusals or Refusals()
     shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj) if foreseen else None
     placeable: dict[bytes, bool] = {}
     first: Choice | None = None
@@ -146,7 +132,7 @@ def _first_serving(
 
 
 def _free_grasps(
-    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, refusals: _Refusals, *, tilted: bool
+    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, refusals: Refusals, *, tilted: bool
 ) -> Iterator[Choice]:
     """Yield grasps that the arm reaches freely where the object is; add why it does not take others.
 
