@@ -129,7 +129,7 @@ class Prepared:
     """
 
     _backward: Backward | None = None
-    _deeper: list[list[tuple[int, ...]]] = []
+    _deeper: Sequence[list[tuple[int, ...]]] = ()
 
     def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.

@@ -91,7 +91,7 @@ class Arm:
         ]
         self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
         motors = [self.model.actuator(name).id for name in robot.joints]
-        self._damped_inertias = -self.model.opt.timestep * self.model.actuator_biasprm[motors, 2]
+        self._damping = np.diag(-self.model.opt.timestep * self.model.actuator_biasprm[motors, 2])
         self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
@@ -112,7 +112,7 @@ class Arm:
             self._configuration.update(q)
             mujoco.mj_crb(self.model, data)
             mujoco.mj_fullM(self.model, data, inertia)
-        return MotionLimits(self.robot, inertias, np.diag(self._damped_inertias))
+        return MotionLimits(self.robot, inertias, self._damping)
 
     def reach(
         self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD
