@@ -73,7 +73,7 @@ def measure(name: str, *, repeats: int) -> dict[str, str]:
     whole, bare = pairs.min(axis=0)
     spent = dict.fromkeys(PARTS, 0.0)
     with _timed(spent):
-        total = _seconds(carried_out)
+        total = sum(_seconds(carried_out) for _ in range(repeats))
     spent[REST] = total - sum(spent.values())
     shares = {part: f"{spent[part] / total:.1%}" for part in (*PARTS, REST)}
     planning = sum(spent[part] for part in PARTS if part.startswith("planning")) / total

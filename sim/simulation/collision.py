@@ -15,9 +15,9 @@ from sim.world.scene import Scene
 ADJACENT_M = 0.01
 """Links nearer than this to each other with the arm at home and the hand closed never count as in collision."""
 
-MAX_STEP_M = 0.008
-"""Greatest distance that a point of the robot or its load moves between two checks along a path. What has a clearance
-of more than half of it at both is not touched in between, however thin it is."""
+CHECK_STEP_M = 0.008
+"""Greatest distance that a point of the robot or its load moves between two checks along a path, or twice the clearance
+if that is more: what is farther away than half of it at both is not touched in between, however thin it is."""
 
 MAX_NEARING_M = 0.001
 """By how much the arm may come nearer to what it is near to when it starts, m."""
@@ -46,6 +46,7 @@ class CollisionChecker:
         self._tool = self._data.site(robot.tool)
         self._hand = _rigid_with(model, int(model.site(robot.tool).bodyid[0]))
         self._object_poses = {obj: self._data.joint(obj).qpos for obj in scene.shapes}
+        self._names = [str(model.body(body).name) for body in range(model.nbody)]
         self._handled = self._load = -1
         self._let_collide()
         self._adjacent: set[tuple[int, int]] = set()
@@ -72,7 +73,7 @@ class CollisionChecker:
     def hand_and_load(self) -> frozenset[str]:
         """Names of the body that carries the tool and of what it holds, which do not move towards each other."""
         carrier = int(self._model.site(self._robot.tool).bodyid[0])
-        return frozenset(self._name_of(body) for body in (carrier, self._load) if body >= 0)
+        return frozenset(self._names[body] for body in (carrier, self._load) if body >= 0)
 
     def see(
         self,
@@ -145,7 +146,7 @@ class CollisionChecker:
         other = ~self._is_robot & (model.geom_bodyid != self._handled)
         return bool((geoms[pairs] & other[pairs[:, ::-1]]).any())
 
-    def blockers(self, path: np.ndarray, *, clearance: float, step: float = MAX_STEP_M) -> frozenset[str]:
+    def blockers(self, path: np.ndarray, *, clearance: float, step: float | None = None) -> frozenset[str]:
         """Return the names of the bodies in the first collision along (N, n) configurations; none if there is none.
 
         A body that is within the clearance at the start, such as an object that slipped against a finger, counts only
@@ -155,11 +156,12 @@ class CollisionChecker:
         Args:
             path: joint angles, straight between one row and the next.
             clearance: bodies nearer than this count as in collision, m.
-            step: greatest distance that a point moves between two checks, m.
+            step: greatest distance that a point moves between two checks, m; see `CHECK_STEP_M`.
         """
+        step = max(CHECK_STEP_M, 2 * clearance) if step is None else step
         self._keep(clearance)
         self._place(path[-1])
-        load = self._name_of(self._load) if self._load >= 0 else None
+        load = self._names[self._load] if self._load >= 0 else None
         carriers = {pair for pair in self._named() if load in pair}
         self._place(path[0])
         near = {name for _, name in self._named() - carriers}
@@ -238,12 +240,15 @@ class CollisionChecker:
     def _pairs(self) -> set[tuple[int, int]]:
         """Return the pairs of bodies that must not touch: first the one that moves, of two that do the lower number."""
         found: set[tuple[int, int]] = set()
-        for a, b in self._data.contact.geom.tolist():
-            one, other = int(self._model.geom_bodyid[a]), int(self._model.geom_bodyid[b])
-            moves = [self._is_robot[geom] or body == self._load for geom, body in ((a, one), (b, other))]
-            wanted = one == self._handled and self._is_finger[b] or other == self._handled and self._is_finger[a]
-            if any(moves) and not wanted:
-                found.add((one, other) if moves[0] and (one < other or not moves[1]) else (other, one))
+        geoms = self._data.contact.geom
+        bodies, fingers = self._model.geom_bodyid[geoms], self._is_finger[geoms]
+        moves = self._is_robot[geoms] | (bodies == self._load)
+        wanted = ((bodies == self._handled) & fingers[:, ::-1]).any(axis=1)
+        counted = moves.any(axis=1) & ~wanted
+        for (one, other), (moves_one, moves_other) in zip(
+            bodies[counted].tolist(), moves[counted].tolist(), strict=True
+        ):
+            found.add((one, other) if moves_one and (one < other or not moves_other) else (other, one))
         return found - self._adjacent
 
     def _named(self) -> frozenset[tuple[str, str]]:
@@ -251,17 +256,14 @@ class CollisionChecker:
         mujoco.mj_collision(self._model, self._data)
         contacts = self._data.contact.geom.tobytes()
         if contacts not in self._known:
-            self._known[contacts] = frozenset((self._name_of(a), self._name_of(b)) for a, b in self._pairs())
+            self._known[contacts] = frozenset((self._names[a], self._names[b]) for a, b in self._pairs())
         return self._known[contacts]
 
     def _nearest(self, others: set[str]) -> float:
         """Return the least distance in a contact with one of several bodies, m; infinite if there is none."""
         contact, body = self._data.contact, self._model.geom_bodyid
-        touched = [{self._name_of(int(body[geom])) for geom in pair} & others for pair in contact.geom]
+        touched = [{self._names[body[geom]] for geom in pair} & others for pair in contact.geom]
         return min((float(d) for d, names in zip(contact.dist, touched, strict=True) if names), default=np.inf)
-
-    def _name_of(self, body: int) -> str:
-        return str(self._model.body(body).name)
 
 
 def _rigid_with(model: mujoco.MjModel, body: int) -> np.ndarray:

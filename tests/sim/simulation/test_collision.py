@@ -13,7 +13,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import true_poses
-from sim.simulation.collision import MAX_STEP_M, CollisionChecker
+from sim.simulation.collision import CollisionChecker
 from sim.world.contacts import set_margins
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -64,7 +64,8 @@ def test_steps_are_as_short_as_said(bare: Scene, monkeypatch: pytest.MonkeyPatch
     assert check.blockers(SWEEP, clearance=0.006) == set()
     on_path = np.array(seen[1:])  # the first is the end of the path
     moved = np.linalg.norm(np.diff(on_path, axis=0), axis=2).max(axis=1)
-    assert 0.3 * MAX_STEP_M < np.median(moved) and moved.max() <= MAX_STEP_M
+    longest = 0.012  # twice the clearance
+    assert 0.3 * longest < np.median(moved) and moved.max() <= longest
 
 
 def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
