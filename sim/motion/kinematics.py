@@ -55,8 +55,8 @@ MIN_AXES_PRODUCT = np.cos(np.radians(10))
 MAX_GOAL_STEPS = 60
 """Most IK steps to a goal; about 7 are used."""
 
-MAX_SEARCH_STEP_RAD = 0.6
-"""How far a joint turns in one of them."""
+MAX_SEARCH_STEP_RAD, CONVERGED_RAD = 0.6, 1e-3
+"""How far a joint turns at most in one of them, and in the last one: what is then left is a thousandth of that."""
 
 TILTED_MARGIN_RAD = 0.06
 """Distance that the goals of a tilted hand keep from the ends of the joints, rad: commands run ahead of the joints."""
@@ -97,6 +97,7 @@ class Arm:
         self._damping = np.diag(-self.model.opt.timestep * self.model.actuator_biasprm[motors, 2])
         self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
+        self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
         self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
@@ -156,8 +157,7 @@ class Arm:
             found = [(q, goal) for goal in goals if (q := self._solved(goal, near, margin)) is not None]
             yield from sorted(found, key=lambda entry: float(np.abs(entry[0] - near).max()))
         turned = [(self._seed(goal), goal) for goal in goals]
-        middle = self.model.jnt_range[-1].mean()
-        turned.sort(key=lambda entry: float(abs(entry[0][-1] - middle)))
+        turned.sort(key=lambda entry: float(abs(entry[0][-1] - self._middle)))
         offsets = np.zeros((1, len(self.robot.home)))
         if seeds and not down:
             draws = np.random.default_rng(0).normal(scale=SEED_SPREAD_RAD, size=(seeds, offsets.shape[1]))
@@ -186,7 +186,7 @@ class Arm:
         for _ in range(MAX_GOAL_STEPS):
             velocity = self._solve(1.0, longest=MAX_SEARCH_STEP_RAD)
             self._configuration.integrate_inplace(velocity, 1.0)
-            if np.abs(velocity).max() < 1e-4:
+            if np.abs(velocity).max() < CONVERGED_RAD:
                 break
         q = self._configuration.q
         low, high = self.model.jnt_range.T
@@ -197,11 +197,11 @@ class Arm:
         """Return home with the first joint turned towards a pose and the last to its yaw, if they are vertical."""
         q = self.robot.home.copy()
         first, last = self._turns[[0, -1]]
-        turn = self.robot.polar(goal.position)[1] - self.robot.polar(self._home.position)[1]
+        turn = self.robot.polar(goal.position)[1] - self._home_bearing
         q[0] += first * turn
         if last and len(q) > 1:
-            middle = self.model.jnt_range[-1].mean()
-            q[-1] = middle + wrap(q[-1] + last * (goal.yaw - self._home.yaw - abs(first) * turn) - middle)
+            q[-1] += last * (goal.yaw - self._home.yaw - abs(first) * turn)
+            q[-1] = self._middle + wrap(q[-1] - self._middle)
         return q
 
     def move(
@@ -293,8 +293,8 @@ class Arm:
     def _turn(self, q: np.ndarray, goal: np.ndarray) -> float:
         """Return the tool's turn about z as the joints go straight from one configuration to another, rad."""
         samples = 2 + int(np.abs(goal - q).sum())  # joints turn by at most 1 rad from one to the next
-        yaws = np.unwrap([self.tool(q + share * (goal - q)).yaw for share in np.linspace(0, 1, samples)])
-        return float(yaws[-1] - yaws[0])
+        yaws = [self.tool(q + share * (goal - q)).yaw for share in np.linspace(0, 1, samples)]
+        return sum(wrap(after - before) for before, after in itertools.pairwise(yaws))
 
     def _follow(
         self, q: np.ndarray, goal: np.ndarray, path: ToolPath, fastest: np.ndarray

@@ -20,6 +20,9 @@ TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2 = 1.6, 6.0
 MIN_DOWN_COMPONENT = 0.999
 """Least vertical component of the axis of a hand that points down."""
 
+MIN_TILT_RAD = 1e-4
+"""Least angle by which a tool counts as tilting, rad."""
+
 MIN_DURATION_S = 0.15
 """Shortest duration of a movement, s."""
 
@@ -148,8 +151,8 @@ def arch(
     times = [duration(length, SPEED_M_S, ACCELERATION_M_S2) for length in (rise, across, drop)]
     about_z = np.array([0.0, 0.0, turn])
     tilt = rotation_vector(Rotation.from_rotvec(-about_z).as_matrix() @ goal.rotation @ start.rotation.T)
-    turned = max(abs(turn), float(np.linalg.norm(tilt)))
-    times[1] = max(times[1], duration(turned, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
+    tilted = float(np.linalg.norm(tilt))
+    times[1] = max(times[1], duration(max(abs(turn), tilted), TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
     up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
@@ -166,8 +169,11 @@ def arch(
     angle = front + phi0 + sweep * carried
     z = start.position[2] + rise * raised - sink * carried - drop * lowered
     positions = np.column_stack([axis[0] + radius * np.cos(angle), axis[1] + radius * np.sin(angle), z])
-    turned, tilted = (Rotation.from_rotvec(carried[:, None] * vector).as_matrix() for vector in (about_z, tilt))
-    return ToolPath(positions, turned @ tilted @ start.rotation, smooth_step(t / t[-1]))
+    rotations = start.rotation
+    if tilted > MIN_TILT_RAD:
+        rotations = Rotation.from_rotvec(carried[:, None] * tilt).as_matrix() @ rotations
+    rotations = Rotation.from_rotvec(carried[:, None] * about_z).as_matrix() @ rotations
+    return ToolPath(positions, rotations, smooth_step(t / t[-1]))
 
 
 def _polar(offset: np.ndarray, front: float) -> tuple[float, float]:

@@ -195,7 +195,7 @@ class CollisionChecker:
         model.body_conaffinity[model.geom_bodyid[world]] = 0
         model.body_conaffinity[model.geom_bodyid[is_load]] = 1
         self._moving = np.flatnonzero(is_load | (self._is_robot & (model.geom_contype != 0)))
-        self._radii = model.geom_rbound[self._moving]
+        self._radii = model.geom_rbound[self._moving] / np.sqrt(2)
         self._known: dict[bytes, frozenset[tuple[str, str]]] = {}
         self._clearance = np.nan
 
@@ -234,7 +234,7 @@ class CollisionChecker:
         """
         shifts, turns = after[0] - before[0], after[1] - before[1]
         moved = np.sqrt(np.vecdot(shifts, shifts))
-        moved += self._radii * np.sqrt(np.vecdot(turns, turns) / 2)
+        moved += self._radii * np.sqrt(np.vecdot(turns, turns))
         return float(moved.max())
 
     def _pairs(self) -> set[tuple[int, int]]:
