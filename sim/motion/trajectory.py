@@ -151,8 +151,8 @@ def arch(
     times = [duration(length, SPEED_M_S, ACCELERATION_M_S2) for length in (rise, across, drop)]
     about_z = np.array([0.0, 0.0, turn])
     tilt = rotation_vector(Rotation.from_rotvec(-about_z).as_matrix() @ goal.rotation @ start.rotation.T)
-    tilted = float(np.linalg.norm(tilt))
-    times[1] = max(times[1], duration(max(abs(turn), tilted), TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
+    turned = max(abs(turn), float(np.linalg.norm(tilt)))
+    times[1] = max(times[1], duration(turned, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
     up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
@@ -169,11 +169,14 @@ def arch(
     angle = front + phi0 + sweep * carried
     z = start.position[2] + rise * raised - sink * carried - drop * lowered
     positions = np.column_stack([axis[0] + radius * np.cos(angle), axis[1] + radius * np.sin(angle), z])
-    rotations = start.rotation
-    if tilted > MIN_TILT_RAD:
-        rotations = Rotation.from_rotvec(carried[:, None] * tilt).as_matrix() @ rotations
-    rotations = Rotation.from_rotvec(carried[:, None] * about_z).as_matrix() @ rotations
-    return ToolPath(positions, rotations, smooth_step(t / t[-1]))
+    return ToolPath(positions, _turned(start.rotation, tilt, about_z, carried), smooth_step(t / t[-1]))
+
+
+def _turned(rotation: np.ndarray, tilt: np.ndarray, turn: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return (N, 3, 3) a rotation after (N,) shares of a tilt and then of a turn, (3,) rotation vectors, rad."""
+    if np.linalg.norm(tilt) > MIN_TILT_RAD:
+        rotation = Rotation.from_rotvec(shares[:, None] * tilt).as_matrix() @ rotation
+    return Rotation.from_rotvec(shares[:, None] * turn).as_matrix() @ rotation
 
 
 def _polar(offset: np.ndarray, front: float) -> tuple[float, float]:
