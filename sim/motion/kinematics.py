@@ -56,7 +56,8 @@ MAX_GOAL_STEPS = 60
 """Most IK steps to a goal; about 7 are used."""
 
 MAX_SEARCH_STEP_RAD, CONVERGED_RAD = 0.6, 1e-3
-"""How far a joint turns at most in one of them, and in the last one: what is then left is a thousandth of that."""
+"""How far a joint turns at most in one of them if the hand points down, which seeds are near to; and in the last one:
+what is then left is a thousandth of that."""
 
 TILTED_MARGIN_RAD = 0.06
 """Distance that the goals of a tilted hand keep from the ends of the joints, rad: commands run ahead of the joints."""
@@ -183,8 +184,9 @@ class Arm:
         """Search as `_solved` says."""
         self._configuration.update(seed)
         self._aim(goal.position, goal.rotation, seed)
+        longest = MAX_SEARCH_STEP_RAD if goal.points_down else np.inf
         for _ in range(MAX_GOAL_STEPS):
-            velocity = self._solve(1.0, longest=MAX_SEARCH_STEP_RAD)
+            velocity = self._solve(1.0, longest=longest)
             self._configuration.integrate_inplace(velocity, 1.0)
             if np.abs(velocity).max() < CONVERGED_RAD:
                 break
