@@ -3,7 +3,7 @@
 The names in `__init__.pyi` can be imported from here; each is loaded when it is first asked for.
 
 MuJoCo loads an OpenGL backend as it is imported, and cannot be imported where MUJOCO_GL names one that is missing.
-Physics needs none, so it is then imported without; whoever wants a picture is told by `sim.rendering.renderer`.
+Physics needs none, so it is then imported without; whoever wants a picture is told by `sim.rendering.opengl`.
 """
 
 import os

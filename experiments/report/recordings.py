@@ -20,8 +20,8 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.scenario.decode import Scenario
 from sim.errors import LogError, RenderingError
 from sim.evidence.log import Log, read_log
+from sim.rendering.opengl import check_rendering
 from sim.rendering.quality import DRAFT, Look, Quality
-from sim.rendering.renderer import check_rendering
 from sim.world.scene import Scene
 
 

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import copy
-import importlib
-import os
-import subprocess
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from types import TracebackType
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -21,13 +16,11 @@ from sim.rendering.antialias import fill_specks, smooth_edges
 from sim.rendering.cameras import Camera, label_anchors, label_offsets, label_targets
 from sim.rendering.inset import inset_box, with_inset
 from sim.rendering.labels import draw_labels, label_boxes
+from sim.rendering.opengl import gl_context, no_gl
 from sim.rendering.quality import DRAFT, Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import WRIST, Scene
 from sim.world.tabletop import TABLE_TOP, picture
-
-CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
-"""What mends a machine without OpenGL (names of Debian's packages)."""
 
 LAMP_RADIUS_RAD = 0.02
 """Radius of the key light, seen from what it lights. With a larger one the shadows of its few points are told apart."""
@@ -87,11 +80,11 @@ class Painter:
         self._option.geomgroup[:] = [group <= VISIBLE for group in range(mujoco.mjNGROUP)]
         self._option.sitegroup[:] = 0
         try:
-            self._gl = _gl_context(*size)
+            self._gl = gl_context(*size)
             self._gl.make_current()
             self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
         except Exception as failure:
-            raise RenderingError(_no_gl(f"{type(failure).__name__}: {failure}")) from failure
+            raise RenderingError(no_gl(f"{type(failure).__name__}: {failure}")) from failure
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._drawn = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 100)
 
@@ -197,49 +190,3 @@ class Painter:
         self._model.mat_emission[material] = level
         self._model.light_active[light] = level > 0
         self._model.light_diffuse[light] = level * np.array(glow.light)
-
-
-def check_rendering() -> None:
-    """Set up rendering in a process of its own, which a faulty driver may end without harm.
-
-    Raises:
-        RenderingError: it cannot be done; the message says why and what mends it, in one sentence.
-    """
-    call = f"import sys; sys.path = {sys.path}; from sim.rendering.renderer import probe; probe()"
-    done = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True)
-    if done.returncode:
-        lines = done.stderr.strip().splitlines()
-        why = lines[-1] if lines else f"the renderer ended with status {done.returncode}"
-        raise RenderingError(_no_gl(why))
-
-
-def probe() -> None:
-    """Set up rendering in the smallest size, or fail as the libraries do."""
-    model = mujoco.MjModel.from_xml_string("<mujoco/>")
-    gl = _gl_context(16, 16)
-    gl.make_current()
-    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-    context.free()
-    gl.free()
-
-
-def _no_gl(why: str) -> str:
-    chosen = os.environ.get("MUJOCO_GL")
-    other = f", or unset MUJOCO_GL, which is {chosen!r}" if chosen else ""
-    return f"no OpenGL here ({why}); {CURE}{other}"
-
-
-def gl_backend() -> str:
-    """Return the OpenGL backend that MUJOCO_GL names, else `egl` where there is no display, or nothing."""
-    displays = ("DISPLAY", "WAYLAND_DISPLAY")
-    headless = sys.platform == "linux" and not any(os.environ.get(name) for name in displays)
-    return os.environ.get("MUJOCO_GL", "").lower().strip() or ("egl" if headless else "")
-
-
-def _gl_context(width: int, height: int) -> Any:
-    """Return an OpenGL context. MuJoCo reads MUJOCO_GL once, as it is imported; here it may still be chosen."""
-    if gl_backend() in ("egl", "osmesa"):
-        return importlib.import_module(f"mujoco.{gl_backend()}").GLContext(width, height)
-    if not hasattr(mujoco, "GLContext"):
-        raise RuntimeError("MuJoCo has no renderer")
-    return mujoco.GLContext(width, height)

@@ -187,7 +187,7 @@ def _in_processes(jobs: Sequence[Any], workers: int) -> Iterator[int]:
     except RenderingError:
         raise
     except Exception as failure:
-        reason = f"{type(failure).__name__}: {failure}".strip().splitlines()[-1]
+        reason = f"{type(failure).__name__}: {failure}".strip().splitlines()[0]
         raise RenderingError(f"rendering failed: {reason}") from failure
 
 

@@ -111,7 +111,7 @@ def simulation() -> Diagnosis:
 def rendering() -> Diagnosis:
     """Whether OpenGL renders."""
     from sim.errors import RenderingError
-    from sim.rendering.renderer import check_rendering
+    from sim.rendering.opengl import check_rendering
 
     chosen = os.environ.get("MUJOCO_GL")
     try:

@@ -95,7 +95,7 @@ def test_a_machine_that_cannot_render_is_told_why(chosen: str, mend: str, monkey
         raise RenderingError("no OpenGL here (no display); install one")
 
     monkeypatch.setenv("MUJOCO_GL", chosen)
-    monkeypatch.setattr("sim.rendering.renderer.check_rendering", refuse)
+    monkeypatch.setattr("sim.rendering.opengl.check_rendering", refuse)
     assert diagnosis.rendering() == Diagnosis("rendering", PROBLEM, "no OpenGL here (no display)", mend)
 
 

@@ -17,8 +17,8 @@ from prefplan.models.manipulation.model import Location, ManipulationModel
 from sim.errors import RenderingError
 from sim.rendering import renderer, video
 from sim.rendering.antialias import smooth_edges
+from sim.rendering.opengl import CURE, check_rendering, gl_backend
 from sim.rendering.quality import DRAFT
-from sim.rendering.renderer import CURE, check_rendering, gl_backend
 from sim.rendering.video import render_frame, render_video
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -119,7 +119,7 @@ def test_without_gl_there_is_no_picture_and_of_a_video_that_fails_nothing_is_lef
         raise ImportError("no EGL")
 
     qpos = initial_state(scene).qpos
-    monkeypatch.setattr(renderer, "_gl_context", refuse)
+    monkeypatch.setattr(renderer, "gl_context", refuse)
     with pytest.raises(RenderingError, match=PACKAGES) as caught:
         render_frame(scene, qpos)
 
