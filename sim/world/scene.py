@@ -254,8 +254,7 @@ def _unsettled(scene: Scene, data: mujoco.MjData) -> list[str]:
     model = scene.nominal or scene.mujoco
     names = [obj.name for obj in scene.model.objects]
     bodies, later = [model.body(name).id for name in names], copy.copy(data)
-    for _ in range(round(SETTLE_DURATION_S / TIMESTEP)):
-        mujoco.mj_step(model, later)
+    mujoco.mj_step(model, later, round(SETTLE_DURATION_S / TIMESTEP))
     moved = np.linalg.norm(later.xpos[bodies] - data.xpos[bodies], axis=1)
     tilted = np.linalg.norm(later.xmat[bodies, 6:] - data.xmat[bodies, 6:], axis=1)
     stands = (moved < MAX_SETTLING_M) & (tilted < MAX_SETTLING_RAD)

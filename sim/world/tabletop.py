@@ -94,7 +94,9 @@ def _wood(across: int, along: int) -> np.ndarray:
         check_limits()
         rows = min(plank, height - top)
         warp = _noise(rng, (4, 6), (width, rows))
-        rings = np.sin(2 * np.pi * (np.linspace(0, 3.0, rows)[:, None] + 1.6 * warp + rng.uniform(0, 1)))
+        rings = np.sin(
+            2 * np.pi * (np.linspace(0, 3.0, rows, dtype=np.float32)[:, None] + 1.6 * warp + rng.uniform(0, 1))
+        )
         fibre = _noise(rng, (rows, 24), (width, rows))
         fine = _noise(rng, (rows, 160), (width, rows))
         tone[top : top + rows] = 0.035 * rings + 0.07 * fibre + 0.035 * fine + rng.uniform(-0.05, 0.05)
