@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
+import cloudpickle
 import pytest
 from scenario_texts import shipped
 
@@ -19,22 +22,25 @@ def pytest_configure() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     # So many objects live as long as the tests that looking through them all takes a twentieth of the time.
     gc.set_threshold(10_000)
-    # Each program that the tests start would compile all sources again.
+    # Each process of the tests, and each program that they start, would compile all sources again.
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()  # nor need the modules and the tests be looked through
+    atexit.register(gc.unfreeze)  # libraries complain of objects that outlive the process
 
 
 @pytest.fixture(scope="session", autouse=True)
-def usual_pixels_per_m() -> Iterator[int]:
-    """Print tables with few pixels: the picture is a quarter of the work for a scene, and every copy has it, too.
-
-    Returns how many there are in other processes, which draw the same picture again where they render.
-    """
+def few_pixels_per_m() -> Iterator[None]:
+    """Print tables with few pixels: the picture is a quarter of the work for a scene, and every copy has it, too."""
     tabletop = sys.modules.get("sim.world.tabletop")  # it takes a second to load, and the planner needs none
     with pytest.MonkeyPatch.context() as patch:
-        usual = tabletop.PIXELS_PER_M if tabletop else 0
         if tabletop:
             patch.setattr(tabletop, "PIXELS_PER_M", 300)
-        yield usual
+            patch.setattr(tabletop, "BOARD_PX", 512)
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -49,9 +55,25 @@ def arch_model() -> ManipulationModel:
 def gl() -> None:
     """Skip where nothing can be rendered."""
     # MuJoCo takes a second to load; tests of the planner alone do without.
-    from sim.rendering.renderer import probe
+    from sim.rendering.opengl import probe
 
     try:
         probe()
     except Exception as error:
         pytest.skip(f"nothing can be rendered: {error}")
+
+
+@pytest.fixture
+def rendered_here(gl: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Render videos in this process: those that render for the program take seconds to load the simulation."""
+    from sim.rendering import video
+
+    def one_by_one(jobs: Sequence[Any], workers: int) -> Iterator[int]:
+        return (render(*arguments, **options) for render, arguments, options in map(handed_over, jobs))
+
+    def handed_over(job: Any) -> Any:
+        return cloudpickle.loads(cloudpickle.dumps(job))
+
+    monkeypatch.setattr(video, "_in_processes", one_by_one)
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C still ends this process
+    monkeypatch.setenv("LP_NUM_THREADS", "1")  # as the renderer does for good

@@ -67,33 +67,30 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copytree(ROOT / name, folder / "source" / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder / "source")
-    _pip(Path(sys.executable), "wheel", "--no-build-isolation", f"--wheel-dir={folder}", str(folder / "source"))
     venv.create(folder / "venv", symlinks=True)
     programs = folder / "venv" / "bin"
-    _pip(programs / "python", "install", "--ignore-installed", *map(str, folder.glob("*.whl")))
     (packages,) = (folder / "venv").glob("lib/python*/site-packages")
     # Folders in a .pth file are searched last, and their own .pth files, such as that of an editable prefplan, are not
     # looked at.
     (packages / "needs.pth").write_text("\n".join({sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}))
-    _bring_machine_code(packages)
+    pip = [sys.executable, "-m", "pip", f"--python={programs / 'python'}", "--disable-pip-version-check"]
+    options = ["--no-build-isolation", "--no-deps", "--no-index", "--ignore-installed", "--no-compile"]
+    done = subprocess.run([*pip, "install", *options, str(folder / "source")], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    _bring_compiled(packages)
     return programs
 
 
-def _pip(python: Path, command: str, *arguments: str) -> None:
-    pip = [sys.executable, "-m", "pip", f"--python={python}", "--disable-pip-version-check", command]
-    done = subprocess.run([*pip, "--no-deps", "--no-index", *arguments], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-
-
-def _bring_machine_code(packages: Path) -> None:
-    """Spare the tests a minute of compiling: machine code fits a source of the same time and size."""
-    for source in (ROOT / "prefplan").rglob("*"):
-        copy = packages / source.relative_to(ROOT)
-        if source.suffix in (".nbi", ".nbc", ".sha256"):
-            copy.parent.mkdir(exist_ok=True)
-            shutil.copy(source, copy)
-        elif source.suffix == ".py":
-            shutil.copystat(source, copy)
+def _bring_compiled(packages: Path) -> None:
+    """Spare the tests a minute of compiling: bytecode and machine code fit a source of the same time and size."""
+    for name in ("prefplan", *COMMON):
+        for source in (ROOT / name).rglob("*"):
+            copy = packages / source.relative_to(ROOT)
+            if source.suffix in (".pyc", ".nbi", ".nbc", ".sha256"):
+                copy.parent.mkdir(exist_ok=True)
+                shutil.copy(source, copy)
+            elif source.suffix == ".py":
+                shutil.copystat(source, copy)
 
 
 @pytest.fixture

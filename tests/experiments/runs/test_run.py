@@ -20,11 +20,11 @@ from skill_runs import displaced
 from experiments import case_study_3
 from experiments.runs import carry_out
 from experiments.runs.outcome import outcome_json
-from prefplan import load, pareto_front
+from prefplan import ManipulationModel, load, pareto_front
 from sim.errors import RenderingError
 from sim.execution import executor
 from sim.rendering.quality import DRAFT
-from sim.world import tabletop
+from sim.world.scene import build_scene
 
 CUP = cup_scenario(places=PLACES | {"shelf": "{ at = [0.60, 0.10] }"})
 
@@ -196,10 +196,11 @@ def test_without_opengl_all_but_the_video_is_there(run: Run, cup: Path, monkeypa
 
 
 @pytest.mark.slow
-def test_a_video_of_a_run(cup: Path, gl: None, usual_pixels_per_m: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tabletop, "PIXELS_PER_M", usual_pixels_per_m)
+@pytest.mark.usefixtures("rendered_here")
+def test_a_video_of_a_run(cup: Path) -> None:
     scenario = load("cup.toml")
-    scene = carry_out.scene_of(scenario)
+    assert isinstance(scenario.model, ManipulationModel)
+    scene = build_scene(scenario.model, meshes=False)
     plan = pareto_front(scenario.problem())[0]
     told: list[tuple[str, int, int, str]] = []
     video = cup / "cup.mp4"
@@ -208,7 +209,7 @@ def test_a_video_of_a_run(cup: Path, gl: None, usual_pixels_per_m: int, monkeypa
         scene,
         replace(plan, actions=plan.actions[:1]),
         video=video,
-        quality=replace(DRAFT, size=(160, 90)),
+        quality=replace(DRAFT, size=(160, 90), shadow_pixels=64),
         tell=lambda *what: told.append(what),
     )
     assert outcome.video == video

@@ -34,8 +34,8 @@ PROGRAM = [sys.executable, "-c", "import sys; from experiments.program import ma
 
 CUP = cup_scenario(places=PLACES_NEARBY)
 
-ROLLOUTS = 4
-SWEEP = ["sweep", "cup.toml", "--rollouts", str(ROLLOUTS), "--jobs", "2", "--seed", "7"]
+ROLLOUTS = 3
+SWEEP = ["sweep", "cup.toml", "--rollouts", str(ROLLOUTS), "--jobs", "1", "--seed", "7"]
 
 Records = dict[int, dict[str, Any]]
 

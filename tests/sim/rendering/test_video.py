@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import signal
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from joblib import delayed
 
+from prefplan import ManipulationModel
+from sim.errors import RenderingError
 from sim.rendering import video
 from sim.rendering.overlay import Caption, TaskStatus, caption_at, strip_height, with_strip
+from sim.rendering.quality import DRAFT
 from sim.rendering.video import LAST_FRAME_S, render_video
 from sim.simulation.rollout import FRAME_RATE, Rollout
-from sim.world.scene import Scene, initial_state
+from sim.world.scene import build_scene, initial_state
 
 SIZE = (160, 90)
 TASKS = (TaskStatus("phi1", "F blue_bin1", "open"), TaskStatus("phi2", "F pink_bin1", "satisfied"))
@@ -89,15 +92,9 @@ def test_six_tasks_can_be_read_to_their_ends() -> None:
 
 
 @pytest.mark.slow
-def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rendered in this process; the video of a run has processes of its own, which take seconds to start."""
-
-    def one_by_one(jobs: Sequence[Any], workers: int) -> Iterator[int]:
-        return (render(*arguments, **options) for render, arguments, options in jobs)
-
-    monkeypatch.setattr(video, "_in_processes", one_by_one)
-    monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C still ends this process
-    monkeypatch.setenv("LP_NUM_THREADS", "1")  # as the renderer does for good
+@pytest.mark.usefixtures("rendered_here")
+def test_a_video_holds_every_frame(arch_model: ManipulationModel, tmp_path: Path) -> None:
+    scene = build_scene(arch_model, meshes=False)
     frames = 2 * FRAME_RATE
     qpos = np.tile(initial_state(scene).qpos, (frames, 1))
     qpos[:, 0] = np.linspace(0, 0.8, frames)
@@ -121,9 +118,10 @@ def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path, monke
         placement_error=0.0,
         robot=scene.robot,
     )
-    told: list[tuple[int, int]] = []
+    told: list[tuple[int, ...]] = []
     path = tmp_path / "new" / "video.mp4"
-    render_video(scene, rollout, CAPTIONS, path, size=SIZE, progress=lambda done, total: told.append((done, total)))
+    quality = replace(DRAFT, size=SIZE, shadow_pixels=64)
+    render_video(scene, rollout, CAPTIONS, path, quality=quality, progress=lambda *done: told.append(done))
     count = round((times[-1] + LAST_FRAME_S) * 30) + 1
     assert len(told) > 1 and told[-1] == (count, count)
     reader = imageio_ffmpeg.read_frames(str(path))
@@ -134,3 +132,16 @@ def test_a_video_holds_every_frame(scene: Scene, gl: None, tmp_path: Path, monke
     assert abs(pictures[0] - pictures[45]).max() > 100
     assert abs(pictures[-1] - pictures[-20]).mean() < 2
     assert [entry.name for entry in path.parent.iterdir()] == ["video.mp4"]
+
+
+def test_parts_are_rendered_by_other_processes_and_one_that_ends_is_told() -> None:
+    def fail() -> None:
+        raise ValueError("no driver")
+
+    def crash() -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    assert os.getpid() not in set(video._in_processes([delayed(os.getpid)()] * 2, 2))
+    for job, message in ((fail, "ValueError: no driver"), (crash, "TerminatedWorkerError: ")):
+        with pytest.raises(RenderingError, match=f"rendering failed: {message}"):
+            list(video._in_processes([delayed(job)()], 2))
