@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 POSITION_TOLERANCE_M = 2e-5
 """Greatest distance of an interpolated position from the recorded one."""
@@ -41,16 +40,24 @@ def rotation_keys(times: np.ndarray, quaternions: np.ndarray) -> np.ndarray:
         times: (T,) s, increasing.
         quaternions: (T, 4) of length 1, w first.
     """
-    rotations = Rotation.from_quat(quaternions, scalar_first=True)
 
     def errors(first: int, last: int) -> np.ndarray:
         between = slice(first + 1, last)
         share = (times[between] - times[first]) / (times[last] - times[first])
-        whole = (rotations[first].inv() * rotations[last]).as_rotvec()
-        turned = rotations[first] * Rotation.from_rotvec(share[:, None] * whole)
-        return np.asarray((turned.inv() * rotations[between]).magnitude())
+        begin, end = quaternions[first], quaternions[last]
+        end = end if begin @ end >= 0 else -end  # the shorter way round
+        whole = _angles(begin, end) / (2 * np.pi)  # between the quaternions, in units of pi as sinc takes it
+        shares = np.stack([1 - share, share], axis=1)
+        arc = shares * np.sinc(shares * whole) / np.sinc(whole) @ np.stack([begin, end])
+        return _angles(arc, quaternions[between])
 
     return _keys(len(times), errors, ANGLE_TOLERANCE_RAD)
+
+
+def _angles(ones: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the angles between rotations, rad; `q` and `-q` are the same one."""
+    chords = np.minimum(np.linalg.norm(ones - others, axis=-1), np.linalg.norm(ones + others, axis=-1))
+    return 4 * np.arcsin(chords / 2)
 
 
 def _keys(count: int, errors: Errors, tolerance: float) -> np.ndarray:
