@@ -24,11 +24,12 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The pages, as `make docs` builds them, without those that show the sources."""
+    """The pages, as `make docs` builds them, without those that show the sources and the index for searching."""
     folder: Path = tmp_path_factory.mktemp("site")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(ROOT / "docs" / "pictures")
         patch.setattr("sphinx.ext.viewcode.collect_pages", lambda app: iter(()))  # a quarter of the work
+        patch.setattr("sphinx.builders.html.StandaloneHTMLBuilder.search", False)
         # The fronts are planned once, here and in other tests, which takes as long as all the rest.
         patch.setattr("gallery.front_of", lambda scenario: shipped_front(scenario.name))
         assert build_main(["--fail-on-warning", "--keep-going", "--quiet", str(ROOT / "docs"), str(folder)]) == 0

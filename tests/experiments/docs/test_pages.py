@@ -83,8 +83,12 @@ IN_THIS_PROCESS: dict[str, Callable[[list[str]], int]] = {"prefplan": main, "pyt
 
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
-READ_ONLY = r"prefplan run .* --(camera|inset) |MUJOCO_GL|prefplan (report|draw|export|view|doctor)\b"
-"""Commands that have tests of their own, and leave nothing that a page needs: only their words are read."""
+READ_ONLY = (
+    r"prefplan run (tidy.toml --plan|.* --(camera|inset)) |MUJOCO_GL|"
+    r"prefplan (sweep tidy|report|draw|export|view|doctor)\b"
+)
+"""Commands that have tests of their own or are done on a later page, and leave nothing that a page needs: only their
+words are read."""
 
 MISTAKE = ' || echo "exit status $?"'
 """Ends a line that shows a mistake, and what is said of it."""
