@@ -24,7 +24,7 @@ from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, INTERRUPTED
 from experiments.commands.planning.checkup import check
-from experiments.sweep.job import Record, Sweep, failure_class, pack, roll_out
+from experiments.sweep.job import RolloutRecord, Sweep, failure_class, pack, roll_out
 from experiments.sweep.recorded import RECORDS
 from experiments.sweep.summary import share, wilson
 from prefplan.errors import PrefplanError
@@ -165,7 +165,7 @@ def scene_text(seed: int, number: int) -> str:
     raise AssertionError("no scene was drawn")
 
 
-def carry_out(seed: int, number: int, folder: Path) -> Record:
+def carry_out(seed: int, number: int, folder: Path) -> RolloutRecord:
     """Draw a scene, check it, carry its cheapest plan out if the check finds no fault, and return what happened."""
     path = folder / f"scene_{number}.toml"
     write_bytes(path, scene_text(seed, number).encode())
@@ -188,7 +188,7 @@ def carry_out(seed: int, number: int, folder: Path) -> Record:
     return roll_out(sweep, number) | {"scene": number, "objects": len(model.objects), "fixtures": len(model.fixtures)}
 
 
-def markdown(records: Sequence[Record], seed: int) -> str:
+def markdown(records: Sequence[RolloutRecord], seed: int) -> str:
     """Return the results as a page."""
     feasible = [record for record in records if record["class"] != REFUSED]
     completed = [record for record in feasible if record["completed"]]

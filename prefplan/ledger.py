@@ -15,9 +15,8 @@ from typing import Any
 
 from prefplan.exact_costs import Number, exact, running_totals, to_number
 from prefplan.front import Plan, Purchase
+from prefplan.logic.good_prefix import Label
 from prefplan.problem import Problem
-
-Label = frozenset[str]
 
 
 @dataclass(frozen=True)

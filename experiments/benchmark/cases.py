@@ -25,7 +25,7 @@ from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_prob
 from experiments.benchmark.road_costs import COSTS, random_queries, write_files
 from experiments.benchmark.road_front import problem_between
 from experiments.benchmark.road_network import road_network
-from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, Search, carry_out, search, warm_up
+from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, SearchMethod, carry_out, search, warm_up
 from experiments.benchmark.summary import cells, table
 from experiments.scenarios import find
 from prefplan import Options, Problem
@@ -49,7 +49,7 @@ Group = Callable[[Path, range], Iterator[Run]]
 """Yields runs, given a folder for files and the seeds of instances."""
 
 
-def _runs(problem: str, instances: Iterable[Callable[[], Problem]], searches: Mapping[str, Search]) -> list[Run]:
+def _runs(problem: str, instances: Iterable[Callable[[], Problem]], searches: Mapping[str, SearchMethod]) -> list[Run]:
     """Return all searches of some instances of a problem, in turns."""
     return [
         Run({"problem": problem, "method": name, "seed": seed}, made, searched)
@@ -88,7 +88,9 @@ def ablation(folder: Path, seeds: range) -> Iterator[Run]:
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
     problems |= {(FRONT, name): [partial(_shipped, name)] * len(seeds) for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
-        searches: dict[str, Search] = {device: partial(search, kind, options=opts) for device, opts in DEVICES.items()}
+        searches: dict[str, SearchMethod] = {
+            device: partial(search, kind, options=opts) for device, opts in DEVICES.items()
+        }
         yield from _runs(
             f"{kind}, {name}", instances, searches | {"no topological sweep": partial(_without_sweep, kind)}
         )

@@ -6,9 +6,10 @@ import random
 import re
 from collections.abc import Iterator, Sequence
 
-from experiments.benchmark.published import FORMULAS, KNOWN_FRONTS, Cell
+from experiments.benchmark.published import FORMULAS, KNOWN_FRONTS
 from prefplan import Front, GridModel, Order, Problem, Task
 from prefplan.front import point_of
+from prefplan.models.grid import Cell
 
 SIZE = 10
 

@@ -26,8 +26,6 @@ FORMULAS = (
 )
 """The fixed list of which the paper timed random orderings, each time the first N."""
 
-Cell = tuple[int, int]
-
 KNOWN_FRONTS = """
 58 07 99, 61 99 98: (31,10) (32,0)
 76 03 47, 07 12 84: (35,0)

@@ -29,7 +29,7 @@ COSTS = ("first", "second")
 Arc = tuple[int, int, int, int]
 """From, to, and the two costs."""
 
-Point = tuple[int, int]
+CostPair = tuple[int, int]
 
 
 class Query(NamedTuple):
@@ -91,13 +91,13 @@ def problem_between(folder: Path, costs: Sequence[str], query: Query) -> Problem
     return Problem(model.transition_system(), [Task("arrive", "F goal")], [])
 
 
-def points_by_one_search(arcs: list[Arc], query: Query) -> list[Point]:
+def points_by_one_search(arcs: list[Arc], query: Query) -> list[CostPair]:
     """Return the front of a query, by a search that keeps the least second cost at each node."""
     leaving: dict[int, list[tuple[int, int, int]]] = {}
     for source, target, first, second in arcs:
         leaving.setdefault(source, []).append((target, first, second))
     least: dict[int, float] = {}
-    points: list[Point] = []
+    points: list[CostPair] = []
     frontier = [(0, 0, query.source)]
     while frontier:
         first, second, node = heappop(frontier)

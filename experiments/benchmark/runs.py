@@ -47,7 +47,7 @@ Record = dict[str, Any]
 - `baseline_bytes`: memory of the process before the run, with everything loaded and compiled.
 """
 
-Search = Callable[[Problem], Record]
+SearchMethod = Callable[[Problem], Record]
 """Searches an instance; returns what a `Record` says of the search. It can be pickled, as `functools.partial` can."""
 
 
@@ -64,7 +64,7 @@ class Run:
 
     what: Mapping[str, Any]
     instance: Callable[[], Problem]
-    search: Search
+    search: SearchMethod
 
 
 def search(
@@ -104,7 +104,7 @@ def _record(began: float, expanded: int, found: Points | None, within: float | N
     return {"seconds": seconds, "expanded": expanded, "points": found, "within": within, "ended": ended}
 
 
-def method(kind: str, name: str, *, max_seconds: float) -> Search:
+def method(kind: str, name: str, *, max_seconds: float) -> SearchMethod:
     """Return the search of a kind by one of the methods; the yardstick's front is BOA* over the whole product."""
     options = YARDSTICKS.get(name)
     if options is not None and kind == SINGLE:

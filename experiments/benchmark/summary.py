@@ -21,17 +21,17 @@ STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
     "max": max,
 }
 
-Columns = tuple[tuple[str, str, str], ...]
+TableColumns = tuple[tuple[str, str, str], ...]
 """Columns of a table: heading, entry of the cell, and statistic. The ratio is that to the first method."""
 
-EFFORT: Columns = (
+EFFORT: TableColumns = (
     ("s", "seconds", "median"),
     ("at most s", "seconds", "max"),
     ("x first", "ratio", "median"),
     ("labels expanded", "expanded", "median"),
     ("MB", "peak_mb", "median"),
 )
-COLUMNS: Columns = (*EFFORT, ("points", "points", "mean"), ("within %", "within", "median"))
+COLUMNS: TableColumns = (*EFFORT, ("points", "points", "mean"), ("within %", "within", "median"))
 
 
 def _key(record: Record, *without: str) -> tuple[tuple[str, Any], ...]:
@@ -101,7 +101,7 @@ def _rounded(value: float) -> float:
     return float(f"{value:.3g}") if abs(value) < 1000 else round(value)
 
 
-def table(found: Iterable[Mapping[str, Any]], names: Sequence[str], columns: Columns = COLUMNS) -> str:
+def table(found: Iterable[Mapping[str, Any]], names: Sequence[str], columns: TableColumns = COLUMNS) -> str:
     """Return a Markdown table with a row for each cell; it begins with the entries of the cell with these names."""
     rows = [[*names, *(heading for heading, *_ in columns)]]
     rows += [[*(str(cell[name]) for name in names), *(_show(cell, *which) for _, *which in columns)] for cell in found]

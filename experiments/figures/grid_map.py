@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap
 from prefplan.front import Plan
-from prefplan.models.grid import Box, GridModel
+from prefplan.models.grid import Cell, GridBox, GridModel
 from prefplan.problem import Problem
 
 GROUNDS = ("#efe6d3", "#dcdfe6", "#f3f0ea", "#e3ead8")
@@ -22,8 +22,6 @@ GROUNDS = ("#efe6d3", "#dcdfe6", "#f3f0ea", "#e3ead8")
 
 MOST_CELLS = 2_500
 """Most cells of a grid that is drawn with its cells, which are too small to see in larger ones."""
-
-Cell = tuple[int, int]
 
 LANE = 0.15
 """Distance between two lines side by side, cells."""
@@ -141,15 +139,15 @@ def _trail(plan: Plan) -> Trail:
     return trail(cast(Sequence[Cell], plan.states))
 
 
-def _rectangle(box: Box) -> np.ndarray:
+def _rectangle(box: GridBox) -> np.ndarray:
     return np.array(box) + [-0.5, -0.5, 0.5, 0.5]
 
 
-def _area(box: Box) -> int:
+def _area(box: GridBox) -> int:
     return (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
 
 
-def _draw_area(axes: Axes, boxes: Sequence[Box], **style: Any) -> None:
+def _draw_area(axes: Axes, boxes: Sequence[GridBox], **style: Any) -> None:
     for x0, y0, x1, y1 in boxes:
         axes.add_patch(Rectangle((x0 - 0.5, y0 - 0.5), x1 - x0 + 1, y1 - y0 + 1, linewidth=0, zorder=1.5, **style))
 

@@ -15,7 +15,7 @@ BESIDE, PER_LINE, COVERED_POINT, COVERED_AREA, COVERED_DOT = 2.0, 1.5, 1.0, 2.0,
 
 
 @dataclass(frozen=True)
-class Label:
+class MapLabel:
     """A label to place; rectangles are (left, low, right, high).
 
     Attributes:
@@ -44,7 +44,9 @@ class Obstacles:
     areas: np.ndarray
 
 
-def place(labels: Sequence[Label], frame: np.ndarray, obstacles: Obstacles, *, line: float) -> list[np.ndarray | None]:
+def place(
+    labels: Sequence[MapLabel], frame: np.ndarray, obstacles: Obstacles, *, line: float
+) -> list[np.ndarray | None]:
     """Return the rectangle of each label, None where it would overlap another one everywhere.
 
     Labels that have little space are placed first, each at the place of the least penalty that is left.
@@ -85,7 +87,7 @@ def _area(rectangle: np.ndarray) -> float:
     return float(np.prod(rectangle[2:] - rectangle[:2]))
 
 
-def _candidates(label: Label, frame: np.ndarray) -> np.ndarray:
+def _candidates(label: MapLabel, frame: np.ndarray) -> np.ndarray:
     """Return (R, 4) rectangles of a label's size in the frame: on a lattice, and around its target."""
     low, high = frame[:2], frame[2:] - label.size
     if (high < low).any():
@@ -112,7 +114,7 @@ def _overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(beside & (one[..., 1] < other[:, 3]) & (other[:, 1] < one[..., 3]))
 
 
-def _penalties(rectangles: np.ndarray, label: Label, obstacles: Obstacles, line: float) -> np.ndarray:
+def _penalties(rectangles: np.ndarray, label: MapLabel, obstacles: Obstacles, line: float) -> np.ndarray:
     points = np.hstack([obstacles.points, obstacles.points])
     others = obstacles.areas[(obstacles.areas != label.target).any(axis=1)]
     left, low, right, high = label.target

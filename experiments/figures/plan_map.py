@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Text
 
-from experiments.figures.label_placement import Label, Obstacles, gap, leader, place
+from experiments.figures.label_placement import MapLabel, Obstacles, gap, leader, place
 from prefplan.front import Plan
 from prefplan.ledger import Ledger
 from prefplan.problem import Problem
@@ -80,7 +80,7 @@ def write_names(
     extents = [text.get_window_extent() for text in texts]
     targets = [to_pixels(one.target.reshape(2, 2)).ravel() for one in named]
     labels = [
-        Label((extent.width + 2 * PAD, extent.height + 2 * PAD), target, one.inside)
+        MapLabel((extent.width + 2 * PAD, extent.height + 2 * PAD), target, one.inside)
         for extent, target, one in zip(extents, targets, named, strict=True)
     ]
     areas = [target for target, one in zip(targets, named, strict=True) if one.inside]

@@ -15,7 +15,7 @@ from experiments.cli.browser import template
 from experiments.cli.console import Console
 from experiments.cli.files import write_bytes
 from experiments.cli.output import number
-from experiments.regression.front_comparison import Point, compare
+from experiments.regression.front_comparison import FrontPoint, compare
 from prefplan import Front, PrefplanError
 
 AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "erratum", "measured"
@@ -70,7 +70,7 @@ class Study:
         """Add a time, which no two machines have in common."""
         self.findings.append(Finding(what, paper, ours, MEASURED))
 
-    def compare_front(self, figure: str, published: Sequence[Point], front: Front) -> None:
+    def compare_front(self, figure: str, published: Sequence[FrontPoint], front: Front) -> None:
         """Add every point that is published or found, and the plans found.
 
         Published points are in the order of the figure's panels, which have letters.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from experiments import scenarios
 from experiments.cli.choice import choose
 from experiments.cli.output import condense, number
-from experiments.regression.front_comparison import Point, compare, side_by_side
+from experiments.regression.front_comparison import FrontPoint, compare, side_by_side
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number, exact
 from prefplan.front import Front, Plan
@@ -25,7 +25,7 @@ Given = str | Path | Scenario | Problem
 """A scenario's name or path, a scenario that was read, or a problem made in Python."""
 
 
-def assert_front(scenario: Given, points: Sequence[Point], *, max_cost: Number | None = None) -> Front:
+def assert_front(scenario: Given, points: Sequence[FrontPoint], *, max_cost: Number | None = None) -> Front:
     """Assert that a Pareto front has exactly these points, and return it.
 
     Args:

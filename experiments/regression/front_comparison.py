@@ -10,7 +10,7 @@ from experiments.cli.output import condense, number
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Front, Plan, point_of
 
-Point = tuple[Number, ...]
+FrontPoint = tuple[Number, ...]
 """(cost, preference), or every cost and then every preference, in the user's units."""
 
 TOLERANCE = 1e-9
@@ -27,12 +27,12 @@ class Row:
         plan: the plan found.
     """
 
-    expected: Point | None
+    expected: FrontPoint | None
     index: int | None = None
     plan: Plan | None = None
 
     @property
-    def found(self) -> Point | None:
+    def found(self) -> FrontPoint | None:
         """The point of the plan, if there is one."""
         return None if self.plan is None else point_of(self.plan)
 
@@ -42,7 +42,7 @@ class Row:
         return self.expected is not None and self.plan is not None
 
 
-def compare(expected: Sequence[Point], front: Front) -> list[Row]:
+def compare(expected: Sequence[FrontPoint], front: Front) -> list[Row]:
     """Return every point that is expected or found, in order of rising cost."""
     missing = list(expected)
     rows = []
@@ -65,7 +65,7 @@ def side_by_side(rows: Sequence[Row]) -> str:
     return "\n".join(f"{mark:1} {one:{wide}}  {other:{wider}}  {plan}".rstrip() for mark, one, other, plan in cells)
 
 
-def _equal(point: Point, plan: Plan) -> bool:
+def _equal(point: FrontPoint, plan: Plan) -> bool:
     found, costs = point_of(plan), len(plan.costs) or 1
     if len(point) != len(found) or any(exact(a) != exact(b) for a, b in zip(point[:costs], found, strict=False)):
         return False
@@ -83,5 +83,5 @@ def _place(row: Row) -> tuple[float, ...]:
     return float(first), *(-float(value) for value in others)
 
 
-def _word(point: Point | None) -> str:
+def _word(point: FrontPoint | None) -> str:
     return "" if point is None else f"({', '.join(number(to_number(exact(value))) for value in point)})"

@@ -15,7 +15,7 @@ from rich.table import Table
 from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
-from experiments.sweep.job import Record, Sweep
+from experiments.sweep.job import RolloutRecord, Sweep
 from experiments.sweep.recorded import RECORDS, define, work
 from experiments.sweep.summary import failed_by_class, share, wilson
 from prefplan.scenario.decode import Scenario
@@ -69,7 +69,7 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
     Returns:
         What is known as the documented JSON object.
     """
-    trials: dict[float, list[Record]] = {}
+    trials: dict[float, list[RolloutRecord]] = {}
 
     def holds(amount: float) -> bool:
         name = f"{key}={amount:g}"
@@ -78,7 +78,7 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
         make_folder(trial.folder)
         with Journal(trial.folder / RECORDS, define(scenario, trial), key="rollout") as records:
 
-            def known() -> list[Record]:
+            def known() -> list[RolloutRecord]:
                 return decisive(records.done, job.rollouts)
 
             try:
@@ -104,9 +104,9 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
     }
 
 
-def decisive(done: Mapping[int, Record], rollouts: int) -> list[Record]:
+def decisive(done: Mapping[int, RolloutRecord], rollouts: int) -> list[RolloutRecord]:
     """Return the records up to the first gap, or until they are `decided`."""
-    records: list[Record] = []
+    records: list[RolloutRecord] = []
     for number in range(rollouts):
         if number not in done or decided(records, rollouts):
             break
@@ -114,18 +114,18 @@ def decisive(done: Mapping[int, Record], rollouts: int) -> list[Record]:
     return records
 
 
-def decided(records: Sequence[Record], rollouts: int) -> bool:
+def decided(records: Sequence[RolloutRecord], rollouts: int) -> bool:
     """Return whether the threshold is out of reach after enough rollouts, or no rollouts are left."""
     return len(records) == rollouts or len(records) >= MIN_ROLLOUTS and fails(records, rollouts)
 
 
-def fails(records: Sequence[Record], rollouts: int) -> bool:
+def fails(records: Sequence[RolloutRecord], rollouts: int) -> bool:
     """Return whether fewer than `THRESHOLD` of so many rollouts are completed, whatever those without record give."""
     failed = sum(not record["completed"] for record in records)
     return failed > math.floor((1 - THRESHOLD) * rollouts + 1e-9)
 
 
-def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str, Any]:
+def _trial(amount: float, records: Sequence[RolloutRecord], rollouts: int) -> dict[str, Any]:
     completed = sum(record["completed"] for record in records)
     return {
         "amount": amount,

@@ -27,7 +27,7 @@ from sim.execution.faults import Fault
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
-Record = dict[str, Any]
+RolloutRecord = dict[str, Any]
 """Result of a rollout, JSON-ready."""
 
 
@@ -99,7 +99,7 @@ def pack(scenario: Scenario) -> bytes:
     return pickle.dumps(replace(scenario))
 
 
-def roll_out(sweep: Sweep, number: int) -> Record:
+def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
     """Carry a rollout out and return its record; an error of the program gives a record, too."""
     seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
     faults: tuple[Fault, ...] = ()
@@ -133,9 +133,9 @@ def roll_out(sweep: Sweep, number: int) -> Record:
     }
 
 
-def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
+def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> RolloutRecord:
     """Return the record of a rollout that has no outcome."""
-    unchecked: Record = {
+    unchecked: RolloutRecord = {
         "certified": None,
         "agrees": None,
         "refuted": [],
@@ -145,7 +145,7 @@ def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fau
     return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **unchecked}
 
 
-def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
+def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> RolloutRecord:
     return {
         "rollout": number,
         "seed": sweep.rollout_seed(number),
@@ -154,7 +154,7 @@ def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
     }
 
 
-def _observed(model: ManipulationModel, outcome: Outcome) -> Record:
+def _observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
     rollout = outcome.rollout
     return {
         "completed": outcome.completed,

@@ -15,7 +15,7 @@ from joblib import cpu_count
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
 from experiments.sweep import workers
-from experiments.sweep.job import Record, Sweep
+from experiments.sweep.job import RolloutRecord, Sweep
 from prefplan.scenario.decode import Scenario
 
 RECORDS = "rollouts.jsonl"
@@ -60,7 +60,7 @@ def work(
     tell(stage, done, job.rollouts, "")
     if not missing or enough():
         return
-    results: Iterator[Record]
+    results: Iterator[RolloutRecord]
     if job.cluster:
         results = workers.on_cluster(job, missing, address=job.cluster)
     else:

@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from experiments.sweep.job import Record
+from experiments.sweep.job import RolloutRecord
 
 SHOWN = 5
 """Most rollouts of one class of failures that a summary names."""
@@ -30,7 +30,7 @@ def wilson(count: int, total: int) -> list[float] | None:
     return [round((middle + sign * half) / (1 + z * z / total), 6) for sign in (-1, 1)]
 
 
-def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts: int) -> dict[str, Any]:
+def summarise(header: Mapping[str, Any], records: Sequence[RolloutRecord], *, rollouts: int) -> dict[str, Any]:
     """Return the statistics of a sweep, of the rollouts asked for, as the documented JSON object."""
     done, completed = len(records), sum(record["completed"] for record in records)
     ran = [record for record in records if "sim_seconds" in record]
@@ -55,7 +55,7 @@ def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts:
     }
 
 
-def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
+def _happened(records: Sequence[RolloutRecord]) -> dict[str, dict[str, int]]:
     """Return for each kind of fault the number of rollouts in which it happened, and of those that were completed."""
     found: dict[str, dict[str, int]] = {}
     for record in records:
@@ -66,7 +66,7 @@ def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
     return dict(sorted(found.items()))
 
 
-def _certificates(records: Sequence[Record]) -> dict[str, Any]:
+def _certificates(records: Sequence[RolloutRecord]) -> dict[str, Any]:
     """Return how many rollouts were checked from their logs alone, and which of them their logs refute."""
     checked = [record for record in records if record["agrees"] is not None]
     refuted = [record for record in checked if not record["certified"]]
@@ -84,16 +84,16 @@ def _spread(values: list[float]) -> dict[str, float | None]:
     return {"median": round(median(values), 3), "max": max(values)} if values else {"median": None, "max": None}
 
 
-def failed_by_class(records: Sequence[Record]) -> dict[str, list[Record]]:
+def failed_by_class(records: Sequence[RolloutRecord]) -> dict[str, list[RolloutRecord]]:
     """Return the rollouts that were not completed by their class, the most frequent one first."""
-    found = defaultdict[str, list[Record]](list)
+    found = defaultdict[str, list[RolloutRecord]](list)
     for record in records:
         if not record["completed"]:
             found[record["class"]].append(record)
     return dict(sorted(found.items(), key=lambda entry: -len(entry[1])))
 
 
-def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
+def _failures(records: Sequence[RolloutRecord]) -> list[dict[str, Any]]:
     """Return the classes of failures, with the first rollouts of each."""
     told = ("rollout", "seed", "reason", "replay")
     return [

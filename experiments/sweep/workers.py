@@ -12,7 +12,7 @@ from itertools import takewhile
 from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from experiments.sweep.job import Record, Sweep, failure, roll_out
+from experiments.sweep.job import RolloutRecord, Sweep, failure, roll_out
 from prefplan.errors import PrefplanError
 
 CRASHED = "crashed"
@@ -27,7 +27,7 @@ IDLE_TIMEOUT_S = 20
 
 def on_this_machine(
     sweep: Sweep, numbers: Iterable[int], *, jobs: int, enough: Callable[[], bool] = lambda: False
-) -> Generator[Record, None, None]:
+) -> Generator[RolloutRecord, None, None]:
     """Yield the record of every rollout, in the order in which they finish.
 
     When a process is killed, the rollouts under way are tried again one at a time, so that the one that kills its
@@ -50,7 +50,7 @@ def on_this_machine(
                 yield _alone(sweep, number)
 
 
-def _alone(sweep: Sweep, number: int) -> Record:
+def _alone(sweep: Sweep, number: int) -> RolloutRecord:
     # Whether it had begun when a process was killed is not known: only what happens to it alone counts.
     for _ in range(2):
         with suppress(TerminatedWorkerError):
@@ -59,7 +59,7 @@ def _alone(sweep: Sweep, number: int) -> Record:
     return failure(sweep, number, CRASHED, "the process that carried it out ended without an answer, twice")
 
 
-def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[Record]:
+def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[RolloutRecord]:
     # With n_jobs=1 joblib would use this process, which must survive a crash: there are two at least, but no more
     # than `jobs` rollouts under way.
     with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE_TIMEOUT_S), _no_ctrl_c():
@@ -68,7 +68,7 @@ def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[R
     yield from results
 
 
-def _ignore_ctrl_c(function: Callable[[Sweep, int], Record], sweep: Sweep, number: int) -> Record:
+def _ignore_ctrl_c(function: Callable[[Sweep, int], RolloutRecord], sweep: Sweep, number: int) -> RolloutRecord:
     """Call a function in a process that leaves Ctrl-C to its parent: libraries may have unblocked the signal."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     return function(sweep, number)
@@ -84,7 +84,7 @@ def _no_ctrl_c() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generator[Record, None, None]:
+def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generator[RolloutRecord, None, None]:
     """Yield the record of every rollout, in the order in which the workers of a running Dask cluster finish them.
 
     The scheduler gives a rollout whose worker is lost to another worker, up to `allowed-failures` times. (joblib's own

@@ -38,7 +38,7 @@ REFRESH_S = 1 / 30
 GAP_M = 0.1
 """Distance of two tables beside each other, seen from in front."""
 
-Start = Callable[[int], Begin]
+StartRun = Callable[[int], Begin]
 """Returns how to begin a plan of the front, by index."""
 
 
@@ -59,7 +59,7 @@ class Show:
     problem: Problem
     scene: Scene
     plans: Sequence[Plan]
-    start: Start
+    start: StartRun
     title: str
     chosen: int = 0
     camera: str = "fixed"

@@ -44,7 +44,7 @@ from prefplan.logic.formula import (
 
 Label = frozenset[str]
 
-_Obligations = frozenset[Formula]
+_ObligationSet = frozenset[Formula]
 """Formulas to falsify from some position on."""
 
 
@@ -65,10 +65,10 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
     read = [*(label & mentioned for label in trace), None]
 
     @cache
-    def begun(obligations: _Obligations, label: Label | None) -> Iterator[_Obligations]:
+    def begun(obligations: _ObligationSet, label: Label | None) -> Iterator[_ObligationSet]:
         return tee(_passed_on(obligations, label), 1)[0]
 
-    def passed_on(here: tuple[int, _Obligations]) -> Iterator[_Obligations]:
+    def passed_on(here: tuple[int, _ObligationSet]) -> Iterator[_ObligationSet]:
         # The same obligations meet the same label again and again: what they pass on is worked out once.
         return copy(begun(here[1], read[here[0]]))
 
@@ -93,7 +93,7 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
     return True
 
 
-def _passed_on(obligations: _Obligations, label: Label | None) -> Iterator[_Obligations]:
+def _passed_on(obligations: _ObligationSet, label: Label | None) -> Iterator[_ObligationSet]:
     """Yield what is left to falsify at the next position, for every way to falsify some formulas at this one.
 
     Its label is what holds there, None for whatever suits.

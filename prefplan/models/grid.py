@@ -21,7 +21,10 @@ MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 BYTES_A_CELL = 300
 """Memory that building a grid takes for each cell, about."""
 
-Box = tuple[int, int, int, int]
+Cell = tuple[int, int]
+"""x y."""
+
+GridBox = tuple[int, int, int, int]
 """x0 y0 x1 y1, corners inclusive."""
 
 
@@ -34,7 +37,7 @@ class Terrain:
         cost: of a move into one of them.
     """
 
-    boxes: Sequence[Box]
+    boxes: Sequence[GridBox]
     cost: Cost
 
 
@@ -61,8 +64,8 @@ class GridModel:
     size: tuple[int, int]
     start: tuple[int, int]
     cost: Cost = 1
-    regions: Mapping[str, Sequence[Box]] = field(default_factory=dict)
-    obstacles: Mapping[str, Sequence[Box]] = field(default_factory=dict)
+    regions: Mapping[str, Sequence[GridBox]] = field(default_factory=dict)
+    obstacles: Mapping[str, Sequence[GridBox]] = field(default_factory=dict)
     propositions: frozenset[str] = frozenset()
     terrain: Mapping[str, Terrain] = field(default_factory=dict)
 
@@ -161,13 +164,13 @@ class GridModel:
         return labels.astype(np.int32), tuple(sets[i] for i in used)
 
 
-def _fill(cells: np.ndarray, boxes: Sequence[Box], value: int) -> None:
+def _fill(cells: np.ndarray, boxes: Sequence[GridBox], value: int) -> None:
     """Set the cells in some boxes of a (height, width) array."""
     for x0, y0, x1, y1 in boxes:
         cells[y0 : y1 + 1, x0 : x1 + 1] = value
 
 
-def _check_box(where: str, box: Box, size: tuple[int, int]) -> None:
+def _check_box(where: str, box: GridBox, size: tuple[int, int]) -> None:
     x0, y0, x1, y1 = box
     if x0 > x1 or y0 > y1:
         raise ModelError(f"{where}: box {list(box)} needs x0 <= x1 and y0 <= y1 (corners are inclusive)")

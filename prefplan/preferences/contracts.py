@@ -27,7 +27,7 @@ TOLERANCE = 1e-9
 LARGEST = 1e200
 """Values beyond this would overflow when they are added up."""
 
-Vector = tuple[list[Fraction], list[Fraction]]
+CostLists = tuple[list[Fraction], list[Fraction]]
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _check_key(rng: random.Random, formula: OpaqueTerm, tasks: Sequence[str], wh
         spent[1] = spent[0]
         frozen[1] = [min(c, spent[0]) for c in frozen[1]]
 
-    def vector(k: int, more: dict[int, Fraction], total: Fraction) -> Vector:
+    def vector(k: int, more: dict[int, Fraction], total: Fraction) -> CostLists:
         costs = [frozen[k][i] if i in satisfied else spent[k] + more.get(i, total) for i in range(n)]
         return costs, paid[k]
 
@@ -139,7 +139,7 @@ def _check_key(rng: random.Random, formula: OpaqueTerm, tasks: Sequence[str], wh
         raise PreferenceError(f"{where}: not {formula.contract}: mu grows {first}, but {second}")
 
 
-def _trajectory(rng: random.Random, n: int, span: Span) -> list[Vector]:
+def _trajectory(rng: random.Random, n: int, span: Span) -> list[CostLists]:
     costs, paid, open_ = [Fraction(0)] * n, [Fraction(0)] * n, set(range(n))
     result = [(list(costs), list(paid))]
     for _ in range(rng.randint(1, 2 * n + 2)):
@@ -153,13 +153,13 @@ def _trajectory(rng: random.Random, n: int, span: Span) -> list[Vector]:
     return result
 
 
-def _ordered_pair(rng: random.Random, n: int, span: Span) -> tuple[Vector, Vector]:
+def _ordered_pair(rng: random.Random, n: int, span: Span) -> tuple[CostLists, CostLists]:
     low = [[span.draw(rng) for _ in range(n)] for _ in range(2)]
     high = [[x + (span.draw(rng) if rng.random() < 0.5 else 0) for x in values] for values in low]
     return (low[0], low[1]), (high[0], high[1])
 
 
-def value_at(vector: Vector, formula: OpaqueTerm, tasks: Sequence[str], where: str) -> Any:
+def value_at(vector: CostLists, formula: OpaqueTerm, tasks: Sequence[str], where: str) -> Any:
     """Return mu of a cost vector: a fraction for an expression, a float for a function.
 
     Raises:
@@ -181,7 +181,7 @@ def _less(a: Any, b: Any) -> bool:
     return a < b if isinstance(a, Fraction) else a < b - TOLERANCE * max(abs(a), abs(b))
 
 
-def text_of_costs(vector: Vector, tasks: Sequence[str]) -> str:
+def text_of_costs(vector: CostLists, tasks: Sequence[str]) -> str:
     """Return a cost vector in words."""
     costs = ", ".join(f"{name}={float(c):g}" for name, c in zip(tasks, vector[0], strict=True))
     if any(vector[1]):

@@ -32,7 +32,7 @@ BYTES_A_LABEL = 1500
 CLOCK_PERIOD = 64
 """Labels taken from the open list between two looks at the clock."""
 
-Key = tuple[Any, ...]
+LabelKey = tuple[Any, ...]
 Counts = tuple[int, ...]
 
 
@@ -72,7 +72,7 @@ class ExactSearch:
         columns = [(edges.costs // int(unit / edges.unit)).tolist() for edges, unit in units]
         self._costs: list[Counts] = list(zip(*columns, strict=True))
         self._expanded = self._generated = 0
-        self._kept: dict[tuple[Any, ...], list[tuple[Counts, Key]]] = {}
+        self._kept: dict[tuple[Any, ...], list[tuple[Counts, LabelKey]]] = {}
 
     @property
     def work(self) -> Stats:
@@ -82,7 +82,7 @@ class ExactSearch:
     def goals(self, limits: Limits) -> Iterator[Found]:
         """Yield non-dominated goals in order of the first cost; stop early, with `limits.ended` set, at a limit."""
         order = count()
-        waiting: list[tuple[int, int, int, Key, _Label]] = []
+        waiting: list[tuple[int, int, int, LabelKey, _Label]] = []
 
         def enter(label: _Label) -> None:
             bound = self._bound(label)
@@ -91,8 +91,8 @@ class ExactSearch:
 
         for label in self._starts():
             enter(label)
-        pending: dict[Key, _Label] = {}
-        front: list[Key] = []
+        pending: dict[LabelKey, _Label] = {}
+        front: list[LabelKey] = []
         while waiting:
             estimate, _, _, bound, label = heapq.heappop(waiting)
             limits.complete_below = estimate
@@ -113,13 +113,13 @@ class ExactSearch:
         yield from self._settled(pending)
         limits.complete_below = math.inf
 
-    def _settled(self, pending: dict[Key, _Label]) -> Iterator[Found]:
+    def _settled(self, pending: dict[LabelKey, _Label]) -> Iterator[Found]:
         """Yield goals of one cost that no other one dominates, and forget them."""
         for goal in sorted(pending):
             yield self._found(pending[goal], goal)
         pending.clear()
 
-    def _bound(self, label: _Label) -> Key | None:
+    def _bound(self, label: _Label) -> LabelKey | None:
         """Return what costs, in units, and preferences will be at least at the end; None if there is none."""
         rest = self._rest(label)
         if math.inf in rest:
@@ -127,7 +127,7 @@ class ExactSearch:
         spent = (spent + int(more) for spent, more in zip(label.spent, rest, strict=True))
         return (*spent, *(self._mu(label, o) for o in self._objectives))
 
-    def _is_within(self, bound: Key) -> bool:
+    def _is_within(self, bound: LabelKey) -> bool:
         """Return whether a label may keep the bounds."""
         units = (*self._units, *(Fraction(1) for _ in self._objectives))
         within = zip(bound, units, self._bounds, strict=True)
@@ -184,11 +184,11 @@ class ExactSearch:
     def _mu(self, label: _Label, objective: PreferenceObjective) -> Any:
         return objective.measure.value(*self._values(label, objective))
 
-    def _key(self, label: _Label) -> Key:
+    def _key(self, label: _Label) -> LabelKey:
         """Return what labels of one product state are compared by: less is better in every entry."""
         return tuple(entry for objective in self._objectives for entry in self._key_of(label, objective))
 
-    def _key_of(self, label: _Label, objective: PreferenceObjective) -> Key:
+    def _key_of(self, label: _Label, objective: PreferenceObjective) -> LabelKey:
         """Return the entries for one preference."""
         measure = objective.measure
         if measure.contract == "general":
@@ -274,7 +274,7 @@ class ExactSearch:
                     heapq.heappush(waiting, (cost + step, source + nodes * before))
         return least
 
-    def _found(self, label: _Label, goal: Key) -> Found:
+    def _found(self, label: _Label, goal: LabelKey) -> Found:
         costs = len(self._units)
         exact = (*(c * unit for c, unit in zip(goal, self._units, strict=False)), *goal[costs:])
         edges, states = [], [label.automata]
@@ -295,5 +295,5 @@ def needs_exact_numbers(problem: Problem) -> bool:
     return any(formula.contract != "componentwise" for formula in formulas)
 
 
-def _no_worse(one: Key, other: Key) -> bool:
+def _no_worse(one: LabelKey, other: LabelKey) -> bool:
     return all(a <= b for a, b in zip(one, other, strict=True))

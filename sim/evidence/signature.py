@@ -18,7 +18,7 @@ from sim.errors import LogError
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 
-Key = TypeVar("Key")
+T = TypeVar("T")
 
 SIGNATURE_BYTES = 64
 """Length of an Ed25519 signature."""
@@ -79,7 +79,7 @@ def _cryptography() -> tuple[ModuleType, ModuleType]:
     return serialization, ed25519
 
 
-def _read(path: Path, which: str, loaders: Iterable[Callable[[bytes], Any]], kind: type[Key]) -> Key:
+def _read(path: Path, which: str, loaders: Iterable[Callable[[bytes], Any]], kind: type[T]) -> T:
     from cryptography.exceptions import UnsupportedAlgorithm
 
     try:

@@ -9,7 +9,7 @@ from typing import cast
 from prefplan.errors import ModelError, PrefplanError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, Plan
-from prefplan.ledger import Label
+from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.problem import Problem, Task

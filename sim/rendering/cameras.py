@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.errors import RenderingError
 from sim.geometry.mjcf import CORNERS, box_corners, first_met, is_solid, opaque
-from sim.rendering.labels import Box, place_labels
+from sim.rendering.labels import PixelBox, place_labels
 from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
 from sim.world.fixtures import body_name
 from sim.world.places import AT_RADIUS_M, Slot
@@ -218,7 +218,7 @@ def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
     return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
 
 
-def label_offsets(scene: Scene, camera: Camera, *, inset: Box | None = None) -> dict[str, np.ndarray]:
+def label_offsets(scene: Scene, camera: Camera, *, inset: PixelBox | None = None) -> dict[str, np.ndarray]:
     """Return the (2,) pixels from each anchor to its name that keep the names clear in all views of a camera."""
     shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
     points = np.stack([camera.pixels(np.array([*anchors.values()]), share) for share in shares], axis=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim.rendering.cameras import Camera, hand_corners, object_corners
-from sim.rendering.labels import Box, overlaps
+from sim.rendering.labels import PixelBox, overlaps
 from sim.world.scene import Scene
 
 INSETS = ("wrist", "top")
@@ -18,7 +18,7 @@ FRAME = (245, 246, 248)
 """Colour of the line round an inset."""
 
 
-def inset_box(scene: Scene, camera: Camera) -> Box:
+def inset_box(scene: Scene, camera: Camera) -> PixelBox:
     """Return where an inset covers least of what is handled and of the hand, in all views of a camera."""
     width = round(SHARE * camera.size[0])
     free = np.array(camera.size) - (width, height := round(width * 9 / 16))
@@ -34,7 +34,7 @@ def inset_box(scene: Scene, camera: Camera) -> Box:
     return int(left), int(top), int(left) + width, int(top) + height
 
 
-def with_inset(picture: np.ndarray, small: np.ndarray, box: Box) -> np.ndarray:
+def with_inset(picture: np.ndarray, small: np.ndarray, box: PixelBox) -> np.ndarray:
     """Return a picture with a small one in a box, framed by a line.
 
     Args:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-Box = tuple[int, int, int, int]
+PixelBox = tuple[int, int, int, int]
 """Left, top, right and bottom, pixels."""
 
 LETTERS = 0.037
@@ -32,7 +32,7 @@ STEPS, DIRECTIONS = 7, 16
 
 
 def place_labels(
-    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int], *, inset: Box | None = None
+    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int], *, inset: PixelBox | None = None
 ) -> dict[str, np.ndarray]:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
@@ -64,9 +64,9 @@ def place_labels(
 
 def label_boxes(
     anchors: Mapping[str, np.ndarray], offsets: Mapping[str, np.ndarray], size: tuple[int, int]
-) -> dict[str, Box]:
+) -> dict[str, PixelBox]:
     """Return the box of each name whose (2,) anchor is in the picture, in one view, at its offset."""
-    found: dict[str, Box] = {}
+    found: dict[str, PixelBox] = {}
     for name, anchor in anchors.items():
         if _inside(anchor, size):
             left, top, right, bottom = map(int, _boxes(anchor + offsets[name], _extent(name, size), size))
@@ -75,7 +75,10 @@ def label_boxes(
 
 
 def draw_labels(
-    frame: np.ndarray, placed: Mapping[str, Box], anchors: Mapping[str, np.ndarray], targets: Mapping[str, np.ndarray]
+    frame: np.ndarray,
+    placed: Mapping[str, PixelBox],
+    anchors: Mapping[str, np.ndarray],
+    targets: Mapping[str, np.ndarray],
 ) -> np.ndarray:
     """Return a frame with names, and a thin line to the location from each that is far from its anchor.
 
@@ -100,7 +103,7 @@ def draw_labels(
     return np.asarray(picture)
 
 
-def _nearest(box: Box, point: np.ndarray) -> np.ndarray:
+def _nearest(box: PixelBox, point: np.ndarray) -> np.ndarray:
     """Return the (2,) point of a box that is nearest to another."""
     return np.clip(point, box[:2], box[2:])
 

@@ -151,11 +151,9 @@ def meshes() -> Diagnosis:
     return Diagnosis("meshes", OK, f"of all {len(LINKS)} links ({folder})")
 
 
-Check = Callable[[], Diagnosis]
+CHECKS: tuple[Callable[[], Diagnosis], ...] = (python, packages, planner, memory, simulation)
 
-CHECKS: tuple[Check, ...] = (python, packages, planner, memory, simulation)
-
-SIMULATION_CHECKS: tuple[Check, ...] = (rendering, ffmpeg, meshes)
+SIMULATION_CHECKS: tuple[Callable[[], Diagnosis], ...] = (rendering, ffmpeg, meshes)
 """Checks that need the simulation to load."""
 
 

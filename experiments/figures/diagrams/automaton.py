@@ -7,14 +7,14 @@ from pathlib import Path
 
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.guards import AutomatonSizeError, labels
-from experiments.figures.diagrams.node_link import Diagram, Edge, Node
+from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
 from prefplan.logic.dfa import Automaton
 
 MOST_STATES = 40
 """Most states of an automaton that can be read."""
 
 
-def diagram(automaton: Automaton) -> Diagram:
+def diagram(automaton: Automaton) -> NodeLinkDiagram:
     """Return a laid out automaton; state i is node `q<i>`.
 
     Raises:

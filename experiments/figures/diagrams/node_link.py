@@ -111,7 +111,7 @@ class Arrow:
 
 
 @dataclass(frozen=True)
-class Diagram:
+class NodeLinkDiagram:
     """A laid out diagram; x to the right, y downwards.
 
     Attributes:
@@ -133,7 +133,7 @@ class Diagram:
     notes: tuple[str, ...] = ()
 
 
-def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | None = None) -> Diagram:
+def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | None = None) -> NodeLinkDiagram:
     """Lay out a diagram in which every node can be reached from the first.
 
     From the width `widest` on it goes downwards, if that is narrower and no edge is a loop.
@@ -144,7 +144,7 @@ def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | Non
     return min(diagram, _arranged(nodes, edges, down=True), key=lambda found: found.size[0])
 
 
-def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> Diagram:
+def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> NodeLinkDiagram:
     """Lay out a diagram to the right or downwards; lengths are along the layers' axis and across it until the end."""
     texts = [(max(map(len, node.text)), len(node.text)) for node in nodes]
     sizes = (np.array(texts) * (ADVANCE, LINE) + np.array((1.2, 0.8)) * RADIUS).clip(min=2 * RADIUS)
@@ -171,7 +171,7 @@ def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> Di
     entry = middles[0] - [halves[0][0], 0]
     start = entry - np.outer([START, START / 2, START / 2, 0], [1, 0])
     width, height = np.array([layout.size[0] + START + 2 * MARGIN, layout.size[1] + 2 * MARGIN])[turn].tolist()
-    diagram = Diagram(tuple(nodes), middles[:, turn], sizes, start[:, turn], tuple(arrows), (width, height))
+    diagram = NodeLinkDiagram(tuple(nodes), middles[:, turn], sizes, start[:, turn], tuple(arrows), (width, height))
     return _with_notes(diagram, notes)
 
 
@@ -188,7 +188,7 @@ def _label_box(lines: Sequence[str], *, down: bool) -> Box:
     return Box(height, 4, width) if down else Box(width, height, 4)
 
 
-def _with_notes(diagram: Diagram, notes: Sequence[str]) -> Diagram:
+def _with_notes(diagram: NodeLinkDiagram, notes: Sequence[str]) -> NodeLinkDiagram:
     """Return a diagram with long labels below it."""
     if not notes:
         return diagram
@@ -199,7 +199,7 @@ def _with_notes(diagram: Diagram, notes: Sequence[str]) -> Diagram:
     return replace(diagram, notes=lines, size=(max(width, widest), height + LINE * len(lines) + MARGIN))
 
 
-def svg(diagram: Diagram, *, title: str) -> str:
+def svg(diagram: NodeLinkDiagram, *, title: str) -> str:
     """Return a diagram as inline SVG in the colour of the text around it.
 
     A node has the classes `node`, its kind and its name; an edge has `edge` and its nodes' names with a hyphen between.
@@ -211,7 +211,7 @@ def svg(diagram: Diagram, *, title: str) -> str:
         return inline_svg(figure, kind="diagram", title=title).replace(INK, "currentColor")
 
 
-def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
+def draw(diagrams: Mapping[str, NodeLinkDiagram], path: Path) -> None:
     """Write diagrams one below the other, each below its title, as SVG, PNG or PDF by the ending of the file.
 
     Raises:
@@ -229,7 +229,7 @@ def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
         write_figure(figure, path)
 
 
-def _draw(axes: Axes, diagram: Diagram) -> None:
+def _draw(axes: Axes, diagram: NodeLinkDiagram) -> None:
     axes.set(xlim=(0, diagram.size[0]), ylim=(diagram.size[1], 0))
     axes.set_axis_off()
     _draw_arrow(axes, diagram.start, "start", PLAIN)

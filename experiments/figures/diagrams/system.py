@@ -6,7 +6,7 @@ from collections import defaultdict
 
 from experiments.cli.output import number
 from experiments.figures.diagrams import node_link
-from experiments.figures.diagrams.node_link import Diagram, Edge, Node
+from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
 from prefplan.errors import PrefplanError
 from prefplan.models.transition_system import TransitionSystem
 
@@ -21,7 +21,7 @@ class SystemSizeError(PrefplanError):
     """A transition system has more states than a picture can show."""
 
 
-def diagram(system: TransitionSystem) -> Diagram:
+def diagram(system: TransitionSystem) -> NodeLinkDiagram:
     """Return a laid out transition system, without unreachable states; the start is node `s0`.
 
     Raises:

@@ -18,7 +18,7 @@ from prefplan.models.manipulation.state import ManipulationState
 Outcomes = Iterable[tuple[Action, ManipulationState]]
 """Actions that exist in a state, each with the state it leads to."""
 
-Successors = Iterable[tuple[Action, np.ndarray, np.ndarray]]
+LayerSuccessors = Iterable[tuple[Action, np.ndarray, np.ndarray]]
 """Actions; for each, which of a layer's states have it (mask or indices), and the codes of the states it leads to."""
 
 
@@ -49,7 +49,7 @@ class Operator:
             if np.arange(1)[found].size:
                 yield action, space.decode(int(targets[0]))
 
-    def successors(self, layer: StateLayer) -> Successors:
+    def successors(self, layer: StateLayer) -> LayerSuccessors:
         """Return the actions of this kind, in the order of the model's objects and locations, with their outcomes.
 
         Raises:
@@ -78,7 +78,7 @@ class Transit(Operator):
     parameters = ("location",)
     travels = True
 
-    def successors(self, layer: StateLayer) -> Successors:
+    def successors(self, layer: StateLayer) -> LayerSuccessors:
         """See `Operator.successors`."""
         for x, name in enumerate(layer.space.locations):
             mask = layer.empty & (layer.over != x)
@@ -96,7 +96,7 @@ class Grasp(Operator):
         """The hand holds the object."""
         return frozenset({holding(action.obj)})
 
-    def successors(self, layer: StateLayer) -> Successors:
+    def successors(self, layer: StateLayer) -> LayerSuccessors:
         """See `Operator.successors`."""
         space = layer.space
         ready = layer.empty & layer.clear & (layer.over < len(space.locations))
@@ -118,7 +118,7 @@ class Transport(Operator):
         """The hand holds the object."""
         return frozenset({holding(action.obj)})
 
-    def successors(self, layer: StateLayer) -> Successors:
+    def successors(self, layer: StateLayer) -> LayerSuccessors:
         """See `Operator.successors`."""
         space = layer.space
         for obj, place in zip(space.objects, layer.places, strict=True):
@@ -139,7 +139,7 @@ class Release(Operator):
         """The object rests at the location."""
         return frozenset({at(action.obj, action.location)})
 
-    def successors(self, layer: StateLayer) -> Successors:
+    def successors(self, layer: StateLayer) -> LayerSuccessors:
         """See `Operator.successors`."""
         space = layer.space
         for o, obj in enumerate(space.objects):

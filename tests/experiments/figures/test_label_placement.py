@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from experiments.figures.label_placement import Label, Obstacles, gap, leader, place
+from experiments.figures.label_placement import MapLabel, Obstacles, gap, leader, place
 
 FRAME = np.array([0.0, 0.0, 300.0, 300.0])
 NOTHING = Obstacles(np.empty((0, 2)), np.empty((0, 4)), np.empty((0, 4)))
@@ -26,7 +26,7 @@ def test_labels_lie_apart_in_the_frame_and_beside_marks(seed: int) -> None:
     rng = np.random.default_rng(seed)
     corners = rng.uniform(0, 280, size=(14, 2))
     labels = [
-        Label((rng.uniform(20, 110), 12), box(x, y, 20, 20), inside=i % 2 == 0) for i, (x, y) in enumerate(corners)
+        MapLabel((rng.uniform(20, 110), 12), box(x, y, 20, 20), inside=i % 2 == 0) for i, (x, y) in enumerate(corners)
     ]
     found = [rectangle for rectangle in place(labels, FRAME, NOTHING, line=10) if rectangle is not None]
     assert len(found) == len(labels)
@@ -41,14 +41,14 @@ def test_a_name_keeps_off_the_path_and_lies_in_its_area_if_there_is_space() -> N
     area = box(100, 100, 80, 60)
     path = np.stack([np.linspace(0, 300, 100), np.full(100, 150.0)], axis=1)
     obstacles = Obstacles(path, np.empty((0, 4)), area[None])
-    (found,) = place([Label((40, 12), area, inside=True)], FRAME, obstacles, line=10)
+    (found,) = place([MapLabel((40, 12), area, inside=True)], FRAME, obstacles, line=10)
     assert found is not None
     assert gap(found[None], area)[0] == 0 and (found[:2] >= area[:2]).all() and (found[2:] <= area[2:]).all()
     assert not found[1] < 150 < found[3]
 
 
 def test_a_label_without_space_is_left_out_and_a_leader_ends_in_its_target() -> None:
-    full = [Label((300, 200), box(0, 0, 9, 9), inside=True), Label((200, 150), box(50, 50, 90, 90), inside=True)]
+    full = [MapLabel((300, 200), box(0, 0, 9, 9), inside=True), MapLabel((200, 150), box(50, 50, 90, 90), inside=True)]
     assert sum(rectangle is None for rectangle in place(full, FRAME, NOTHING, line=10)) == 1
     start, end = leader(box(0, 0, 50, 10), box(100, 40, 20, 20))
     assert start.tolist() == [50, 10] and end.tolist() == [104, 44]
