@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.product.contraction import by_way_of
+from prefplan.product.contraction import all_pairs_costs
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
@@ -79,7 +79,7 @@ def restricted(reverse: ReverseView, tasks: np.ndarray) -> ReverseView:
     if not len(reverse.near):
         return reverse
     matters = reverse.active[tasks].any(axis=0)
-    near = by_way_of(reverse.near, ~matters)
+    near = all_pairs_costs(reverse.near, ~matters)
     near[:, ~matters] = NO_EDGE
     target, source = np.nonzero(near.T < NO_EDGE)
     offsets = np.searchsorted(target, np.arange(len(near) + 1)).astype(np.int64)

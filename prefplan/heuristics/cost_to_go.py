@@ -20,7 +20,7 @@ from prefplan.heuristics.backward_dijkstra import (
 from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
 from prefplan.heuristics.monotone_sweep import fill_monotone, never_lose
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.product.contraction import by_way_of
+from prefplan.product.contraction import all_pairs_costs
 from prefplan.product.kernels import INFINITE, NO_EDGE, UNREACHABLE
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView
@@ -68,7 +68,7 @@ class Backward:
     @cached_property
     def _least(self) -> np.ndarray:
         """(S, S) int64, least costs from node to node of a contracted graph."""
-        return by_way_of(self._forward.near, np.ones(self.nodes, dtype=np.bool_))
+        return all_pairs_costs(self._forward.near, np.ones(self.nodes, dtype=np.bool_))
 
     def cost_to_go(self, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
         """Return the least weighted cost until all of some tasks are satisfied or dropped.

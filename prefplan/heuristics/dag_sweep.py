@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.product.contraction import by_way_of
+from prefplan.product.contraction import all_pairs_costs
 from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView, active_nodes
@@ -91,7 +91,7 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
     for j in range(k):
         matters |= stages.active[tasks[j]]
     changing = np.flatnonzero(matters)
-    near = by_way_of(stages.near, ~matters)
+    near = all_pairs_costs(stages.near, ~matters)
     steps, through = _weighted(near, changing, factors), _intermediate(near, changing)
     onto = targets_of(stages, tasks, changing)
     ranks, states = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)

@@ -22,7 +22,7 @@ import numpy as np
 
 from prefplan.heuristics.dag_sweep import Stages
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.product.contraction import NODE_LIMIT, by_way_of
+from prefplan.product.contraction import NODE_LIMIT, all_pairs_costs
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 
 LARGEST = 30_000
@@ -132,7 +132,7 @@ def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int,
     check_limits(known.table[0].nbytes)
     nodes = len(stages.classes)
     different, kind = np.unique(rates, return_inverse=True)
-    least = by_way_of(stages.near, np.ones(nodes, dtype=bool)) >> shift
+    least = all_pairs_costs(stages.near, np.ones(nodes, dtype=bool)) >> shift
     steps = np.full((len(different), nodes, NODE_LIMIT), LARGEST, dtype=np.uint16)
     for r, rate in enumerate(different.tolist()):
         factor = weights.cost + weights.mu * rate

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.product.contraction import by_way_of
+from prefplan.product.contraction import all_pairs_costs
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView
@@ -28,7 +28,7 @@ MOST_LANDMARKS = 62
 SCALE = 16
 """Multipliers are multiples of one part in so many of a unit of cost."""
 
-FAR = 2**48
+DISCONNECTED = 2**48
 """In place of the cost between sets of which none can be reached from the other; costs are less, times `SCALE`."""
 
 ROUNDS, FIRST_STEP, SHRINKING, HOPED = 200, 1.0, 0.98, 1.15
@@ -72,13 +72,13 @@ def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks
     """Return the landmarks of a product over a contracted graph; none over another, or if costs are too large."""
     if not view.macro or not product.starts:
         return no_landmarks()
-    least = by_way_of(view.near, np.ones(len(view.near), dtype=bool))
-    if ((least < INFINITE) & (least >= FAR // SCALE)).any():
+    least = all_pairs_costs(view.near, np.ones(len(view.near), dtype=bool))
+    if ((least < INFINITE) & (least >= DISCONNECTED // SCALE)).any():
         return no_landmarks()
     remaining, sets = _sets(product, view)
     if not sets:
         return no_landmarks()
-    costs = np.where(least < INFINITE, least * SCALE, FAR)
+    costs = np.where(least < INFINITE, least * SCALE, DISCONNECTED)
     ahead = np.stack([costs[:, nodes].min(axis=1) for nodes in sets], axis=1)
     between = np.stack([ahead[nodes].min(axis=0) for nodes in sets])
     member = np.stack([np.isin(np.arange(len(least)), nodes) for nodes in sets])
@@ -185,7 +185,7 @@ def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, 
             if m < count and not bits >> m & 1:
                 slack[m] = 0.0
             norm += slack[m] * slack[m]
-        if norm == 0.0 or best >= FAR / 2:
+        if norm == 0.0 or best >= DISCONNECTED / 2:
             break
         step = length * max(HOPED * best - bound, 1.0) / norm
         for m in range(count + 1):
@@ -206,7 +206,7 @@ def landmark_bound(marks: Landmarks, node: Integer, automata: np.ndarray) -> Int
     if bits == 0:
         return np.int64(0)
     bound = _tree_bound(marks, node, bits, None)
-    if bound >= FAR // 2:
+    if bound >= DISCONNECTED // 2:
         return np.int64(INFINITE)
     return np.int64(max(0, (bound + SCALE - 1) // SCALE))
 
@@ -219,7 +219,7 @@ def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, degrees: Degrees
     """
     start = marks.price.shape[0]
     count, best, last, m = 0, 0, 0, 0
-    total, cheapest = -marks.node_price[node], np.int64(FAR)
+    total, cheapest = -marks.node_price[node], np.int64(DISCONNECTED)
     while bits:
         if bits & 1:
             marks.order[count], marks.least[count] = m, marks.ahead[node, m]

@@ -127,8 +127,10 @@ def _cheapest_paths(
 
 
 @kernel
-def by_way_of(near: np.ndarray, inner: np.ndarray) -> np.ndarray:
+def all_pairs_costs(near: np.ndarray, inner: np.ndarray) -> np.ndarray:
     """Return the (S, S) least costs from node to node by edges and through inner nodes, NO_EDGE for none.
+
+    By the algorithm of Floyd and Warshall.
 
     Args:
         near: (S, S) int64, costs of edges, NO_EDGE for none.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.product.contraction import Graph, by_way_of
+from prefplan.product.contraction import Graph, all_pairs_costs
 from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel
 from prefplan.product.moves import Moves
 from prefplan.product.product_automaton import Product
@@ -104,7 +104,7 @@ def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
     """Return the cost of every edge as a matrix, and for each two nodes those on cheaper paths than it as bits."""
     near = np.full((graph.size, graph.size), NO_EDGE, dtype=np.int64)
     near[np.repeat(np.arange(graph.size), np.diff(graph.offsets)), graph.targets] = graph.costs
-    least = by_way_of(near, np.ones(graph.size, dtype=bool))
+    least = all_pairs_costs(near, np.ones(graph.size, dtype=bool))
     bits = np.uint64(1) << np.arange(graph.size, dtype=np.uint64)
     cheaper = least[:, :, None] + least[None, :, :] < near[:, None, :]
     return near, np.where(cheaper, bits[None, :, None], np.uint64(0)).sum(axis=1, dtype=np.uint64)

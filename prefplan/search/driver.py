@@ -146,7 +146,7 @@ class Search(ABC):
                 goal = self._found(int(self.counters[AT.FOUND]))
                 if self._accept(goal):
                     pending, rank = self._pending(pending, goal), goal.cost if self.by_cost else lowest
-            elif end != END.PAUSED and not self._make_room(end, limits):
+            elif end != END.PAUSED and not self._grow(end, limits):
                 limits.ended = "memory"
                 return
             if limits.out_of_time:
@@ -222,7 +222,7 @@ class Search(ABC):
         held = sum(array.nbytes for arrays in (self.states, self.labels, self.queue) for array in arrays)
         return Stats(int(c[AT.ROWS]), int(c[AT.EXPANDED]), int(c[AT.LABELS]), held)
 
-    def _make_room(self, end: int, limits: Limits) -> bool:
+    def _grow(self, end: int, limits: Limits) -> bool:
         """Grow what the kernel ran out of; return False if that would exceed the memory."""
         if end == END.TOO_LARGE:
             self._too_large()

@@ -158,9 +158,9 @@ class ObjectiveSearch(Search):
         held = stats.bytes + sum(array.nbytes for array in self.vectors)
         return Stats(stats.states, stats.expanded, stats.generated, held)
 
-    def _make_room(self, end: int, limits: Limits) -> bool:
+    def _grow(self, end: int, limits: Limits) -> bool:
         if end not in (MORE_VECTORS, MORE_GOALS):
-            return super()._make_room(end, limits)
+            return super()._grow(end, limits)
         vectors = self.vectors[end - MORE_VECTORS]
         if max(self.work.bytes, limits.bytes_taken) + 2 * vectors.nbytes > limits.bytes:
             return False

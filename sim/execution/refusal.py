@@ -130,7 +130,7 @@ class Remedies:
         pose = cell.observe(obj)
         frame = frame_of(pose, pose.yaw)
         grasps = list(ranked(cell, obj, frame))[:GRASPS_TRIED]
-        goals = (goal for grasp in grasps for goal in grasp.at(pose.position, frame).either_way())
+        goals = (goal for grasp in grasps for goal in grasp.at(pose.position, frame).symmetric_poses())
         missing = [turns for goal in goals if (turns := missing_turns(cell.arm, goal))]
         if not missing:
             return None

@@ -12,19 +12,19 @@ from scipy.spatial import KDTree
 
 from sim.geometry.point_cloud import PointCloud, spread
 
-LINES = np.array(
+DIRECTIONS = np.array(
     [*([np.cos(turn), np.sin(turn), 0.0] for turn in np.radians(np.arange(0, 180, 22.5))), [0.0, 0.0, 1.0]]
 )
 """(L, 3) directions in which pads are tried to close."""
 
 FACING, MEAN_FACING = np.cos(np.radians([25, 8]))
-"""Least cosines of the angles between the closing line and the normals of a patch, and their mean: no pad slips off."""
+"""Least cosines of the angles between the closing direction and a patch's normals, and their mean: no pad slips off."""
 
 PATCH_RADIUS_M, MIN_PATCH_POINTS = 0.007, 18
 """Radius of the patch that a pad presses, and least number of points on it: half of them are on the surface."""
 
 PATCH_DEPTH_M = 0.003
-"""Greatest depth of a patch along the closing line: it is nearly flat."""
+"""Greatest depth of a patch along the closing direction: it is nearly flat."""
 
 GRID_M = 0.006
 """Distance between the lines on which patches are looked for."""
@@ -41,7 +41,7 @@ class Antipodes:
     """
 
     position: np.ndarray
-    line: np.ndarray
+    direction: np.ndarray
     width: float
 
 
@@ -49,38 +49,38 @@ class Antipodes:
 def antipodes(surface: PointCloud, low: float, high: float) -> tuple[Antipodes, ...]:
     """Return pairs of patches that are between two widths, m, apart; on parallel lines those nearest to the middle."""
     found = []
-    for line in LINES:
-        if pairs := list(_along(surface, line, low, high)):
+    for direction in DIRECTIONS:
+        if pairs := list(_along(surface, direction, low, high)):
             found += [pairs[i] for i in spread(np.array([pair.position for pair in pairs]), surface.centre)]
     return tuple(found)
 
 
-def _along(surface: PointCloud, line: np.ndarray, low: float, high: float) -> Iterator[Antipodes]:
+def _along(surface: PointCloud, direction: np.ndarray, low: float, high: float) -> Iterator[Antipodes]:
     """Yield the pairs on a grid of lines in one direction."""
-    across = np.linalg.svd(line[None])[2][1:]
-    flat, depths = surface.points @ across.T, surface.points @ line
+    across = np.linalg.svd(direction[None])[2][1:]
+    flat, depths = surface.points @ across.T, surface.points @ direction
     tree = KDTree(flat)
     axes = [np.arange(GRID_M * np.floor(np.min(side) / GRID_M), np.max(side), GRID_M) for side in flat.T]
     for point in itertools.product(*axes):
         near = np.array(tree.query_ball_point(point, PATCH_RADIUS_M), dtype=int)
-        starts = _patches(depths[near], surface.normals[near], -line)
-        ends = _patches(depths[near], surface.normals[near], line)
+        starts = _patches(depths[near], surface.normals[near], -direction)
+        ends = _patches(depths[near], surface.normals[near], direction)
         for start, end in itertools.product(starts, ends):
             width = float(end.max() - start.min())
             if low <= width <= high and start.max() < end.min():
-                yield Antipodes(point @ across + (end.max() + start.min()) / 2 * line, line, width)
+                yield Antipodes(point @ across + (end.max() + start.min()) / 2 * direction, direction, width)
 
 
-def _patches(depths: np.ndarray, normals: np.ndarray, line: np.ndarray) -> list[np.ndarray]:
+def _patches(depths: np.ndarray, normals: np.ndarray, direction: np.ndarray) -> list[np.ndarray]:
     """Return the depths of the points of each patch that faces along a line, m."""
-    facing = np.flatnonzero(normals @ line > FACING)
+    facing = np.flatnonzero(normals @ direction > FACING)
     ordered = facing[np.argsort(depths[facing])]
     groups = np.split(ordered, np.flatnonzero(np.diff(depths[ordered]) > PATCH_DEPTH_M) + 1)
-    return [depths[group] for group in groups if _is_flat(depths[group], normals[group], line)]
+    return [depths[group] for group in groups if _is_flat(depths[group], normals[group], direction)]
 
 
-def _is_flat(depths: np.ndarray, normals: np.ndarray, line: np.ndarray) -> bool:
+def _is_flat(depths: np.ndarray, normals: np.ndarray, direction: np.ndarray) -> bool:
     if len(depths) < MIN_PATCH_POINTS or np.ptp(depths) > PATCH_DEPTH_M:
         return False
     mean = normals.mean(axis=0)
-    return bool(mean @ line > MEAN_FACING * np.linalg.norm(mean))
+    return bool(mean @ direction > MEAN_FACING * np.linalg.norm(mean))

@@ -21,9 +21,9 @@ from sim.motion.trajectory import (
     TURN_SPEED_RAD_S,
     ToolPath,
     ToolPose,
-    arch,
     duration,
     smooth_step,
+    transfer_path,
     wrap,
 )
 from sim.robots.robot import Robot
@@ -217,16 +217,16 @@ class Arm:
         seconds: float = 0.0,
         ending: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return the joint references of an arching movement, slowed until the joints' limits allow it.
+        """Return the joint references along a `transfer_path`, slowed until the joints' limits allow it.
 
         Where the hand tilts on the way, the joints go straight to the goal instead, or bulge so that the tool passes at
-        the height midway: on an arch they might have to turn round.
+        the height midway: on such a path they might have to turn round.
 
         Args:
             q: (n,) where it starts.
             goal: (n,) near where it ends, from `reach`: it decides how the elbow and the tool turn.
             pose: where the tool ends.
-            height: at which the tool passes, m; None for the higher end's (see `arch`), and straight if the hand tilts.
+            height: at which the tool passes, m; None for that of the higher end, and straight if the hand tilts.
             drawn_in: how much nearer to the base it goes midway, m.
             seconds: least duration, s.
             ending: (M, n) what is left of the movement before, relative to q, rad; both together keep to the limits.
@@ -245,7 +245,7 @@ class Arm:
         turn += wrap(pose.yaw - start.yaw - turn)
         pace = 1.0
         for tries_left in reversed(range(PACES)):
-            path = arch(
+            path = transfer_path(
                 start,
                 pose,
                 turn,

@@ -47,13 +47,13 @@ class ToolPose:
 
     @classmethod
     def down(cls, position: np.ndarray, yaw: float) -> ToolPose:
-        """Return the hand pointing straight down, its fingers closing along a line of a heading, rad."""
+        """Return the hand pointing straight down, its closing direction at a heading, rad."""
         c, s = np.cos(yaw), np.sin(yaw)
         return cls(position, np.array([[-s, c, 0.0], [c, s, 0.0], [0.0, 0.0, -1.0]]))
 
     @property
     def yaw(self) -> float:
-        """Heading about z of the line along which the fingers close, rad."""
+        """Heading about z of the closing direction, rad."""
         return float(np.arctan2(self.rotation[1, 1], self.rotation[0, 1]))
 
     @property
@@ -65,7 +65,7 @@ class ToolPose:
         """Return the same hand, moved by (3,) m."""
         return ToolPose(self.position + offset, self.rotation)
 
-    def either_way(self) -> tuple[ToolPose, ToolPose]:
+    def symmetric_poses(self) -> tuple[ToolPose, ToolPose]:
         """Return this pose and the one with the fingers exchanged, which takes an object as well."""
         return self, ToolPose(self.position, self.rotation * [-1.0, -1.0, 1.0])
 
@@ -109,7 +109,7 @@ def duration(length: float, speed: float, acceleration: float) -> float:
     return float(max(_FASTEST * length / speed, np.sqrt(_HARDEST * length / acceleration)))
 
 
-def arch(
+def transfer_path(
     start: ToolPose,
     goal: ToolPose,
     turn: float,
@@ -122,7 +122,7 @@ def arch(
     pace: float = 1.0,
     straight: bool = False,
 ) -> ToolPath:
-    """Return a path that raises the tool, carries it over along an arc about the robot's base and lowers it.
+    """Return a path that raises the tool, moves it over along an arc about the robot's base and lowers it.
 
     The tool is within a fifth of the full height when it starts to the side, and almost above the goal before it comes
     down. Rising and lowering alone are straight.
@@ -151,8 +151,8 @@ def arch(
     times = [duration(length, SPEED_M_S, ACCELERATION_M_S2) for length in (rise, across, drop)]
     about_z = np.array([0.0, 0.0, turn])
     tilt = rotation_vector(Rotation.from_rotvec(-about_z).as_matrix() @ goal.rotation @ start.rotation.T)
-    turned = max(abs(turn), float(np.linalg.norm(tilt)))
-    times[1] = max(times[1], duration(turned, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
+    tilted = float(np.linalg.norm(tilt))
+    times[1] = max(times[1], duration(max(abs(turn), tilted), TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
     up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
@@ -172,11 +172,11 @@ def arch(
     return ToolPath(positions, _turned(start.rotation, tilt, about_z, carried), smooth_step(t / t[-1]))
 
 
-def _turned(rotation: np.ndarray, tilt: np.ndarray, turn: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Return (N, 3, 3) a rotation after (N,) shares of a tilt and then of a turn, (3,) rotation vectors, rad."""
+def _turned(rotation: np.ndarray, tilt: np.ndarray, about_z: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return a (3, 3) rotation after (N,) shares of a tilt and then of a turn, (3,) rotation vectors: (N, 3, 3)."""
     if np.linalg.norm(tilt) > MIN_TILT_RAD:
         rotation = Rotation.from_rotvec(shares[:, None] * tilt).as_matrix() @ rotation
-    return Rotation.from_rotvec(shares[:, None] * turn).as_matrix() @ rotation
+    return np.asarray(Rotation.from_rotvec(shares[:, None] * about_z).as_matrix() @ rotation)
 
 
 def _polar(offset: np.ndarray, front: float) -> tuple[float, float]:

@@ -68,7 +68,7 @@ class ObjectPose:
 
     @cached_property
     def yaw(self) -> float:
-        """Heading about z of the line along which the fingers preferably close, rad, up to its shape's symmetry."""
+        """Heading about z of the preferred closing direction, rad, up to its shape's symmetry."""
         level = int(abs(self._upright[2, 0]) > DIAGONAL)
         return float(np.arctan2(self._upright[1, level], self._upright[0, level]))
 

@@ -127,7 +127,7 @@ def _obstructed(
 
 
 def _is_free_beside(scene: Scene, slot: Slot, pose: ObjectPose) -> bool:
-    """Return whether open fingers can release an object in a slot beside another, along one of two closing lines."""
+    """Return whether open fingers can release an object in a slot beside another, in one of two closing directions."""
     size, other = extent(scene.shapes.values()), pose.footprint
     if pose.underside[2] > slot.position[2] + size.high or pose.top < slot.position[2] + STRAY_GAP_M:
         return True
@@ -136,5 +136,5 @@ def _is_free_beside(scene: Scene, slot: Slot, pose: ObjectPose) -> bool:
         return False
     gripper = scene.robot.gripper
     fingers = np.array([size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
-    lines = (slot.yaw, slot.yaw + np.pi / 2)
-    return any(not overlap(Rectangle(slot.position[:2], fingers, line), other) for line in lines)
+    headings = (slot.yaw, slot.yaw + np.pi / 2)
+    return any(not overlap(Rectangle(slot.position[:2], fingers, heading), other) for heading in headings)

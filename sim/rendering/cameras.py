@@ -10,7 +10,7 @@ import numpy as np
 from sim.errors import RenderingError
 from sim.geometry.mjcf import CORNERS, box_corners, first_met, is_solid, opaque
 from sim.rendering.labels import PixelBox, place_labels
-from sim.skills.hand import HOVER_HEIGHT_M, PASSAGE_CLEARANCE_M
+from sim.skills.hand import HOVER_HEIGHT_M, TRANSFER_CLEARANCE_M
 from sim.world.fixtures import body_name
 from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import WRIST, Scene
@@ -235,7 +235,7 @@ def hand_corners(scene: Scene) -> np.ndarray:
     box = (low + high) / 2 * [1.0, 1.0, -1.0] + CORNERS * (high - low) / 2
     tools = np.array([slot.position for slot in slots]) + [0.0, 0.0, half[2] + HOVER_HEIGHT_M]
     top = max(slot.position[2] for slot in slots) + 2 * half[2]
-    tools[:, 2] = np.maximum(tools[:, 2], top + half[2] + PASSAGE_CLEARANCE_M)
+    tools[:, 2] = np.maximum(tools[:, 2], top + half[2] + TRANSFER_CLEARANCE_M)
     return _turned(box, [slot.yaw - np.pi / 2 for slot in slots]) + tools[:, None]
 
 

@@ -35,7 +35,7 @@ FIRM_SHARE, FIRM_FORCE_N = 1 / 3, 5.0
 """Share of its force that a firm grip has at least, but no more than this is asked."""
 
 CLOSING_COSINE = 0.98
-"""Least cosine of the angle between the tool's y axis and the line along which the fingers close."""
+"""Least cosine of the angle between the tool's y axis and the closing direction of the fingers."""
 
 MAX_PALM_M = 0.06
 """Greatest half width of a palm: what is wider is the arm."""

@@ -20,7 +20,7 @@ MIN_HELD_WIDTH_M = 0.005
 """Least commanded width of the hand that holds an object."""
 
 MAX_LENGTH_M = 0.120
-"""Greatest length of an object across the closing line: a longer one turns between the fingers."""
+"""Greatest length of an object across the closing direction: a longer one turns between the fingers."""
 
 MAX_LIFT_M = 0.022
 """Greatest distance of the pads' middle from an object's, m: half of the pads hold a usual cube, 2 mm over a bin's rim,

@@ -22,7 +22,7 @@ PRESSED_N = 2.75
 
 
 PARALLEL = 0.99
-"""Least cosine of the angle between the lines on which the hand closes and of a grasp that it is for."""
+"""Least cosine of the angle between the closing directions of the hand and of a grasp that it is for."""
 
 
 class KinematicCell(Workcell):
@@ -153,14 +153,14 @@ class KinematicCell(Workcell):
         return site.xmat.reshape(3, 3).copy(), site.xpos.copy()
 
     def _extent(self, obj: str) -> float:
-        """Return how wide an object is along the line on which the hand closes, m; 0 for a cup, which draws it."""
+        """Return how wide an object is along the closing direction, m; 0 for a cup, which draws it."""
         if isinstance(self.scene.robot.gripper, SuctionGripper):
             return 0.0
         shape, turn = self.scene.shapes[obj], self.data.body(obj).xmat.reshape(3, 3)
         axes, tool = self._tool()
         closing, position = turn.T @ axes[:, 1], turn.T @ (tool - self.data.body(obj).xpos)
         # A mesh may be held by a part of it, such as a handle.
-        pairs = [pair for pair in shape.pairs if abs(pair.line @ closing) > PARALLEL]
+        pairs = [pair for pair in shape.pairs if abs(pair.direction @ closing) > PARALLEL]
         if pairs:
             return min(pairs, key=lambda pair: float(np.linalg.norm(pair.position - position))).width
         return 2 * shape.support(closing)

@@ -105,7 +105,7 @@ def find_grasp(
         cell: the running simulation.
         obj: the object.
         pose: as measured.
-        yaw: heading of the line along which the fingers rather close, rad.
+        yaw: heading of the preferred closing direction, rad.
         tilted: leave out grasps for which the hand points straight down.
         unlike: leave out grasps for which the hand points about as in one of these poses.
         foreseen: whether it shall serve where the object is released next.
@@ -142,7 +142,7 @@ def _free_grasps(
         tool = grasp.at(pose.position, frame)
         if tilted and tool.points_down:
             continue
-        if all(cell.hand_is_inside(goal, width=grasp.opening) for goal in tool.either_way()):
+        if all(cell.hand_is_inside(goal, width=grasp.opening) for goal in tool.symmetric_poses()):
             refusals.inside.append(grasp)
             continue
         with suppress(SimulationError):
@@ -152,7 +152,7 @@ def _free_grasps(
 def _freely(cell: Workcell, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]) -> Choice:
     """Return a grasp as the arm reaches it freely, see `free_pose`; add what is in its way to the blockers."""
     try:
-        before, tool = free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
+        before, tool = free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, near=cell.reference)
     except BlockedError as error:
         blockers.update(error.by)
         raise
@@ -258,7 +258,7 @@ def ranked(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[GraspPose]:
 def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: float) -> Iterator[tuple[ToolPose, ...]]:
     """Yield groups of equally good poses of the tool that set an object upright, its (3,) centre at a given place, m.
 
-    The less the hand tilts the better; then the closing line that is nearest to a heading, rad, or square to it.
+    The less the hand tilts the better; then the closing direction that is nearest to a heading, rad, or square to it.
     """
 
     def rank(pose: ToolPose) -> tuple[int, int, int]:
@@ -276,8 +276,8 @@ def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
     """Return what grasps have in common that put an object down alike: all but the opening, and a round one's turn."""
     rotation, position = grasp.rotation, grasp.position
     if shape.is_round:
-        line = rotation[:, 1] if abs(rotation[2, 1]) < DIAGONAL else rotation[:, 2]
-        turn = about_z(-float(np.arctan2(line[1], line[0])))
+        closing = rotation[:, 1] if abs(rotation[2, 1]) < DIAGONAL else rotation[:, 2]
+        turn = about_z(-float(np.arctan2(closing[1], closing[0])))
         rotation, position = turn @ rotation, turn @ position
     return (np.round([*rotation.ravel(), *position], 6) + 0.0).tobytes()
 

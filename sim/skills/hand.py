@@ -22,7 +22,7 @@ from sim.world.shapes import about_z
 HOVER_HEIGHT_M = 0.12
 """Height of the tool over a slot's centre before and after it grasps or releases: a held block clears a resting one."""
 
-PASSAGE_CLEARANCE_M = 0.03
+TRANSFER_CLEARANCE_M = 0.03
 """Least clearance at which the tool or its load passes over objects at rest."""
 
 CLOSING_CHECKS = 4
@@ -203,7 +203,7 @@ def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[s
     return set(cell.collisions(q, width=width, clearance=clearance)) - {cell.contacts.handled or ""}
 
 
-def passage_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
+def transfer_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
     """Return the height of the tool at which it and its load clear some objects at rest, m."""
     tops = [cell.observe(obj).top for obj in objects if obj != held]
     below = cell.scene.robot.gripper.fingertip_m
@@ -211,7 +211,7 @@ def passage_height(cell: Workcell, objects: Iterable[str], *, held: str | None =
         pose = cell.observe(held)
         hanging = float(cell.arm.tool(cell.angles).position[2] - pose.position[2]) + pose.below
         below = max(float(pose.shape.half[2]), pose.below, hanging)
-    return max(tops, default=0.0) + below + PASSAGE_CLEARANCE_M
+    return max(tops, default=0.0) + below + TRANSFER_CLEARANCE_M
 
 
 def frame_of(pose: ObjectPose, yaw: float) -> np.ndarray:

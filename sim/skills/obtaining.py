@@ -22,7 +22,7 @@ def _why_lost(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
     options, fixtures = tuple(ranked(cell, obj, frame)), set[str]()
     for grasp in options:
         try:
-            free_pose(cell, grasp.at(pose.position, frame).either_way(), grasp, near=cell.reference)
+            free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, near=cell.reference)
         except BlockedError as error:
             if any(name in cell.scene.shapes for name in error.by):
                 return None

@@ -129,8 +129,8 @@ def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
     return not any(overlap(place, other) for other in taken), min(nearest, DISTANCE_CAP_M)
 
 
-def _covered(pose: ObjectPose, line: float) -> Rectangle:
-    """Return what an object covers of the table; the rectangle of a round one that stands is along a line, rad."""
+def _covered(pose: ObjectPose, heading: float) -> Rectangle:
+    """Return what an object covers of the table; the rectangle of a round one that stands is along a heading, rad."""
     if pose.posture != Posture.UPRIGHT:
         return pose.footprint
-    return Rectangle(pose.position[:2], pose.shape.half[:2], pose.shape.yaw_near(pose.yaw, line))
+    return Rectangle(pose.position[:2], pose.shape.half[:2], pose.shape.yaw_near(pose.yaw, heading))

@@ -1,4 +1,4 @@
-"""Transfer motions: arching paths of the tool over all objects at rest, and planned paths where those collide."""
+"""Transfer motions: paths of the tool over all objects at rest, and planned paths where those collide."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path, planned_path
 from sim.skills.hand import BLEND_M, PATH_CLEARANCE_M, PLACING_MARGIN_RAD, PLANNING_CLEARANCE_M, check_approach
 
-DETOURS = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
-"""Arches to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
+DETOURS_M = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
+"""Paths to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
 
 OVERLAPS = (0.5, 0.25, 0.0)
 """How far the lines of a planned path run into one another, to try in turn: the corners are cut less and less."""
@@ -25,7 +25,7 @@ OVERLAPS = (0.5, 0.25, 0.0)
 def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: ToolPose | None = None) -> None:
     """Move the tool to one of several distant poses along the first path that is free of collisions.
 
-    Arches come first: they look good, and cost nothing. Where each of them collides, a path is planned.
+    Paths over all objects come first: they look good, and cost nothing. Where each of them collides, one is planned.
 
     Args:
         cell: the running simulation.
@@ -38,7 +38,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         SimulationError: the goal is out of reach.
     """
     blockers: set[str] = set()
-    for references in itertools.chain(_arches(cell, goals, height), _planned(cell, goals, onward, blockers)):
+    for references in itertools.chain(_over(cell, goals, height), _planned(cell, goals, onward, blockers)):
         try:
             if onward is not None:
                 check_approach(cell, references[-1], cell.arm.tool(references[-1]), onward)
@@ -56,10 +56,10 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
     raise SimulationError("the joints would have to turn round")
 
 
-def _arches(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[np.ndarray]:
-    """Yield the (N, joints) references, rad, of arching movements to try, whether or not they collide."""
+def _over(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[np.ndarray]:
+    """Yield the (N, joints) references, rad, of movements over all objects to try, whether or not they collide."""
     near = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD, seeds=0)
-    for (goal, pose), (raised, drawn_in) in itertools.product(itertools.islice(near, 1), DETOURS):
+    for (goal, pose), (raised, drawn_in) in itertools.product(itertools.islice(near, 1), DETOURS_M):
         try:
             yield cell.arm.move(
                 cell.reference, goal, pose, height=height + raised, drawn_in=drawn_in, ending=cell.ending

@@ -11,12 +11,12 @@ from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
-from sim.skills.hand import HOVER_HEIGHT_M, passage_height
+from sim.skills.hand import HOVER_HEIGHT_M, transfer_height
 from sim.skills.skill import Skill
 from sim.skills.transfer import travel
 from sim.world.shapes import extent
 
-PASSAGE_RADIUS_M = 0.2
+TRANSFER_RADIUS_M = 0.2
 """Distance within which the hand over a location passes over other objects, too: more than its own width."""
 
 
@@ -36,14 +36,14 @@ class TransitSkill(Transit, Skill):
         slots = cell.scene.slots[action.location]
         centre = np.mean([slot.position for slot in slots], axis=0)
         middle = extent(cell.scene.shapes.values()).high / 2
-        reach = PASSAGE_RADIUS_M + float(np.hypot(*(slots[-1].position - centre)[:2]))
+        reach = TRANSFER_RADIUS_M + float(np.hypot(*(slots[-1].position - centre)[:2]))
         piled = [obj for obj in cell.shapes if np.hypot(*(cell.observe(obj).position - centre)[:2]) < reach]
-        height = max(centre[2] + middle + HOVER_HEIGHT_M, passage_height(cell, piled))
+        height = max(centre[2] + middle + HOVER_HEIGHT_M, transfer_height(cell, piled))
         pose = ToolPose.down(np.array([*centre[:2], height]), slots[0].yaw)
-        height = passage_height(cell, cell.shapes)
+        height = transfer_height(cell, cell.shapes)
         try:
             _check_open(cell, pose, float(centre[2]))
-            travel(cell, pose.either_way(), height=height)
+            travel(cell, pose.symmetric_poses(), height=height)
         except SimulationError:
             # Where the hand cannot be above, it comes to what is there as it will take it.
             found = _tilted_grasp(cell, action.location)

@@ -6,7 +6,7 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Transport
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_placement_of_held
-from sim.skills.hand import check_held, passage_height
+from sim.skills.hand import check_held, transfer_height
 from sim.skills.placing import free_slot
 from sim.skills.skill import Skill
 from sim.skills.transfer import travel
@@ -23,9 +23,9 @@ class TransportSkill(Transport, Skill):
         cell.contacts.handle(obj)
         before, pose, _ = choose_placement_of_held(cell, obj, slot)
         cell.contacts.handle(obj, aloft=True)
-        height = passage_height(cell, cell.shapes, held=obj)
+        height = transfer_height(cell, cell.shapes, held=obj)
         if before.points_down:
-            travel(cell, before.either_way(), height=height)
+            travel(cell, before.symmetric_poses(), height=height)
         else:
             travel(cell, [before], height=height, onward=pose)
         check_held(cell, obj)

@@ -14,7 +14,7 @@ from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp, ranked
-from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, passage_height
+from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, transfer_height
 from sim.skills.placing import is_carried, obstacles
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower_duration
 from sim.skills.transfer import travel
@@ -22,7 +22,7 @@ from sim.world.grasps import GraspPose, grasps, tilt_of
 from sim.world.shapes import about_z
 
 QUARTERS = (0, 1, -1, 2)
-"""Quarter turns about the line between the pads, to try in turn; 0 to set an object down as it lies, but elsewhere."""
+"""Quarter turns about the closing direction, to try in turn; 0 to set an object down as it lies, but elsewhere."""
 
 HEADINGS_RAD = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
 """Turns about the vertical of an object that is set down, to try in turn."""
@@ -90,7 +90,7 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
         BlockedError: bodies are in the way.
     """
     cell.contacts.handle(obj, aloft=True)
-    travel(cell, [turn.above], height=passage_height(cell, cell.shapes, held=obj))
+    travel(cell, [turn.above], height=transfer_height(cell, cell.shapes, held=obj))
     cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
     rotation = turn.placing.rotation @ tool.rotation.T
@@ -133,7 +133,7 @@ def _reached(
 ) -> tuple[GraspPose, ToolPose, ToolPose] | None:
     """Return a grasp as the hand takes it, from where it comes, and where the fingers close; None if it cannot."""
     try:
-        before, tool = free_pose(cell, grasp.at(position, frame).either_way(), grasp, near=cell.reference)
+        before, tool = free_pose(cell, grasp.at(position, frame).symmetric_poses(), grasp, near=cell.reference)
     except SimulationError:
         return None
     return replace(grasp, rotation=frame.T @ tool.rotation), before, tool

@@ -38,17 +38,17 @@ MAX_BULGE_M = 0.0015
 """How far a surface may stand out beside what a pad presses, m."""
 
 TILTS_RAD = np.radians([0, 30, -30, 45, -45, 60, -60, 90, -90, 120, -120, 135, -135, 150, -150, 180])
-"""Turns of the hand about the closing line from where it points down at the upright object."""
+"""Turns of the hand about the closing direction from where it points down at the upright object."""
 
-ROUND_LINES_RAD = np.radians([0, 90, 45, 135, 22.5, 67.5, 112.5, 157.5])
-"""Headings of the closing lines across a round object."""
+ROUND_HEADINGS_RAD = np.radians([0, 90, 45, 135, 22.5, 67.5, 112.5, 157.5])
+"""Headings of the closing directions across a round object."""
 
 
 MAX_TILT_RAD = np.radians(91)
 """Greatest tilt of the hand from straight down: farther, it would point upwards."""
 
 MAX_SLOPE = np.sin(np.radians(15))
-"""Greatest slope of the line along which the fingers close: else one of them comes to lie below the object."""
+"""Greatest slope of the closing direction: else one finger comes to lie below the object."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,14 +112,14 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
 
 
 def _hand(closing: np.ndarray, tilt: float) -> tuple[np.ndarray, int]:
-    """Return the (3, 3) axes of the hand that closes along a line, turned about it, rad; and its tilt, degrees."""
+    """Return the (3, 3) axes of the hand with a closing direction, turned about it, rad; and its tilt, degrees."""
     start = np.array([-1.0, 0.0, 0.0] if closing[2] else [0.0, 0.0, -1.0])
     approach = np.cos(tilt) * start + np.sin(tilt) * np.cross(closing, start)
     return _axes(closing, approach), round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
 
 
 def _axes(closing: np.ndarray, approach: np.ndarray) -> np.ndarray:
-    """Return the (3, 3) axes of the hand that closes along a (3,) line and points along another one."""
+    """Return the (3, 3) axes of the hand with a (3,) closing direction that points in another (3,) direction."""
     return np.column_stack([np.cross(closing, approach), closing, approach])
 
 
@@ -127,18 +127,18 @@ def _on_surface(shape: ObjectShape, surface: PointCloud, gripper: Gripper) -> tu
     """Return the grasps of a mesh at its `Antipodes`, where nothing of it is in the way of the hand."""
     found = []
     for pair, tilt in itertools.product(shape.pairs, TILTS_RAD):
-        rotation, off_top = _hand(pair.line, tilt)
+        rotation, off_top = _hand(pair.direction, tilt)
         seen = (surface.points - pair.position) @ rotation
         off_centre = round(surface.off_centre(pair.position), 3)
         for order, clearance in enumerate(CLEARANCES_M):
             grasp = GraspPose(pair.position, rotation, pair.width, clearance)
-            if not _in_the_way(seen, grasp, gripper).any():
+            if not _obstructing(seen, grasp, gripper).any():
                 found.append(((off_top, off_centre, order), grasp))
     found.sort(key=lambda entry: entry[0])
     return tuple(grasp for _, grasp in found)
 
 
-def _in_the_way(points: np.ndarray, grasp: GraspPose, gripper: Gripper) -> np.ndarray:
+def _obstructing(points: np.ndarray, grasp: GraspPose, gripper: Gripper) -> np.ndarray:
     """Return which of (N, 3) points in the tool frame, m, are where the palm is, or a finger until it has closed."""
     x, y, z = np.abs(points[:, 0]), np.abs(points[:, 1]), points[:, 2]
     end = min(grasp.opening, gripper.opening_m) / 2 + gripper.finger_depth_m
@@ -153,10 +153,10 @@ def _suctions(shape: ObjectShape, gripper: SuctionGripper) -> tuple[GraspPose, .
     for seat in sorted(shape.seats, key=lambda seat: round(-seat.normal[2], 2)) or _faces(shape, gripper):
         # Two headings of the hand, as square to the object as they can be.
         for axis in np.eye(3)[np.argsort(np.abs(seat.normal), kind="stable")[:2]]:
-            line = axis - (axis @ seat.normal) * seat.normal
-            line /= np.linalg.norm(line)
+            closing = axis - (axis @ seat.normal) * seat.normal
+            closing /= np.linalg.norm(closing)
             position = seat.position - gripper.press_m * seat.normal
-            found.append(GraspPose(position, _axes(line, -seat.normal), 0.0, gripper.opening_m / 2))
+            found.append(GraspPose(position, _axes(closing, -seat.normal), 0.0, gripper.opening_m / 2))
     return tuple(found)
 
 
@@ -172,17 +172,19 @@ def _faces(shape: ObjectShape, gripper: SuctionGripper) -> list[Seat]:
 
 
 def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.ndarray, float]]:
-    """Yield the rank of a closing line, its (3,) direction in the object's frame, and the width along it, m."""
+    """Yield the rank of a closing direction, (3,) in the object's frame, itself, and the width along it, m."""
     if shape.is_round:
-        lines = [np.array([np.cos(turn), np.sin(turn), 0.0]) for turn in ROUND_LINES_RAD]
+        closings = [np.array([np.cos(turn), np.sin(turn), 0.0]) for turn in ROUND_HEADINGS_RAD]
     else:
-        lines = [*np.eye(3)[:2]]
+        closings = [*np.eye(3)[:2]]
     low, high = gripper.held_widths
-    for rank, line in enumerate([*lines, np.array([0.0, 0.0, 1.0])]):
-        # A round object is as wide along a line across it as along its x axis.
-        width = 2 * float(shape.half[0]) if shape.is_round and not line[2] else 2 * float(np.abs(line) @ shape.half)
+    for rank, closing in enumerate([*closings, np.array([0.0, 0.0, 1.0])]):
+        # A round object is as wide in any direction across it as along its x axis.
+        width = (
+            2 * float(shape.half[0]) if shape.is_round and not closing[2] else 2 * float(np.abs(closing) @ shape.half)
+        )
         if low <= width <= high:
-            yield rank, line, width
+            yield rank, closing, width
 
 
 def _shifts(shape: ObjectShape, closing: np.ndarray, approach: np.ndarray, gripper: Gripper) -> list[np.ndarray]:

@@ -131,7 +131,7 @@ def _kind(place: Location) -> str:
 
 
 def _yaws(place: Location, grounded: list[Location], robot: Robot) -> list[float]:
-    """Return closing lines to try: past a near neighbour, along y, along x, across the arm, along it, and diagonal."""
+    """Return closing directions to try: past a near neighbour, y, x, across the arm, along it, and diagonal."""
     here = np.array(with_height(place.at or ()))
     bearing = float(np.arctan2(*(here - robot.position)[1::-1]))
     yaws = [np.pi / 2, 0.0, bearing + np.pi / 2, bearing, np.pi / 4, 3 * np.pi / 4]

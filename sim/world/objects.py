@@ -156,7 +156,7 @@ def _add_object(
 
 def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mesh: MeshParts) -> None:
     """Give an object its convex parts, each with its share of the mass, and what is drawn."""
-    # The shape's x axis is the line along which the fingers close, which may be the mesh's y axis.
+    # The shape's x axis is the closing direction, which may be the mesh's y axis.
     turn = yaw_quat(0.0 if np.isclose(2 * shape.half[0], mesh.size[0]) else -np.pi / 2)
     volume = sum(part.volume for part in mesh.parts)
     for i, part in enumerate(mesh.parts):

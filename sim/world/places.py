@@ -60,8 +60,8 @@ class Slot:
         index: 0 .. capacity - 1 within the location.
         position: (3,) where the middle of the object's underside rests, m (z = 0 is the table top).
             On other objects, z is where it rests at the highest: see `sim.perception.grounding.slot_of`.
-        yaw: heading about z of the line along which the fingers close, rad; both ends of it are free
-            of walls and neighbours. The object rests with this yaw, up to its symmetry.
+        yaw: heading about z of the closing direction, rad, in which there are no walls and neighbours on either side.
+            The object rests with this yaw, up to its symmetry.
         radius: greatest horizontal distance of an object that rests in it from its centre, m: farther off, it would be
             beside the plate.
     """
@@ -80,7 +80,7 @@ class Station:
     Attributes:
         kind: one of `LOCATION_KINDS`.
         outline: what it covers of the table, walls left out.
-        slots: side by side across the closing line.
+        slots: side by side across the closing direction.
         size: bounds on the objects that may come there.
         height: of the surface that carries it over the table top, m.
         marks: whether it marks what is released there.

@@ -89,10 +89,10 @@ def _farthest(arm: Arm, slot: Slot, heights: tuple[float, ...]) -> float:
 
 
 def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
-    """Return a configuration with the tool at a height over a slot, m, on its closing line; None if there is none."""
+    """Return a configuration with the tool at a height, m, over a slot, turned as that is; None if there is none."""
     pose = ToolPose.down(np.array([*slot.position[:2], height]), slot.yaw)
     try:
-        return arm.reach(pose.either_way())[0]
+        return arm.reach(pose.symmetric_poses())[0]
     except SimulationError:
         return None
 

@@ -61,12 +61,12 @@ QUARTER_TURNS = np.array([turn for turn in _MIRRORED if np.linalg.det(turn) > 0]
 class ObjectShape:
     """A cube, box or cylinder in a frame of its own, in which it stands upright.
 
-    Its yaw is the heading of its x axis: the line along which the fingers rather close from above.
+    Its yaw is the heading of its x axis: the preferred closing direction from above.
 
     Attributes:
         kind: one of `SIZES`.
         half: (3,) half its sides along that line, across it and upwards, m.
-        widths: of it along the lines on which the hand closes from above, the better one first, m.
+        widths: of it in the closing directions from above, the better one first, m.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
         surface: of a mesh that fingers take; None for other shapes.
@@ -164,11 +164,11 @@ class ObjectShape:
             options = np.array([Rotation.align_vectors([up], [rotation[:, 2]])[0].as_matrix() @ rotation])
         return np.asarray(options[int(np.einsum("kij,ij->k", options, rotation).argmax())])
 
-    def yaw_near(self, yaw: float, line: float) -> float:
-        """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a line, rad."""
+    def yaw_near(self, yaw: float, heading: float) -> float:
+        """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a heading, rad."""
         if self.is_round:
-            return line
-        return yaw + self.symmetry * round((line - yaw) / self.symmetry)
+            return heading
+        return yaw + self.symmetry * round((heading - yaw) / self.symmetry)
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class Extent:
     """Bounds on the dimensions of the objects that may come to a location.
 
     Attributes:
-        half: (2,) greatest half sides along the closing line and across it, m.
+        half: (2,) greatest half sides along the closing direction and across it, m.
         slim: least half side of any, m.
         low: least height of any, m.
         high: greatest height of any, m.
@@ -260,7 +260,7 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
         return replace(shape, seats=found)
     low, high = gripper.held_widths
     pairs = antipodes(mesh.surface, low, high)
-    if not any(pair.line[2] == 0 for pair in pairs):
+    if not any(pair.direction[2] == 0 for pair in pairs):
         raise SimulationError(
             f"{where}: no two upright faces of it that the hand could press lie {low:g} to {high:g} m apart"
         )

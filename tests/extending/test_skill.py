@@ -39,7 +39,7 @@ class Push(sim.Skill):
         behind, up = along * (half[0] + FINGER_M), np.array([0.0, 0.0, HOVER_HEIGHT_M])
         cell.contacts.handle(obj)
         cell.grip(0.0, 0.3)
-        hand = move_tool(cell, sim.ToolPose.down(centre - 1.3 * behind + up, yaw).either_way())
+        hand = move_tool(cell, sim.ToolPose.down(centre - 1.3 * behind + up, yaw).symmetric_poses())
         pushing = np.linspace(centre - 1.3 * behind, goal - behind, round(np.linalg.norm(goal - centre) / STEP_M))
         for position in (*pushing, goal - behind + up, goal + up):
             move_tool(cell, [sim.ToolPose(position, hand.rotation)])

@@ -30,7 +30,7 @@ def plain_steps(what: ManipulationModel, state: Plain) -> list[tuple[str, int, P
     spots = {place.name: place for place in what.locations}
     occupied = [place for place in state.places if place is not None]
 
-    def has_room(place: Location) -> bool:
+    def has_space(place: Location) -> bool:
         return occupied.count(place.name) < place.capacity and all(support in occupied for support in place.on)
 
     def carries_nothing(name: str) -> bool:
@@ -48,10 +48,10 @@ def plain_steps(what: ManipulationModel, state: Plain) -> list[tuple[str, int, P
         return steps
     k = [obj.name for obj in what.objects].index(state.held)
     for name, place in spots.items():
-        if name != state.hand and has_room(place):
+        if name != state.hand and has_space(place):
             steps.append((f"transport {state.held} {name}", 5, state._replace(hand=name)))
     for name, place in spots.items():
-        if name == state.hand and has_room(place):
+        if name == state.hand and has_space(place):
             marked = state.marks | ({(state.held, place.marks)} if place.marks else set())
             put = (*state.places[:k], name, *state.places[k + 1 :])
             steps.append((f"release {state.held} {name}", 1, Plain(name, None, put, marked)))

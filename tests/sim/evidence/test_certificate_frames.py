@@ -87,7 +87,7 @@ def test_a_load_that_brushes_a_bystander_on_its_way_is_refuted(monkeypatch: pyte
     """The controller is careless and its log keeps silent: the can on top of a tower is grazed."""
     can_top = 0.06 + 0.045 + 0.06
     monkeypatch.setattr(transfer, "check_path", lambda *args, **options: None)
-    monkeypatch.setattr(transport, "passage_height", lambda *args, **options: can_top + 0.0225 - GRAZE_M)
+    monkeypatch.setattr(transport, "transfer_height", lambda *args, **options: can_top + 0.0225 - GRAZE_M)
     log = log_of_run(loads(PAST_A_TOWER, name="can"))
     silent = telling(log, events=tuple(event for event in log.about.events if event.kind != "contact"))
     assert len(silent.about.events) < len(log.about.events)

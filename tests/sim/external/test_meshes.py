@@ -22,7 +22,7 @@ from sim.evidence.replay import RecordedWorld
 from sim.evidence.scenario_checks import check_scenario
 from sim.external import meshes
 from sim.external.meshes import mesh_of
-from sim.geometry.antipodes import LINES, antipodes
+from sim.geometry.antipodes import DIRECTIONS, antipodes
 from sim.geometry.mjcf import solid_geoms
 from sim.robots.panda import PANDA
 from sim.robots.panda_suction import PANDA_SUCTION
@@ -156,10 +156,10 @@ def test_a_suction_cup_takes_a_mesh_where_it_is_flat_and_the_hand_fits(tmp_path:
 def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
     wedge = trimesh.Trimesh([(0, 0, 0), (0.06, 0, 0), (0, 0.06, 0), (0, 0, 0.05), (0.06, 0, 0.05), (0, 0.06, 0.05)])
     surface = meshes.MeshParts(wedge.convex_hull, (wedge.convex_hull,)).surface
-    assert {tuple(pair.line) for pair in antipodes(surface, 0.02, 0.065)} == {(0.0, 0.0, 1.0)}
+    assert {tuple(pair.direction) for pair in antipodes(surface, 0.02, 0.065)} == {(0.0, 0.0, 1.0)}
     ball = trimesh.creation.icosphere(3, 0.025)
     pairs = antipodes(meshes.MeshParts(ball, (ball,)).surface, 0.02, 0.065)
-    assert all(pair.width == pytest.approx(0.05, abs=2e-3) for pair in pairs) and len(pairs) == len(LINES)
+    assert all(pair.width == pytest.approx(0.05, abs=2e-3) for pair in pairs) and len(pairs) == len(DIRECTIONS)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 
 from sim.errors import SimulationError
 from sim.motion.kinematics import Arm
-from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose, arch, duration, smooth_step, wrap
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose, duration, smooth_step, transfer_path, wrap
 from sim.robots.panda import PANDA
 
 PLACES = [(0.50, 0.0, 0.07), (0.45, 0.30, 0.03), (0.38, -0.30, 0.15), (0.75, 0.2, 0.03), (-0.2, 0.5, 0.05)]
@@ -34,7 +34,7 @@ def test_smooth_step_keeps_to_speed_and_acceleration() -> None:
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("yaw", np.radians([0, 45, 90, 100, 150]))
 def test_reach_points_the_tool_down_at_the_goal(arm: Arm, place: tuple[float, float, float], yaw: float) -> None:
-    q, taken = arm.reach(ToolPose.down(np.array(place), yaw).either_way())
+    q, taken = arm.reach(ToolPose.down(np.array(place), yaw).symmetric_poses())
     tool = arm.tool(q)
     assert np.linalg.norm(tool.position - place) < 0.001
     assert abs(wrap(tool.yaw - taken.yaw)) < 0.005
@@ -50,7 +50,7 @@ def test_reach_refuses_what_is_out_of_reach(arm: Arm) -> None:
 
 def test_arch_rises_straight_clears_the_height_and_comes_down_straight() -> None:
     start, goal = ToolPose.down(np.array([0.5, 0.2, 0.05]), 0.0), ToolPose.down(np.array([0.4, -0.3, 0.08]), 1.0)
-    path = arch(start, goal, 1.0, height=0.3)
+    path = transfer_path(start, goal, 1.0, height=0.3)
     p = path.positions
     near = np.hypot(*(p - start.position)[:, :2].T) < 0.05
     far = np.hypot(*(p - goal.position)[:, :2].T) < 0.05
@@ -62,14 +62,14 @@ def test_arch_rises_straight_clears_the_height_and_comes_down_straight() -> None
 
 def test_arch_never_cuts_across_the_base() -> None:
     start, goal = ToolPose.down(np.array([-0.2, 0.45, 0.2]), 0.0), ToolPose.down(np.array([-0.2, -0.45, 0.2]), 0.0)
-    p = arch(start, goal, 0.0, height=0.0).positions
+    p = transfer_path(start, goal, 0.0, height=0.0).positions
     assert np.hypot(p[:, 0], p[:, 1]).min() > 0.45
     assert p[:, 0].max() > 0.45, "it should turn past the front"
 
 
 def test_a_slower_pace_takes_longer() -> None:
     start, goal = ToolPose.down(np.array([0.5, 0.2, 0.1]), 0.0), ToolPose.down(np.array([0.5, -0.2, 0.1]), 0.0)
-    usual, slow = (len(arch(start, goal, 0.0, height=0.2, pace=pace).positions) for pace in (1.0, 0.5))
+    usual, slow = (len(transfer_path(start, goal, 0.0, height=0.2, pace=pace).positions) for pace in (1.0, 0.5))
     assert slow == pytest.approx(2 * usual, rel=0.05)
 
 
@@ -78,7 +78,7 @@ def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
     q = PANDA.home
     for place in PLACES:
         position = np.array(place)
-        goal, pose = arm.reach(ToolPose.down(position, 0.3).either_way())
+        goal, pose = arm.reach(ToolPose.down(position, 0.3).symmetric_poses())
         references = arm.move(q, goal, pose, height=0.2)
         speeds = np.diff(references, axis=0, prepend=q[None]) / CONTROL_PERIOD_S
         assert (np.abs(speeds) <= PANDA.velocity_limits).all()
@@ -90,17 +90,17 @@ def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
 
 
 def test_the_elbow_does_not_wander(arm: Arm) -> None:
-    there, _ = arm.reach(ToolPose.down(np.array(PLACES[1]), 0.0).either_way())
+    there, _ = arm.reach(ToolPose.down(np.array(PLACES[1]), 0.0).symmetric_poses())
     q = PANDA.home
     for place in (PLACES[0], PLACES[2], PLACES[1]) * 3:
-        goal, pose = arm.reach(ToolPose.down(np.array(place), 0.0).either_way())
+        goal, pose = arm.reach(ToolPose.down(np.array(place), 0.0).symmetric_poses())
         q = arm.move(q, goal, pose, height=0.2)[-1]
     assert np.abs(q - there).max() < 0.01
 
 
 def test_the_tool_stays_upright_on_the_way(arm: Arm) -> None:
     position = np.array(PLACES[2])
-    goal, pose = arm.reach(ToolPose.down(position, np.pi / 2).either_way())
+    goal, pose = arm.reach(ToolPose.down(position, np.pi / 2).symmetric_poses())
     data = mujoco.MjData(arm.model)
     for q in arm.move(PANDA.home, goal, pose, height=0.2)[::10]:
         data.qpos[:] = q
@@ -110,10 +110,10 @@ def test_the_tool_stays_upright_on_the_way(arm: Arm) -> None:
 
 def test_from_high_up_the_tool_comes_down_on_its_way_out() -> None:
     start, goal = ToolPose.down(np.array([0.3, 0.0, 0.5]), 0.0), ToolPose.down(np.array([0.7, 0.0, 0.1]), 0.0)
-    path = arch(start, goal, 0.0, height=0.2)
+    path = transfer_path(start, goal, 0.0, height=0.2)
     halfway = path.positions[np.searchsorted(path.positions[:, 0], 0.5)]
     assert halfway[2] == pytest.approx(0.35, abs=0.01)
-    straight = arch(start, goal, 0.0)
+    straight = transfer_path(start, goal, 0.0)
     assert straight.positions[np.searchsorted(straight.positions[:, 0], 0.5)][2] == pytest.approx(0.5)
     assert path.positions[-1] == pytest.approx(goal.position) and straight.positions[-1] == pytest.approx(goal.position)
 
@@ -122,6 +122,6 @@ def test_a_path_drawn_in_passes_nearer_to_the_base_but_not_too_near() -> None:
     start, goal = ToolPose.down(np.array([0.6, 0.2, 0.2]), 0.0), ToolPose.down(np.array([0.6, -0.2, 0.2]), 0.0)
     end = float(np.hypot(0.6, 0.2))
     for drawn_in, nearest in ((0.0, end), (0.15, end - 0.15), (0.5, 0.32)):
-        radii = np.hypot(*arch(start, goal, 0.0, drawn_in=drawn_in, nearest=0.32).positions[:, :2].T)
+        radii = np.hypot(*transfer_path(start, goal, 0.0, drawn_in=drawn_in, nearest=0.32).positions[:, :2].T)
         assert radii.min() == pytest.approx(nearest, abs=1e-3)
         assert radii[-1] == pytest.approx(end)

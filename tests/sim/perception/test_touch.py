@@ -19,7 +19,7 @@ def arm() -> Arm:
 def posed(scene: Scene, arm: Arm, position: tuple[float, float, float], *, width: float = 0.07) -> mujoco.MjData:
     """Return the start state with the tool at a position, its fingers pressing along x."""
     data = initial_state(scene)
-    q, _ = arm.reach(ToolPose.down(np.array(position), 0.0).either_way())
+    q, _ = arm.reach(ToolPose.down(np.array(position), 0.0).symmetric_poses())
     PANDA.put(data, q, width=width)
     data.actuator(PANDA.gripper.actuator).ctrl[0] = 0.0
     mujoco.mj_forward(scene.mujoco, data)

@@ -32,7 +32,7 @@ SIZE = (1280, 612)
 """The picture over the captions of a video of 1280 x 720 pixels."""
 
 HAND_M = (0.10, 0.03, 0.10)
-"""The hand, from the tool along the closing line, across it and upwards."""
+"""The hand, from the tool along the closing direction, across it and upwards."""
 
 FRAMES = 600
 """Of a video of 20 s, shorter than any of these scenes'."""

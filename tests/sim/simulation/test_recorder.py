@@ -45,7 +45,7 @@ def test_the_greatest_load_between_two_frames_and_after_the_last_is_kept(scene: 
 def test_whatever_presses_a_pad_is_felt(scene: Scene) -> None:
     data, recorder = initial_state(scene), Recorder(scene)
     recorder.record(data, glow=-1)
-    q, _ = Arm(PANDA).reach(ToolPose.down(np.array([0.50, 0.0, 0.0675]), 0.0).either_way())
+    q, _ = Arm(PANDA).reach(ToolPose.down(np.array([0.50, 0.0, 0.0675]), 0.0).symmetric_poses())
     PANDA.put(data, q, width=0.044)
     data.actuator(PANDA.gripper.actuator).ctrl[0] = 0.0
     mujoco.mj_forward(scene.mujoco, data)

@@ -49,7 +49,7 @@ def lying(kind: str, size: tuple[float, ...], heading: float) -> Workcell:
         ("cylinder", (0.03, 0.06), 2.6),
         ("cylinder", (0.06, 0.03), 1.0),
         ("box", (0.04, 0.05, 0.03), 2.0),
-        # Its only level closing line would be vertical in the end: it is set down on a third face first.
+        # Its only level closing direction would be vertical in the end: it is set down on a third face first.
         ("box", (0.07, 0.04, 0.055), 0.5),
         # The palm would touch an end of these, or the hand the table, were they taken in their middle.
         ("box", (0.05, 0.04, 0.09), 2.0),

@@ -163,7 +163,7 @@ def test_the_hand_stays_above_a_tower_over_its_foot() -> None:
 
 
 def test_the_hand_opens_less_where_a_wall_is_near(scene: Scene) -> None:
-    """6.5 mm off its slot, along the line along which the fingers close, a block leaves them no room in a bin."""
+    """6.5 mm off its slot, along the closing direction, a block leaves them no room in a bin."""
     slot = scene.slots["bin1"][0]
     data = initial_state(scene)
     along = np.array([np.cos(slot.yaw), np.sin(slot.yaw)])
@@ -197,7 +197,7 @@ def assert_taken(scene: Scene, data: mujoco.MjData, obj: str, location: str) -> 
 
 
 def lying_in_bin1(scene: Scene, *, along: float, across: float, yaw: float) -> Workcell:
-    """Return the hand over bin1, where pink lies so far from the middle along and across the closing line, m."""
+    """Return the hand over bin1, where pink lies so far from the middle along and across the closing direction, m."""
     slots = scene.slots["bin1"]
     direction = np.array([np.cos(slots[0].yaw), np.sin(slots[0].yaw)])
     middle = np.mean([slot.position for slot in slots], axis=0)

@@ -90,7 +90,7 @@ def test_a_hand_that_starts_below_an_obstacle_goes_up_first() -> None:
     scene = table(Location("a", at=(0.48, 0.17)), *places, objects=(Object("cup", "t3"), *blocks[:3]))
     cell = perform_all(scene, "transit a")
     low = scene.slots["a"][0].position + [0.0, 0.0, 0.03]
-    cell.follow(cell.arm.move(cell.reference, *cell.arm.reach(ToolPose.down(low, np.pi / 2).either_way())))
+    cell.follow(cell.arm.move(cell.reference, *cell.arm.reach(ToolPose.down(low, np.pi / 2).symmetric_poses())))
     perform(cell, "transit t0")
     assert cell.data.site("tcp").xpos[:2] == pytest.approx([0.50, 0.0], abs=0.003)
     assert_clean(cell)
@@ -120,7 +120,7 @@ def test_what_lies_against_a_finger_does_not_hold_the_hand_back() -> None:
     scene = table(Location("a", at=(0.48, 0.2)), Location("b", at=(0.48, -0.2)))
     cell = perform_all(scene, "transit a")
     low = np.array([0.48, 0.0, 0.0225])
-    cell.follow(cell.arm.move(cell.reference, *cell.arm.reach(ToolPose.down(low, np.pi / 2).either_way())))
+    cell.follow(cell.arm.move(cell.reference, *cell.arm.reach(ToolPose.down(low, np.pi / 2).symmetric_poses())))
     finger = cell.data.body("left_finger").xpos
     beside = low + [0.0, np.sign(finger[1]) * (abs(finger[1]) + 0.025 + scene.shapes["cup"].half[1] + 0.002), 0.0]
     cell.data.joint("cup").qpos[:] = [*beside, 1, 0, 0, 0]
@@ -136,7 +136,7 @@ def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
     before = cell.data.qpos.copy()
     top = float(cell.data.body("cup").xpos[2] + scene.shapes["cup"].half[2])
     tips = 0.0102
-    q, _ = cell.arm.reach(ToolPose.down(np.array([0.50, 0.0, top + tips + 0.004]), 0.0).either_way())
+    q, _ = cell.arm.reach(ToolPose.down(np.array([0.50, 0.0, top + tips + 0.004]), 0.0).symmetric_poses())
     assert cell.collisions(q, width=0.0) == []
     assert cell.collisions(q, width=0.0, clearance=0.006) == ["cup"]
     assert cell.collisions(q, width=0.0) == []
