@@ -17,7 +17,7 @@ from sim.rendering.clips import compose
 from sim.rendering.overlay import caption_at
 from sim.rendering.quality import FINAL
 from sim.rendering.video import render_frame, render_video
-from sim.simulation.rollout import FRAME_RATE
+from sim.simulation.rollout import FRAME_RATE_HZ
 from sim.world.scene import Scene
 
 OUT = Path(__file__).parents[1]
@@ -28,7 +28,7 @@ SHOWN = (880, 495)
 QUALITY = 84
 """Quality of the JPEG files: about 50 kB each."""
 
-BEFORE = FRAME_RATE // 2
+BEFORE = FRAME_RATE_HZ // 2
 """Frames between the stored one and the last one of the sanitizer's light."""
 
 VIDEO_SIZE = (640, 360)

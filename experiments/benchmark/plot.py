@@ -13,7 +13,7 @@ from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, OURS, SINGLE
 from experiments.figures.figures import drawing, write_figure
 
-SIZE = (9.5, 8.0)
+SIZE_IN = (9.5, 8.0)
 """Width and height, inches."""
 
 TITLES = {SINGLE: "one plan of least cost", FRONT: "Pareto front"}
@@ -28,7 +28,7 @@ PUBLISHED_NAMES = {MAX_MIN: "paper, published", BARE: "paper, published, without
 
 def draw(report: Mapping[str, Any], path: Path) -> None:
     """Write a figure with one panel for each family of instances and kind of planning."""
-    with drawing(size=SIZE, layout=True) as figure:
+    with drawing(size=SIZE_IN, layout=True) as figure:
         panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
         for row, family in zip(panels, FAMILIES, strict=True):
             for axes, kind in zip(row, KINDS, strict=True):

@@ -13,7 +13,7 @@ from experiments.benchmark.road_network import BLOCK_M, Roads, arcs_text
 COSTS = ("seconds", "metres", "climb")
 """The costs, in the order in which they are compared; climbs are in decimetres."""
 
-HILLS = ((30.0, 700.0), (10.0, 190.0))
+HILLS_M = ((30.0, 700.0), (10.0, 190.0))
 """Heights of hills and of bumps on them, and the lengths over which they rise and fall, m."""
 
 BLOCKS = (40, 40, 80, 80, 120, 120)
@@ -31,7 +31,7 @@ def costs_of(roads: Roads) -> dict[str, np.ndarray]:
 
 def heights(points: np.ndarray) -> np.ndarray:
     """Return how high (S, 2) points lie, m."""
-    waves = [height * np.sin(points[:, 0] / length) * np.cos(points[:, 1] / length) for height, length in HILLS]
+    waves = [height * np.sin(points[:, 0] / length) * np.cos(points[:, 1] / length) for height, length in HILLS_M]
     return np.asarray(sum(waves))
 
 

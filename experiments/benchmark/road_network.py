@@ -48,7 +48,7 @@ RIVER_BEND, RIVER_BLOCKS = 0.1, 1.6
 DEGREE_M = 111_320.0
 """Length of a degree of latitude."""
 
-SOUTH_WEST = (10.0, 50.0)
+SOUTH_WEST_DEG = (10.0, 50.0)
 """Longitude and latitude of the corner."""
 
 LABELLED = {
@@ -155,8 +155,8 @@ def arcs_text(roads: Roads, what: str = "driving times, s") -> str:
 
 def coordinates_text(roads: Roads) -> str:
     """Return the crossings in the DIMACS format, in millionths of a degree, exact to a metre."""
-    per_metre = np.array([1 / np.cos(np.radians(SOUTH_WEST[1])), 1]) / DEGREE_M
-    lines = np.rint((roads.points * per_metre + SOUTH_WEST) * 1e5).astype(np.int64) * 10
+    per_metre = np.array([1 / np.cos(np.radians(SOUTH_WEST_DEG[1])), 1]) / DEGREE_M
+    lines = np.rint((roads.points * per_metre + SOUTH_WEST_DEG) * 1e5).astype(np.int64) * 10
     heading = f"c longitude and latitude, degrees * 1e6\np aux sp co {len(lines)}\n"
     return heading + "".join(f"v {i} {x} {y}\n" for i, (x, y) in enumerate(lines.tolist(), start=1))
 

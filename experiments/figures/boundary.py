@@ -10,7 +10,7 @@ import numpy as np
 
 from experiments.figures.figures import drawing, write_figure
 
-SIZE = (6.4, 3.6)
+SIZE_IN = (6.4, 3.6)
 """Inches."""
 
 
@@ -21,7 +21,7 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
         PrefplanError: the file cannot be written.
     """
     trials = [trial for trial in result["trials"] if trial["rollouts"]]
-    with drawing(size=SIZE, layout=True) as figure:
+    with drawing(size=SIZE_IN, layout=True) as figure:
         axes = figure.subplots()
         if trials:
             amounts, shares = np.array([(t["amount"], t["completed"] / t["rollouts"]) for t in trials]).T

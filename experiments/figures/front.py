@@ -18,7 +18,7 @@ from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
 
-SIZE = (6.4, 4.4)
+SIZE_IN = (6.4, 4.4)
 """Inches."""
 
 MARGIN = 0.09
@@ -28,7 +28,7 @@ MARGIN_FOR_LABEL = 0.17
 """The same left of the first point if points have labels."""
 
 
-TICK_GAP = 1.5
+TICK_GAP_PX = 1.5
 """Half the least distance between labels of ticks, px."""
 
 
@@ -45,7 +45,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
             figure.suptitle(f"{scenario.name}: {count}; lower is better")
             write_figure(figure, path)
         return
-    with drawing(size=SIZE, layout=True) as figure:
+    with drawing(size=SIZE_IN, layout=True) as figure:
         axes = figure.subplots()
         draw_front(axes, scenario, front)
         axes.set_title(f"{scenario.name}: {count}")
@@ -131,7 +131,7 @@ def _thin_out(labels: Sequence[Text]) -> None:
     """Hide labels of ticks that overlap others; those of the ends stay."""
     taken: list[Bbox] = []
     for i in sorted(range(len(labels)), key=lambda i: (0 < i < len(labels) - 1, i)):
-        extent = labels[i].get_window_extent().padded(TICK_GAP)
+        extent = labels[i].get_window_extent().padded(TICK_GAP_PX)
         labels[i].set_visible(not any(extent.overlaps(other) for other in taken))
         if labels[i].get_visible():
             taken.append(extent)

@@ -17,10 +17,10 @@ from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 
-SIDE = 4.5
+SIDE_IN = 4.5
 """Longer side of a map that stands alone, inches."""
 
-FONT_SIZE = 9.0
+FONT_SIZE_PT = 9.0
 """Size of text on a map that stands alone, points."""
 
 
@@ -40,11 +40,11 @@ def svg(plan_map: PlanMap, plan: Plan) -> str:
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
     also `grid`, `region` and `obstacle`, and on a graph `roads` and `place`.
     """
-    with _drawn(plan_map, plan, SIDE) as figure:
+    with _drawn(plan_map, plan, SIDE_IN) as figure:
         return inline_svg(figure, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
 
 
-def draw(plan_map: PlanMap, plan: Plan, path: Path, *, side: float = SIDE) -> None:
+def draw(plan_map: PlanMap, plan: Plan, path: Path, *, side: float = SIDE_IN) -> None:
     """Write a map with the path of a plan, its longer side that many inches."""
     with _drawn(plan_map, plan, side) as figure:
         write_figure(figure, path)
@@ -57,5 +57,5 @@ def _drawn(plan_map: PlanMap, plan: Plan, side: float) -> Iterator[Figure]:
         axes = figure.add_axes((0, 0, 1, 1))
         plan_map.draw(axes, plan)
         figure.draw_without_rendering()
-        plan_map.label(axes, plan, font_size=FONT_SIZE)
+        plan_map.label(axes, plan, font_size=FONT_SIZE_PT)
         yield figure

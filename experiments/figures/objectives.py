@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from experiments.cli.output import number
 from prefplan.front import Front
 
-PANEL = 3.4
+PANEL_IN = 3.4
 """Width of a panel with two objectives, inches."""
 
 COLUMNS = 3
@@ -31,7 +31,7 @@ COLORS = "viridis"
 def figure_size(front: Front) -> tuple[float, float]:
     """Return the size of the whole figure, inches."""
     pairs = len(list(combinations(front.objectives, 2)))
-    return PANEL * min(pairs, COLUMNS), PANEL * (-(-pairs // COLUMNS) + 1)
+    return PANEL_IN * min(pairs, COLUMNS), PANEL_IN * (-(-pairs // COLUMNS) + 1)
 
 
 def draw_objectives(figure: Figure, front: Front) -> None:

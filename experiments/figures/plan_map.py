@@ -24,7 +24,7 @@ AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbc
 PATH, GOOD, START_COLOR = "#222255", "#117733", "#bb5566"
 """Colours of the path, of satisfied tasks and of the start; people who see few colours can tell them apart."""
 
-SMALL_FONT_SIZE = 7.5
+SMALL_FONT_SIZE_PT = 7.5
 """Size of text on a map in a panel, points."""
 
 MOST_LETTERS = 20
@@ -33,10 +33,10 @@ MOST_LETTERS = 20
 LEADER = 0.7
 """Distance from which on a line leads from a label to what it names, heights of a line."""
 
-POINTS = 72
+POINTS_PER_INCH = 72
 """Points in an inch."""
 
-PAD = 2.0
+PAD_PX = 2.0
 """Empty border of a label, px."""
 
 START_SIZE = 1.2
@@ -80,19 +80,19 @@ def write_names(
     extents = [text.get_window_extent() for text in texts]
     targets = [to_pixels(one.target.reshape(2, 2)).ravel() for one in named]
     labels = [
-        MapLabel((extent.width + 2 * PAD, extent.height + 2 * PAD), target, one.inside)
+        MapLabel((extent.width + 2 * PAD_PX, extent.height + 2 * PAD_PX), target, one.inside)
         for extent, target, one in zip(extents, targets, named, strict=True)
     ]
     areas = [target for target, one in zip(targets, named, strict=True) if one.inside]
     dots, others = ([to_pixels(one.reshape(2, 2)).ravel() for one in rectangles] for rectangles in (dots, others))
     obstacles = Obstacles(to_pixels(path), np.array(dots), np.array([*areas, *others]).reshape(-1, 4))
     frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
-    line = font_size * axes.figure.dpi / POINTS
+    line = font_size * axes.figure.dpi / POINTS_PER_INCH
     for text, rectangle, target in zip(texts, place(labels, frame, obstacles, line=line), targets, strict=True):
         if rectangle is None:
             text.remove()
             continue
-        text.set_position(tuple(axes.transData.inverted().transform(rectangle[:2] + PAD)))
+        text.set_position(tuple(axes.transData.inverted().transform(rectangle[:2] + PAD_PX)))
         if gap(rectangle[None], target)[0] > LEADER * line:
             axes.plot(
                 *axes.transData.inverted().transform(leader(rectangle, target)).T, zorder=3.5, gid="leader", **THIN
@@ -178,7 +178,7 @@ class PlanMap(ABC):
         for step in self.goals(plan):
             axes.add_patch(Circle(tuple(path[step]), self.mark, facecolor=GOOD, gid="goal", **dot))
 
-    def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE) -> None:
+    def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE_PT) -> None:
         """Write names on the map, whose axes have their final place.
 
         No label overlaps another one or leaves the map; one for which no space is left is not written.

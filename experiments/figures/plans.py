@@ -14,7 +14,7 @@ from prefplan.errors import PrefplanError
 from prefplan.front import Front
 from prefplan.scenario.decode import Scenario
 
-PANEL = 3.1
+PANEL_IN = 3.1
 """Width of a panel with a map, inches."""
 
 MOST_PLANS = 23
@@ -46,7 +46,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     most = max(len(plan.relaxations) for plan in front)
     titles = [textwrap.fill(f"{i}: {worth(plan, penalty='μ =')}", TITLE_LETTERS) for i, plan in enumerate(front)]
     more_lines = max(title.count("\n") for title in titles)
-    size = (columns * PANEL, rows * (PANEL * shape + 0.35 + 0.14 * most + LINE * more_lines))
+    size = (columns * PANEL_IN, rows * (PANEL_IN * shape + 0.35 + 0.14 * most + LINE * more_lines))
     with drawing(size=size, layout=True) as figure:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, plan, title in zip(panels, front, titles, strict=False):

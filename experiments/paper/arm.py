@@ -24,7 +24,7 @@ ABOUT = "A Panda sanitizes and bins two blocks of an arch; the block that is wan
 STATES = 6_000
 """The paper's model has over that many."""
 
-PANEL_SIZE = (640, 360)
+PANEL_PX = (640, 360)
 """(width, height) of a picture in Figure 5, pixels."""
 
 
@@ -93,7 +93,7 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
                 axes.set_axis_off()
             for axes, step in zip(row, steps, strict=False):
                 moment = min(int(np.searchsorted(rollout.times, step.start)), len(rollout.times) - 1)
-                axes.imshow(render_frame(scene, rollout.qpos[moment], size=PANEL_SIZE))
+                axes.imshow(render_frame(scene, rollout.qpos[moment], size=PANEL_PX))
                 axes.set_title(f"{step.start:.0f} s: {step.action}", fontsize=9)
             row[0].text(-0.03, 0.5, name, transform=row[0].transAxes, rotation=90, va="center", ha="right", fontsize=10)
         write_figure(figure, path)

@@ -17,7 +17,7 @@ from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
-from sim.simulation.rollout import FRAME_RATE
+from sim.simulation.rollout import FRAME_RATE_HZ
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a surprise is not interrupted."""
@@ -74,7 +74,7 @@ class LiveRun(threading.Thread):
 
     Attributes:
         problem: what was planned.
-        frames: so far, `FRAME_RATE` a second.
+        frames: so far, `FRAME_RATE_HZ` a second.
         statuses: at the start, before each action, at each piece of news and at the end.
         waiting: what a user did that has not happened yet, because the simulation waits.
         failure: the error that ended the thread, or None.
@@ -168,7 +168,7 @@ class LiveRun(threading.Thread):
             self._changed.wait_for(lambda: self._stopping or now < self._until)
         if self._stopping:
             raise _Stopped
-        if not self.frames or now >= self.frames[-1].time + 1 / FRAME_RATE - 1e-6:
+        if not self.frames or now >= self.frames[-1].time + 1 / FRAME_RATE_HZ - 1e-6:
             self._record(loop)
         self._meddle(run.injector, action=len(run.steps) + 1, refuse=run.cell.log_event)
         if sum(event.kind in NEWS for event in run.cell.events) > len(self.statuses[-1].news):

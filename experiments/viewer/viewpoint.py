@@ -11,7 +11,7 @@ import viser
 from sim.rendering.cameras import Camera, axes_of
 from sim.world.scene import Scene, initial_state
 
-PICTURE = (900, 720)
+PICTURE_PX = (900, 720)
 """Width and height of the picture that a viewpoint is chosen for: a usual window without the panel."""
 
 
@@ -38,7 +38,7 @@ class Viewpoint:
         Raises:
             RenderingError: there is no such camera.
         """
-        view, upright = Camera(scene, camera, PICTURE).view(), np.array([0.0, 0.0, 1.0])
+        view, upright = Camera(scene, camera, PICTURE_PX).view(), np.array([0.0, 0.0, 1.0])
         if view.type == mujoco.mjtCamera.mjCAMERA_FIXED:
             data = initial_state(scene)
             mujoco.mj_forward(scene.mujoco, data)
@@ -51,7 +51,7 @@ class Viewpoint:
 
     def beside(self, offset: np.ndarray) -> Viewpoint:
         """Return one that has two scenes in the picture, of which the other is at a (3,) offset, m."""
-        back = float(np.linalg.norm(offset)) / 2 / np.tan(self.field / 2) * PICTURE[1] / PICTURE[0]
+        back = float(np.linalg.norm(offset)) / 2 / np.tan(self.field / 2) * PICTURE_PX[1] / PICTURE_PX[0]
         ahead = (self.target - self.eye) / np.linalg.norm(self.target - self.eye)
         return replace(self, eye=self.eye + offset / 2 - back * ahead, target=self.target + offset / 2)
 

@@ -13,7 +13,7 @@ from prefplan.models.manipulation.action import Action, at
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, RecordedWorld
 from sim.geometry.mjcf import columns
-from sim.simulation.rollout import FRAME_RATE, Event
+from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
 POINTED_M = np.linspace(0, 0.12, 13)
 """Distances from the tool at which the hand counts as over a location that it points at, m."""
@@ -209,7 +209,7 @@ def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: E
     frame = world.frame_at(event.time)
     around, (pose, rates) = slice(frame, frame + 2), columns(world.mujoco, action.obj)
     told, centres = float(event.detail["error_mm"]) / 1000, world.qpos[around, pose][:, :2]
-    moving = float(np.linalg.norm(world.qvel[around, rates][:, :2], axis=1).max()) / FRAME_RATE
+    moving = float(np.linalg.norm(world.qvel[around, rates][:, :2], axis=1).max()) / FRAME_RATE_HZ
     far = [np.linalg.norm(slot.position[:2] - centres, axis=1) for slot in world.scene.slots[action.location]]
     off = min(max(float(between.min()) - told, told - float(between.max())) for between in far)
     if off > PLACEMENT_TOLERANCE_M + moving + NOISE_FACTOR * world.noise:

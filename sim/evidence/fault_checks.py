@@ -15,7 +15,7 @@ from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import FAULT_TIME_S, HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
 from sim.geometry.mjcf import columns
-from sim.simulation.rollout import FRAME_RATE, Event
+from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
 FAULT_KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
 """Faults that a run may ask for."""
@@ -111,7 +111,7 @@ def _pose(obj: str, world: RecordedWorld, dynamics: Dynamics, row: int) -> _Pose
 
 
 def _objection_to_knock(obj: str, before: _Pose, after: _Pose) -> str | None:
-    falling = float(np.linalg.norm(before.velocity[:3])) / FRAME_RATE
+    falling = float(np.linalg.norm(before.velocity[:3])) / FRAME_RATE_HZ
     if np.linalg.norm(after.position - before.position) > UNMOVED_M + falling:
         return f"{obj} is elsewhere at once, and a knock does not do this"
     speeds = [float(np.linalg.norm(part)) for part in np.split(after.velocity, [2, 3])]

@@ -27,7 +27,7 @@ from prefplan.models.several_costs import amount
 from sim.errors import LogError
 from sim.external.bundle import packed
 from sim.robots.catalogue import OLD_NAMES
-from sim.simulation.rollout import FRAME_RATE, Event, Frames, Rollout, Step
+from sim.simulation.rollout import FRAME_RATE_HZ, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
 FORMAT = 2
@@ -134,7 +134,7 @@ def log_of(
 ) -> Log:
     """Return the log of a rollout, up to the end of its last action if it was not completed (see `About`)."""
     model = scene.mujoco
-    end = np.inf if rollout.completed else max([0.0, *(step.end for step in rollout.steps)]) + 1 / FRAME_RATE
+    end = np.inf if rollout.completed else max([0.0, *(step.end for step in rollout.steps)]) + 1 / FRAME_RATE_HZ
     joints = [model.joint(i) for i in range(model.njnt)]
     about = About(
         versions=versions(),

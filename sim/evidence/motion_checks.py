@@ -12,7 +12,7 @@ from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
-from sim.simulation.rollout import FRAME_RATE
+from sim.simulation.rollout import FRAME_RATE_HZ
 
 ROUNDING = 1e-6
 """Slack for comparisons of recorded numbers."""
@@ -25,7 +25,7 @@ def check_recording(log: Log) -> Check:
     """Check that frames follow each other without a gap, and actions within them."""
     name, times = "recording", log.times
     period = np.diff(times)
-    gaps = np.flatnonzero((period <= 0) | (period > 1.5 / FRAME_RATE))
+    gaps = np.flatnonzero((period <= 0) | (period > 1.5 / FRAME_RATE_HZ))
     if abs(times[0]) > ROUNDING or len(gaps):
         where = float(times[gaps[0]]) if len(gaps) else 0.0
         return Check(name, False, f"frames are missing or out of order after {where:.2f} s")
@@ -34,7 +34,7 @@ def check_recording(log: Log) -> Check:
     for k, action in enumerate(log.about.actions, 1):
         if not before - ROUNDING <= action.start <= action.end:
             return Check(name, False, f"action {k} `{action.action}` begins before the one before it ends")
-        if action.end > end + 1.5 / FRAME_RATE:
+        if action.end > end + 1.5 / FRAME_RATE_HZ:
             return Check(
                 name,
                 False,

@@ -11,7 +11,7 @@ from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.geometry.mjcf import columns, joint_at
-from sim.simulation.rollout import FRAME_RATE
+from sim.simulation.rollout import FRAME_RATE_HZ
 
 START_TOLERANCE = 1e-5
 """Greatest difference of a first position from the one of the seed, m or rad."""
@@ -30,7 +30,7 @@ ENERGY_TOLERANCE_J = 0.005
 REST_SPEED_M_S = 0.01
 """Greatest mean speed of an object at the end of a run that is said to be completed."""
 
-REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE)
+REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames over which that mean is taken."""
 
 ENERGY_MEMORY_STATES = 12
@@ -55,7 +55,7 @@ def check_rest(log: Log, world: RecordedWorld) -> Check:
     if not log.about.claims.completed:
         return Check(name, True, "not claimed: the run was not completed")
     first = max(0, len(log.times) - 1 - REST_PERIOD_FRAMES)
-    seconds = max(float(log.times[-1] - log.times[first]), 1 / FRAME_RATE)
+    seconds = max(float(log.times[-1] - log.times[first]), 1 / FRAME_RATE_HZ)
     for obj in world.objects:
         path = world.path(obj)[first:]
         speed = float(np.linalg.norm(path[-1] - path[0])) / seconds

@@ -26,7 +26,7 @@ from sim.geometry.mjcf import columns, first_met, is_solid, opaque, solid_geoms
 from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
-from sim.simulation.rollout import FRAME_RATE, Event
+from sim.simulation.rollout import FRAME_RATE_HZ, Event
 from sim.world.randomization import KEYS, Perturbation, perturbed, read_perturbation
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -51,7 +51,7 @@ MIN_QUATERNION = 1e-3
 MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
 
-PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE)
+PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames that a contact force counts for: simulated contacts flicker."""
 
 

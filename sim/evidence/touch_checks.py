@@ -14,7 +14,7 @@ import numpy as np
 from prefplan.claims import Check
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld, fault_of, touching
-from sim.simulation.rollout import FRAME_RATE, Event
+from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
 MAX_GAP_M = 0.005
 """Greatest distance that a point of the robot moves between two states that are checked."""
@@ -86,7 +86,7 @@ def _moments(log: Log, world: RecordedWorld) -> Iterator[tuple[int, float]]:
     """
     period = np.diff(log.times)
     steps = np.rint(log.interventions[:, 0] * world.mujoco.opt.timestep * 1e6) / 1e6
-    unknown = (period <= 0) | (period > 1.5 / FRAME_RATE)
+    unknown = (period <= 0) | (period > 1.5 / FRAME_RATE_HZ)
     unknown |= np.searchsorted(steps, log.times[1:]) > np.searchsorted(steps, log.times[:-1])
     model, data = world.mujoco, mujoco.MjData(world.mujoco)
     shapes = np.flatnonzero(world.robot.bodies(model)[model.geom_bodyid] & (model.geom_contype != 0))

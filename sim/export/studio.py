@@ -18,7 +18,7 @@ LIGHTS = "KHR_lights_punctual"
 WHITE_LUX = np.pi
 """Illuminance under which a white surface is white in the picture, for viewers that have no exposure."""
 
-PICTURE = (16, 9)
+ASPECT = (16, 9)
 """Sides of the video, whose view the camera has."""
 
 NEAR_M, FAR_M = 0.02, 30.0
@@ -52,9 +52,9 @@ def add_studio(tree: dict[str, Any], scene: Scene) -> None:
         )
     tree.setdefault("extensions", {})[LIGHTS] = {"lights": lights}
     tree.setdefault("extensionsUsed", []).append(LIGHTS)
-    view = Camera(scene, "fixed", PICTURE).view()
+    view = Camera(scene, "fixed", ASPECT).view()
     _, _, ahead = axes_of(view)
-    lens = {"yfov": float(np.radians(model.vis.global_.fovy)), "aspectRatio": PICTURE[0] / PICTURE[1]}
+    lens = {"yfov": float(np.radians(model.vis.global_.fovy)), "aspectRatio": ASPECT[0] / ASPECT[1]}
     tree["cameras"] = [{"type": "perspective", "perspective": lens | {"znear": NEAR_M, "zfar": FAR_M}}]
     # The distance to the middle of the work: what a viewer turns about.
     extras = {"distance": float(view.distance)}

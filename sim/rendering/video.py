@@ -22,7 +22,7 @@ from sim.rendering.clips import run_ffmpeg
 from sim.rendering.overlay import Caption, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.renderer import Painter
-from sim.simulation.rollout import FRAME_RATE, Rollout
+from sim.simulation.rollout import FRAME_RATE_HZ, Rollout
 from sim.world.scene import Scene
 
 LAST_FRAME_S = 1.5
@@ -89,7 +89,7 @@ def render_video(
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     frames = _frames(scene, rollout, fps)
-    scene = with_strays(scene, rollout.qpos[:: round(REST_S * FRAME_RATE)])
+    scene = with_strays(scene, rollout.qpos[:: round(REST_S * FRAME_RATE_HZ)])
     opening = OPENING_S * fps / len(frames)
     render = partial(
         _render_part,
@@ -152,7 +152,7 @@ def _frames(scene: Scene, rollout: Rollout, fps: int) -> list[_Frame]:
     """Return every frame: the nearest recorded state, and at the end the last one held."""
     duration = rollout.times[-1] - rollout.times[0]
     times = rollout.times[0] + np.arange(round((duration + LAST_FRAME_S) * fps) + 1) / fps
-    rows = np.searchsorted(rollout.times, times - 0.5 / FRAME_RATE).clip(max=len(rollout.times) - 1)
+    rows = np.searchsorted(rollout.times, times - 0.5 / FRAME_RATE_HZ).clip(max=len(rollout.times) - 1)
     places = {i: place.name for i, place in enumerate(scene.model.locations) if place.marks}
     levels = np.array([_eased(rollout.glow[rows] == i, fps) for i in places]).reshape(len(places), len(rows))
     return [

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from scipy.linalg import solve_banded
 
-from sim.simulation.rollout import FRAME_RATE, Effort
+from sim.simulation.rollout import FRAME_RATE_HZ, Effort
 from sim.world.scene import Scene
 
 COMMANDS_PER_UNIT = 2**24
@@ -31,7 +31,7 @@ a contact that the simulation misses for a single step counts as a jump of the t
 
 
 class Recorder:
-    """Frames of a simulation, `FRAME_RATE` a second; loads are sampled at every step between them.
+    """Frames of a simulation, `FRAME_RATE_HZ` a second; loads are sampled at every step between them.
 
     Accelerations and rates are differences between two steps. MuJoCo's own accelerations do not count: the implicit
     integrator overstates them.
@@ -113,7 +113,7 @@ class Recorder:
         }
         self._frames.append(frame)
         self._felt.append(self._samples)
-        self._due = (len(self._frames) - 1e-6) / FRAME_RATE
+        self._due = (len(self._frames) - 1e-6) / FRAME_RATE_HZ
 
     @property
     def effort(self) -> Effort:

@@ -14,7 +14,7 @@ from sim.robots.robot import Robot
 REST_SPEED_RAD_S = 0.02
 """The arm rests while every joint is slower than this, whatever the fingers do: at 0.5 m that is 1 cm/s."""
 
-FRAME_RATE = 30
+FRAME_RATE_HZ = 30
 """Recorded (and rendered) states a simulated second."""
 
 
@@ -82,7 +82,7 @@ class Event:
 
 @dataclass(frozen=True, kw_only=True)
 class Frames:
-    """Frames of a simulation, `FRAME_RATE` a second, and what is needed to simulate it again.
+    """Frames of a simulation, `FRAME_RATE_HZ` a second, and what is needed to simulate it again.
 
     Attributes:
         times: (T,) s, when each frame was taken.

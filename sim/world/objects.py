@@ -25,10 +25,10 @@ from sim.world.shapes import ObjectShape, shape_of
 OBJECT_SURFACE = (TABLE_FRICTION, 0.01, 0.0005)
 """Sliding, torsional and rolling friction of objects."""
 
-STORE = np.array([0.0, 0.0, -1.4])
+STORE_M = np.array([0.0, 0.0, -1.4])
 """Where spare objects wait, m: on a shelf below what carries the table."""
 
-SPARE_PITCH = 0.06
+SPARE_PITCH_M = 0.06
 """From one spare object to the next, m."""
 
 
@@ -90,7 +90,7 @@ def add_spares(
         raise SimulationError("scene: objects that appear out of nowhere need the usual table")
     if names:
         shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
-        shelf.pos = STORE - [0.0, 0.0, 0.01]
+        shelf.pos = STORE_M - [0.0, 0.0, 0.01]
     for i, name in enumerate(names):
         shapes[name] = shape_of(Object(name, ""), robot.gripper)
         _add_object(spec, name, shapes[name], stored_at(shapes[name], i), 0.0, SPARE_COLOUR)
@@ -124,7 +124,7 @@ def start_slots(
 
 def stored_at(shape: ObjectShape, index: int) -> np.ndarray:
     """Return where a spare object waits, m."""
-    return STORE + [SPARE_PITCH * index, 0.0, shape.half[2]]
+    return STORE_M + [SPARE_PITCH_M * index, 0.0, shape.half[2]]
 
 
 def _add_object(

@@ -14,7 +14,7 @@ from prefplan.errors import choices
 from sim.errors import SimulationError
 from sim.world.contacts import scale_friction
 from sim.world.places import START_OFFSET_M, START_TURN_RAD
-from sim.world.scene import TIMESTEP, Scene
+from sim.world.scene import TIMESTEP_S, Scene
 
 MATTER_STREAM = 1
 """Number of the random stream for friction and mass: the same seed gives the same start poses with and without."""
@@ -147,7 +147,7 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
     )
     _scale_force(model, scene.robot.gripper.actuator, 1 + devices["force"] * perturbation.force)
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    latency = TIMESTEP * round(abs(devices["latency"]) * perturbation.latency / TIMESTEP)
+    latency = TIMESTEP_S * round(abs(devices["latency"]) * perturbation.latency / TIMESTEP_S)
     return replace(scene, mujoco=model, nominal=scene.mujoco, latency=latency)
 
 

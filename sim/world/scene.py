@@ -29,7 +29,7 @@ from sim.world.places import START_OFFSET_M, START_TURN_RAD, Slot, Station
 from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking
 
-TIMESTEP = 0.002
+TIMESTEP_S = 0.002
 """Simulation step, s."""
 
 COLLISION_TOLERANCE = 1e-8
@@ -38,16 +38,16 @@ counts for one step as 11 mm deep in a pad, through which it would leave on the 
 near a pose in which it happens between tilted pads, 294 of 150,000 poses at 1e-8 and none at 1e-10; near one of a can
 that a hand presses on a plate, 78 of 100,000 at 1e-8, but 999 at 1e-10."""
 
-FOCUS_HEIGHT = 0.21
+FOCUS_HEIGHT_M = 0.21
 """Height above the table of what the lights point at: half the arm at work, m."""
 
 WRIST = "wrist"
 """The camera on the hand."""
 
-WRIST_EYE, WRIST_AIM = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
+WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
 """Where the camera on the hand is, in the hand's frame, and where it looks, seen from the tool's middle, m."""
 
-WRIST_FIELD = 70.0
+WRIST_FIELD_DEG = 70.0
 """How much it sees from top to bottom, degrees."""
 
 MAX_OVERLAP_M = 0.001
@@ -149,7 +149,7 @@ def build_scene(
     _add_wrist_camera(spec, robot)
     blocks = blocks_of(model.fixtures)
     table = table_for(layout.stations, blocks, robot)
-    focus = np.array([*table.centre, FOCUS_HEIGHT + min((s.height for s in layout.stations), default=0.0)])
+    focus = np.array([*table.centre, FOCUS_HEIGHT_M + min((s.height for s in layout.stations), default=0.0)])
     add_studio(spec, target=focus, span=float(table.half.max()))
     markings: tuple[Marking, ...] = ()
     if own is None:
@@ -254,7 +254,7 @@ def _unsettled(scene: Scene, data: mujoco.MjData) -> list[str]:
     model = scene.nominal or scene.mujoco
     names = [obj.name for obj in scene.model.objects]
     bodies, later = [model.body(name).id for name in names], copy.copy(data)
-    mujoco.mj_step(model, later, round(SETTLE_DURATION_S / TIMESTEP))
+    mujoco.mj_step(model, later, round(SETTLE_DURATION_S / TIMESTEP_S))
     moved = np.linalg.norm(later.xpos[bodies] - data.xpos[bodies], axis=1)
     tilted = np.linalg.norm(later.xmat[bodies, 6:] - data.xmat[bodies, 6:], axis=1)
     stands = (moved < MAX_SETTLING_M) & (tilted < MAX_SETTLING_RAD)
@@ -264,7 +264,7 @@ def _unsettled(scene: Scene, data: mujoco.MjData) -> list[str]:
 def _set_physics(spec: mujoco.MjSpec) -> None:
     """Set the solver so that friction alone holds an object in the hand."""
     option = spec.option
-    option.timestep = TIMESTEP
+    option.timestep = TIMESTEP_S
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
@@ -276,9 +276,9 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
 def _add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
     """Add a camera beside the fingers, which looks at what is between the fingers."""
     tool = spec.site(robot.tool)
-    ahead = tool.pos + WRIST_AIM - WRIST_EYE
+    ahead = tool.pos + WRIST_AIM_M - WRIST_EYE_M
     ahead /= np.linalg.norm(ahead)
     right = np.array([0.0, -1.0, 0.0])
-    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE, fovy=WRIST_FIELD)
+    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE_M, fovy=WRIST_FIELD_DEG)
     view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
     view.alt.xyaxes = [*right, *np.cross(right, ahead)]

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-RADIUS = 17.0
+RADIUS_PX = 17.0
 """Radius of a node with a short name; a node with a long name is a box with ends of this radius."""
 
-LOOP = 30.0
+LOOP_PX = 30.0
 """Height of a self-loop above its node, px."""
 
 
@@ -47,8 +47,8 @@ def _border(middle: np.ndarray, half: np.ndarray, towards: np.ndarray) -> np.nda
     """Return where a curve that comes from some point meets a node: on its side, less steeply than it comes."""
     apart = towards - middle
     up = half[1] * np.sin(np.clip(np.arctan2(apart[1], abs(apart[0])), -1.0, 1.0))
-    round_part = max(0.0, abs(up) - (half[1] - RADIUS))
-    across = half[0] - RADIUS + np.sqrt(RADIUS**2 - round_part**2)
+    round_part = max(0.0, abs(up) - (half[1] - RADIUS_PX))
+    across = half[0] - RADIUS_PX + np.sqrt(RADIUS_PX**2 - round_part**2)
     return middle + [(np.sign(apart[0]) or 1.0) * across, up]
 
 
@@ -61,5 +61,5 @@ def _outwards(middle: np.ndarray, border: np.ndarray) -> np.ndarray:
 def loop_above(top: np.ndarray) -> np.ndarray:
     """Return a self-loop above a node."""
     a, b = top + [-8.5, 2.4], top + [8.5, 2.4]
-    rise = 1.25 * LOOP
+    rise = 1.25 * LOOP_PX
     return np.array([a, a + [-9, -rise], b + [9, -rise], b])

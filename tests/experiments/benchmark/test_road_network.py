@@ -39,7 +39,7 @@ def test_its_files_hold_the_network(tmp_path: Path) -> None:
     assert (network.sources.tolist(), network.targets.tolist()) == (roads.sources.tolist(), roads.targets.tolist())
     assert network.costs.tolist() == [roads.seconds.tolist()]
     assert network.coordinates is not None and network.dropped == 0
-    north = (network.coordinates[:, 1] * 1e-6 - road_network.SOUTH_WEST[1]) * road_network.DEGREE_M
+    north = (network.coordinates[:, 1] * 1e-6 - road_network.SOUTH_WEST_DEG[1]) * road_network.DEGREE_M
     assert north == pytest.approx(roads.points[:, 1], abs=1)
 
 

@@ -17,7 +17,7 @@ from prefplan import Scenario, load, pareto_front
 from sim.evidence.certificate import certify
 from sim.execution import fault_injection
 from sim.execution.faults import read_fault
-from sim.simulation.rollout import FRAME_RATE
+from sim.simulation.rollout import FRAME_RATE_HZ
 
 REST_SPEED_M_S = 0.01
 
@@ -156,7 +156,7 @@ def recover(tmp_path: Path) -> Recover:
 def final_speed(outcome: Outcome, first: int) -> float:
     """Return how fast an object moves at the end, m/s, whose position begins at a column of the recorded states."""
     last = outcome.rollout.qpos[-2:, first : first + 3]
-    return float(np.linalg.norm(np.diff(last, axis=0))) * FRAME_RATE
+    return float(np.linalg.norm(np.diff(last, axis=0))) * FRAME_RATE_HZ
 
 
 def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> None:

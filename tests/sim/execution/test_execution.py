@@ -10,7 +10,7 @@ from prefplan.errors import ModelError
 from prefplan.models.transition_system import TransitionSystem
 from sim.errors import SimulationError
 from sim.execution.executor import Execution, execute
-from sim.simulation.rollout import FRAME_RATE
+from sim.simulation.rollout import FRAME_RATE_HZ
 from sim.simulation.workcell import BLEND_TIME_S
 from sim.skills.catalogue import SKILLS
 from sim.world.scene import Scene, build_scene, initial_state
@@ -54,8 +54,8 @@ def test_a_rollout_can_be_replayed_and_progress_is_told_before_each_action(scene
     assert told == [(k, 4, action) for k, action in enumerate(COST_OPTIMAL[:4])]
     frames = len(rollout.times)
     assert rollout.qpos.shape == (frames, scene.mujoco.nq) and rollout.glow.shape == (frames,)
-    assert np.allclose(rollout.times, np.arange(frames) / FRAME_RATE, atol=0.0021)
-    assert rollout.sim_seconds - rollout.times[-1] < 1 / FRAME_RATE
+    assert np.allclose(rollout.times, np.arange(frames) / FRAME_RATE_HZ, atol=0.0021)
+    assert rollout.sim_seconds - rollout.times[-1] < 1 / FRAME_RATE_HZ
     assert rollout.steps[0].start == 0
     assert 0 <= rollout.sim_seconds - rollout.steps[-1].end <= BLEND_TIME_S + 0.01, "the arm comes to rest at last"
     assert [event.kind for event in rollout.events] == ["grasped", "placed"]

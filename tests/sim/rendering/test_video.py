@@ -18,7 +18,7 @@ from sim.rendering import video
 from sim.rendering.overlay import Caption, TaskStatus, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT
 from sim.rendering.video import LAST_FRAME_S, render_video
-from sim.simulation.rollout import FRAME_RATE, Rollout
+from sim.simulation.rollout import FRAME_RATE_HZ, Rollout
 from sim.world.scene import build_scene, initial_state
 
 SIZE = (160, 90)
@@ -95,10 +95,10 @@ def test_six_tasks_can_be_read_to_their_ends() -> None:
 @pytest.mark.usefixtures("rendered_here")
 def test_a_video_holds_every_frame(arch_model: ManipulationModel, tmp_path: Path) -> None:
     scene = build_scene(arch_model, meshes=False)
-    frames = 2 * FRAME_RATE
+    frames = 2 * FRAME_RATE_HZ
     qpos = np.tile(initial_state(scene).qpos, (frames, 1))
     qpos[:, 0] = np.linspace(0, 0.8, frames)
-    times = np.arange(frames) / FRAME_RATE
+    times = np.arange(frames) / FRAME_RATE_HZ
     lit = [place.name for place in scene.model.locations].index("san")
     rollout = Rollout(
         completed=True,

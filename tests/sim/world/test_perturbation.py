@@ -10,7 +10,7 @@ import pytest
 from sim.errors import SimulationError
 from sim.world.contacts import scale_friction
 from sim.world.randomization import KEYS, NONE, Perturbation, camera_bias, perturbed, read_perturbation
-from sim.world.scene import TIMESTEP, Scene, initial_state
+from sim.world.scene import TIMESTEP_S, Scene, initial_state
 
 EXTREME = ",".join(f"{name}={key.greatest}" for name, key in KEYS.items())
 """Every key at its greatest amount."""
@@ -112,7 +112,7 @@ def test_force_centres_latency_and_bias_stay_within_their_amounts(scene: Scene) 
         motors = [one.mujoco.actuator(scene.robot.gripper.actuator) for one in (other, scene)]
         force = motors[0].forcerange[1] / motors[1].forcerange[1]
         assert motors[0].gainprm[0] / motors[1].gainprm[0] == pytest.approx(force)
-        assert other.latency / TIMESTEP == pytest.approx(round(other.latency / TIMESTEP))
+        assert other.latency / TIMESTEP_S == pytest.approx(round(other.latency / TIMESTEP_S))
         bias = camera_bias(amounts, seed=seed)
         table = (other.mujoco.geom("pink").friction / scene.mujoco.geom("pink").friction)[0]
         centre = other.mujoco.body("pink").ipos / 0.008
