@@ -29,9 +29,6 @@ MOST_CM = 32
 ROOF_START_M = 0.002
 """Distance over an object from which what is above it is looked for, m."""
 
-WRIST_JOINTS = 3
-"""Number of joints that make up the wrist."""
-
 GRASPS_TRIED = 12
 """Number of grasps for which it is worked out which joints would have to turn farther."""
 
@@ -135,7 +132,8 @@ class Remedies:
         if not missing:
             return None
         least = min(missing, key=lambda turns: sum(turns.values()))
-        wrist = set(least) <= set(self._scene.robot.joints[-WRIST_JOINTS:])
+        robot = self._scene.robot
+        wrist = set(least) <= set(robot.joints[len(robot.joints) - robot.wrist_joints :])
         what = " and ".join(f"{name} lacks {np.degrees(turn):.0f} degrees" for name, turn in least.items())
         return f"{'wrist' if wrist else 'joint'} limit: {what}"
 

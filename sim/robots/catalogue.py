@@ -22,10 +22,10 @@ from sim.robots.robot import Robot
 
 ROBOTS = {robot.name: robot for robot in (PANDA, PANDA_SUCTION, FETCH, MENAGERIE_PANDA, UR5E, XARM7, GEN3)}
 
-DEFAULT = PANDA.name
+DEFAULT = RobotSetup.name
 """The robot of a scenario that names none."""
 
-OLD_NAMES = {"default": PANDA.name}
+OLD_NAMES = {"default": DEFAULT}
 """Names that logs written by earlier versions use, and those of today."""
 
 

@@ -53,6 +53,8 @@ class Robot:
         gripper: its hand.
         nearest_m: least distance of the tool from the axis of the base.
         max_bearing_rad: greatest bearing of the tool from where the base looks.
+        wrist_joints: how many of the last joints are its wrist.
+        foot_m: half the square of the table on which the base of a robot stands, with what is kept free round it.
         floor_front_m: how far the base of a robot on the floor reaches ahead of its axis; None for one on the table.
         payload_kg: greatest mass that it may carry, by its data sheet; None where that is not known.
         find_gripper: derives the gripper from the MJCF, where that must be fetched first; None if it is known.
@@ -72,6 +74,8 @@ class Robot:
     gripper: Gripper
     nearest_m: float = 0.0
     max_bearing_rad: float = np.pi
+    wrist_joints: int = 3
+    foot_m: float = 0.22
     acceleration_limits: np.ndarray | float = np.inf
     peak_acceleration_limits: np.ndarray | float | None = None
     jerk_limits: np.ndarray | float = np.inf

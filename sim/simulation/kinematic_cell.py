@@ -18,8 +18,7 @@ CONTACT_M = 0.002
 """The hand holds an object when the width between its pads is less than the object's by more than this, m."""
 
 PRESSED_N = 2.75
-"""Force on each pad as its tip presses an object down: in a run the hand gives way until it is about so large, N."""
-
+"""Force on each pad as its tip presses an object down, N: what the skill keeps to (`sim.skills.drawing`)."""
 
 PARALLEL = 0.99
 """Least cosine of the angle between the closing directions of the hand and of a grasp that it is for."""

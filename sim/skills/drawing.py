@@ -13,6 +13,7 @@ from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose, Posture
 from sim.robots.gripper import SuctionGripper
+from sim.simulation.kinematic_cell import PRESSED_N
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
 from sim.skills.hand import OPEN_DURATION_S, free_pose, move_tool
@@ -47,12 +48,12 @@ PRESS_FORCE_N = 2.0
 STROKE_STEP_M, STROKE_STEP_S = 0.003, 0.15
 """Length and least duration of the steps of a stroke; between them the hand gives way to the object or follows it."""
 
-HOLD_DOWN_N, COMPLIANCE_M_N, MAX_GIVE_M = 5.5, 0.0001, 0.001
+HOLD_DOWN_N, COMPLIANCE_M_N, MAX_GIVE_M = 2 * PRESSED_N, 0.0001, 0.001
 """Force with which the object is pressed in a stroke, how far the hand rises for each N more, and at most in a step."""
 
 BEHIND_CREST_M, MAX_ROLL_M = 0.004, 0.005
-"""Where the middle of the fingertips, 20 mm wide, is pressed on a round object that rolls under them, and how far over
-its crest it comes then, m: where they leave it, it springs back."""
+"""Where the middle of the fingertips is pressed on a round object that rolls under them, and how far over its crest it
+comes then, m: where they leave it, it springs back. The Panda's are 20 mm wide."""
 
 OFF_CENTRE = 0.4
 """How far from the middle of an object's top it may be pressed, as a share of half a side."""

@@ -26,7 +26,8 @@ TRANSFER_CLEARANCE_M = 0.03
 """Least clearance at which the tool or its load passes over objects at rest."""
 
 CLOSING_CHECKS = 4
-"""Number of gripper widths checked for collision while closing: a finger, 11 mm thick, cannot pass a wall between."""
+"""Number of gripper widths checked for collision while closing: no wall fits between, as fingers are
+11 mm thick (the Panda's)."""
 
 FINGER_CLEARANCE_M = 0.0015
 """Least clearance of the fingers from other bodies: the arm comes to rest within 1 mm of its reference."""

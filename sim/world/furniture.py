@@ -29,9 +29,6 @@ TABLE_MARGIN_M = 0.10
 MIN_TABLE_SIDE_M = 0.35
 """Half the table's width at least."""
 
-FOOT_M = 0.22
-"""Half the square that the robot's foot needs on the table."""
-
 PEDESTAL, PEDESTAL_HALF_M = "robot pedestal", 0.14
 """What carries a base above the table, a name that no object can have, and half its width, m."""
 
@@ -39,7 +36,7 @@ BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
 """Thickness of a bin's walls."""
 
 BIN_HEIGHT_M = 0.036
-"""Height of a bin's walls: under the palm, which is 6 cm above the table when a block is held by its middle."""
+"""Height of a bin's walls: under the palm, the Panda's 6 cm above the table when a block is held by its middle."""
 
 LAMP_MJCF = Path(__file__).parents[2] / "assets" / "lamp.xml"
 """A lamp, its head 0.20 m above the table: the arm passes over it."""
@@ -71,7 +68,7 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
         points.max(axis=0, initial=-np.inf) + TABLE_MARGIN_M,
     )
     if robot.floor_front_m is None:
-        low, high = np.minimum(foot - FOOT_M, low), np.maximum(foot + FOOT_M, high)
+        low, high = np.minimum(foot - robot.foot_m, low), np.maximum(foot + robot.foot_m, high)
     if not robot.yaw:
         side = max(MIN_TABLE_SIDE_M, float(foot[1] - low[1]), float(high[1] - foot[1]))
         low[1], high[1] = foot[1] - side, foot[1] + side

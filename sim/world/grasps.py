@@ -29,7 +29,8 @@ MAX_SHIFT_M, END_M, MAX_OFFSET_M = 0.018, 0.02, 0.027
 distance of the pads' middle from the object's then, m: so the palm clears its end, and the hand the table beside it."""
 
 MAX_OFF_LINE_M = 0.0075
-"""Greatest distance of the pads' middle from the line on which they touch a round object, m; they are 18 mm high."""
+"""Greatest distance of the pads' middle from the line on which they touch a round object, m; the Panda's
+pads are 18 mm high."""
 
 PALM_TOLERANCE_M = 0.004
 """By how much an object may come nearer to the palm than where the hand points straight at one of its faces, m."""
