@@ -70,6 +70,16 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
     return found
 
 
+def check_shelves(fixtures: Iterable[Fixture]) -> None:
+    """Raise `SimulationError` for a shelf without space between its sides and in front of its back."""
+    for fixture in fixtures:
+        if fixture.kind == "shelf" and min(_between(fixture).half) <= 0:
+            raise SimulationError(
+                f"fixtures.{fixture.name}.size: its sides and its back are {PANEL_M:g} m thick, so it must be longer "
+                f"than {PANEL_M:g} m along x and {2 * PANEL_M:g} m along y, not {list(fixture.size)}"
+            )
+
+
 def check_carried(name: str, outline: Rectangle, height: float, blocks: Sequence[Block]) -> None:
     """Raise `SimulationError` unless a location above the table top lies as a whole on a block that carries it."""
     if height <= SAME_HEIGHT_M:

@@ -17,7 +17,7 @@ from sim.motion.kinematics import Arm
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
 from sim.world.clearance import blocked, check_surroundings, collisions
-from sim.world.fixtures import blocks_of
+from sim.world.fixtures import blocks_of, check_shelves
 from sim.world.places import (
     AT_RADIUS_M,
     BIN_MARGIN_M,
@@ -51,6 +51,7 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
         SimulationError: locations out of reach, of an unknown kind, without a definite place, or in the way of others,
             and objects that the hand cannot take. Each fault starts with the location's or the object's key.
     """
+    check_shelves(model.fixtures)
     faults: list[str] = []
     shapes: dict[str, ObjectShape] = {}
     for obj in model.objects:

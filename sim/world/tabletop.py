@@ -18,6 +18,9 @@ TABLE_TOP = "tabletop"
 PIXELS_PER_M = 1500
 """Pixels of the picture."""
 
+MAX_SIDE_PX = 4096
+"""Longest side of the picture, which is coarser where the table is longer than 2.7 m: it takes 25 bytes a pixel."""
+
 BOARD_PX = 2048
 """Wood is made in boards of so many pixels each way, of which all tables of a process are cut."""
 
@@ -64,20 +67,21 @@ def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
     Returns:
         (W, H, 3) uint8; rows run along +y, columns along +x.
     """
-    width, height = (round(2 * float(side) * PIXELS_PER_M) for side in table.half[::-1])
+    scale = min(PIXELS_PER_M, MAX_SIDE_PX / (2 * float(table.half.max())))
+    width, height = (round(2 * float(side) * scale) for side in table.half[::-1])
     boards = _wood(-(-width // BOARD_PX), -(-height // BOARD_PX))
     image = Image.fromarray(np.ascontiguousarray(boards[:height, :width]))
 
     def pixels(points: np.ndarray) -> list[tuple[float, float]]:
-        return [(y, x) for x, y in (points - (table.centre - table.half)) * PIXELS_PER_M]
+        return [(y, x) for x, y in (points - (table.centre - table.half)) * scale]
 
     ink = Image.new("L", image.size, 0)
     draw = ImageDraw.Draw(ink)
-    font = ImageFont.load_default(size=LETTERS_M * PIXELS_PER_M)
+    font = ImageFont.load_default(size=max(1.0, LETTERS_M * scale))
     for marking in markings:
         if marking.outline is not None:
             corners = pixels(np.concatenate([marking.outline, marking.outline[:2]]))
-            draw.line(corners, fill=140, width=max(1, round(0.0016 * PIXELS_PER_M)), joint="curve")
+            draw.line(corners, fill=140, width=max(1, round(0.0016 * scale)), joint="curve")
         draw.text(pixels(marking.middle[None])[0], marking.text, fill=215, font=font, anchor="mm")
     image.paste(Image.new("RGB", image.size, INK), mask=ink)
     return np.asarray(image).transpose(1, 0, 2)

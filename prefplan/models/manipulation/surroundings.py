@@ -15,6 +15,9 @@ Point = tuple[float, float, float]
 FIXTURES = ("box", "shelf")
 """Kinds of fixtures: a solid block, and boards between two sides and a back."""
 
+MAX_FIXTURE_M = 20.0
+"""Greatest length and distance from the origin of a fixture: greater ones are millimetres taken for metres."""
+
 
 @dataclass(frozen=True)
 class Fixture:
@@ -139,6 +142,10 @@ def check_fixtures(fixtures: tuple[Fixture, ...], taken: Collection[str]) -> Non
         check_point(fixture.at, f"{where}.at")
         if not all(math.isfinite(length) and length > 0 for length in fixture.size):
             raise ModelError(f"{where}.size: must be positive lengths, not {list(fixture.size)}")
+        for key in ("at", "size"):
+            lengths = getattr(fixture, key)
+            if max(map(abs, lengths)) > MAX_FIXTURE_M:
+                raise ModelError(f"{where}.{key}: must be metres, at most {MAX_FIXTURE_M:g}, not {list(lengths)}")
         if not math.isfinite(fixture.yaw):
             raise ModelError(f"{where}.yaw: must be a finite number of degrees, not {fixture.yaw}")
         if fixture.rgba is not None and not all(0 <= part <= 1 for part in fixture.rgba):

@@ -99,6 +99,8 @@ BOX = {"kind": "box", "at": (0.5, 0.0, 0.1), "size": (0.1, 0.1, 0.2)}
         ({"name": "a"}, "fixtures.a: an object or a location has this name"),
         ({"kind": "wall"}, "fixtures.wall.kind: unknown kind 'wall' (valid: box, shelf)"),
         ({"size": (0.1, 0.0, 0.2)}, "fixtures.wall.size: must be positive lengths, not [0.1, 0.0, 0.2]"),
+        ({"at": (500, 0, 100)}, "fixtures.wall.at: must be metres, at most 20, not [500, 0, 100]"),
+        ({"size": (0.1, 30.0, 0.2)}, "fixtures.wall.size: must be metres, at most 20, not [0.1, 30.0, 0.2]"),
         ({"boards": (0.1,)}, "fixtures.wall.boards: only a shelf has boards"),
         (
             {"at": (0.5, 0.0, 0.0)},

@@ -20,6 +20,7 @@ from sim.evidence.replay import RecordedWorld
 from sim.rendering.cameras import Camera
 from sim.world.fixtures import PANEL_M, blocks_of
 from sim.world.scene import Scene, build_scene, initial_state
+from sim.world.tabletop import MAX_SIDE_PX, TABLE_TOP
 
 CRATE = '{ kind = "box", at = [0.42, -0.3, 0.05], size = [0.2, 0.24, 0.1], yaw = 15 }'
 
@@ -113,9 +114,19 @@ def test_the_camera_looks_into_a_shelf(shelf: Scene) -> None:
             (0.6, 0.3),
             "fixtures.post: the robot's hand at home would touch it; move it away",
         ),
+        (
+            (replace(SHELF, size=(0.26, 0.024, 0.5)),),
+            (0.6, 0.3),
+            "fixtures.shelf.size: its sides and its back are 0.012 m thick, so it must be longer than 0.012 m",
+        ),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(fixtures: tuple[Fixture, ...], location: tuple[float, ...], message: str) -> None:
     with pytest.raises(SimulationError) as caught:
         build_scene(model_with(*fixtures, locations=(Location("new", at=location),)), meshes=False)
     assert message in str(caught.value)
+
+
+def test_a_long_wall_makes_no_large_picture() -> None:
+    scene = build_scene(model_with(Fixture("wall", "box", (1.5, 0.0, 1.0), (0.1, 20.0, 2.0))), meshes=False)
+    assert max(scene.spec.texture(TABLE_TOP).width, scene.spec.texture(TABLE_TOP).height) == MAX_SIDE_PX
