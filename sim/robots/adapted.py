@@ -21,6 +21,12 @@ those of the Panda."""
 WHOLE_TURN_RAD = 2 * np.pi
 """Joints without ends turn here so far each way: nothing is wound up."""
 
+DRIVEN = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT, mujoco.mjtTrn.mjTRN_TENDON
+"""Kinds of actuators that drive joints and tendons."""
+
+COUPLED = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON
+"""Kinds of equality constraints that couple joints and tendons."""
+
 
 def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> mujoco.MjSpec:
     """Return a robot without the rest of its MJCF: the body that carries the first joint, and all that hangs on it.
@@ -38,7 +44,7 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
     """
     check_parts(spec, joint=joints)
     _check_row(spec, joints)
-    for element in (*spec.keys, *spec.lights, *spec.pairs):
+    for element in (*spec.keys, *spec.lights, *spec.pairs, *spec.sensors):
         spec.delete(element)
     root = _root(spec.joint(joints[0]).parent, spec)
     whole = mujoco.MjSpec()
@@ -51,7 +57,7 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
     kept = {joint.name for joint in _joints_below(whole.joint(names[-1]).parent)}
     for joint in list(whole.joints):
         if joint.name not in (*names, *kept):
-            whole.delete(joint)
+            _fix(whole, joint)
     for body in whole.bodies[1:]:
         body.gravcomp = 1
     _let_turn(whole, whole.joint(names[0]).parent)
@@ -81,6 +87,21 @@ def _root(body: mujoco.MjsBody, spec: mujoco.MjSpec) -> mujoco.MjsBody:
     while body.parent.name != spec.worldbody.name:
         body = body.parent
     return body
+
+
+def _fix(spec: mujoco.MjSpec, joint: mujoco.MjsJoint) -> None:
+    """Remove a joint, and with it what drives or couples it."""
+    name, wrapped = joint.name, mujoco.mjtWrap.mjWRAP_JOINT
+    tendons = [
+        tendon
+        for tendon in spec.tendons
+        if any(part.type == wrapped and part.target.name == name for part in tendon.path)
+    ]
+    gone = {name, *(tendon.name for tendon in tendons)}
+    motors = [motor for motor in spec.actuators if motor.trntype in DRIVEN and motor.target in gone]
+    pairs = [pair for pair in spec.equalities if pair.type in COUPLED and {pair.name1, pair.name2} & gone]
+    for element in (*motors, *pairs, *tendons, joint):
+        spec.delete(element)
 
 
 def _let_turn(spec: mujoco.MjSpec, link: mujoco.MjsBody) -> None:

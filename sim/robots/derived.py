@@ -88,7 +88,9 @@ def derived_gripper(
     widths = np.array([_width(model, state.data, pads, tool) for state in states])
     order = np.argsort(widths)
     if np.ptp(widths) < MIN_TRAVEL_M:
-        raise RobotError(f"the actuator {actuator!r} does not move the fingers apart")
+        raise RobotError(
+            f"the actuator {actuator!r} does not move the fingers apart along the y axis of the site {tool!r}"
+        )
     if widths.max() < opening_m - WIDTH_TOLERANCE_M or widths.min() > closed_m + WIDTH_TOLERANCE_M:
         found = f"{widths.min():.3f} to {widths.max():.3f} m"
         raise RobotError(f"the fingers open from {closed_m:g} to {opening_m:g} m by the table, but here {found}")

@@ -14,7 +14,7 @@ from sim.errors import RobotError, SimulationError
 from sim.robots.adapted import PREFIX, adapted, base_of
 from sim.robots.derived import derived_gripper, suction_gripper
 from sim.robots.gripper import Gripper
-from sim.robots.robot import Robot, check_parts
+from sim.robots.robot import Robot
 
 DOWN_COSINE = 0.98
 """Least cosine of the angle between the tool's z axis at home and straight down."""
@@ -119,10 +119,11 @@ def _prepared(setup: RobotSetup, changed: int) -> tuple[mujoco.MjSpec, Gripper]:
     try:
         spec = adapted(source, setup.joints, np.array(setup.torque))
         arm = {PREFIX + name: value for name, value in zip(setup.joints, setup.home, strict=True)}
-        check_parts(spec, site=(PREFIX + setup.tool,), actuator=(PREFIX + setup.gripper.actuator,))
+        _check_kept(spec.site(PREFIX + setup.tool), "tool", setup)
+        _check_kept(spec.actuator(PREFIX + setup.gripper.actuator), "gripper.actuator", setup)
         return spec, _gripper(spec, arm, setup.tool, setup.gripper)
-    except RobotError as error:
-        raise SimulationError(f"robot: {path}: {_plain(str(error))}") from None
+    except (RobotError, ValueError) as error:
+        raise SimulationError(f"robot: {path}: {' '.join(_plain(str(error)).split())}") from None
 
 
 def _gripper(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, gripper: GripperSetup) -> Gripper:
@@ -147,6 +148,12 @@ def _check_named(spec: mujoco.MjSpec, key: str, kind: str, names: tuple[str, ...
     for name in names:
         if name not in known:
             raise SimulationError(f"robot.{key}: no {kind} {name!r} in the MJCF {choices(name, known)}")
+
+
+def _check_kept(part: mujoco.MjsSite | mujoco.MjsActuator | None, key: str, setup: RobotSetup) -> None:
+    """Raise SimulationError if a part went with what does not belong to the arm."""
+    if part is None:
+        raise SimulationError(f"robot.{key}: it does not belong to what {setup.joints[-1]!r}, the last joint, moves")
 
 
 def _plain(text: str) -> str:

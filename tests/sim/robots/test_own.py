@@ -106,6 +106,10 @@ def test_the_motor_has_the_force_that_the_table_says(setup: RobotSetup) -> None:
         ({"open": 0.2}, "the fingers open from 0 to 0.2 m by the table, but here -?0.000 to 0.076 m"),
         ({"kind": "suction"}, "the actuator 'fingers' is no adhesion actuator"),
         ({"actuator": "motor"}, "robot.gripper.actuator: 'motor' drives 'turn', a joint of the arm"),
+        (
+            {"joints": ("turn", "lift", "left"), "home": (0.0, 0.4, 0.0), "torque": (200.0, 400.0, 1.0)},
+            "robot.gripper.actuator: it does not belong to what 'left', the last joint, moves",
+        ),
     ],
 )
 def test_what_does_not_fit_the_mjcf_is_told(setup: RobotSetup, change: dict[str, object], words: str) -> None:
@@ -150,6 +154,23 @@ def test_what_only_a_whole_scene_has_is_left_out(
     (tmp_path / "crane.xml").write_text(mjcf.replace("<tendon>", pair))
     assert robot_for(replace(setup, folder=tmp_path)).spec().compile().npair == 0
     assert not recwarn.list
+
+
+def test_what_drives_and_couples_joints_that_are_fixed_goes_with_them(setup: RobotSetup, tmp_path: Path) -> None:
+    mjcf = (setup.folder / "crane.xml").read_text()
+    for before, after in (
+        ('<body name="column">', '<body name="post"><joint name="rise"/><geom size="0.02"/><body name="column">'),
+        ("</worldbody>", "</body></worldbody><sensor><jointpos joint='rise'/></sensor>"),
+        ("<tendon>", '<tendon><fixed name="rope"><joint joint="rise" coef="1"/></fixed>'),
+        ("<equality>", '<equality><joint joint1="rise" joint2="turn"/>'),
+        ("<actuator>", '<actuator><motor joint="rise"/><motor tendon="rope"/>'),
+    ):
+        assert before in mjcf
+        mjcf = mjcf.replace(before, after, 1)
+    (tmp_path / "crane.xml").write_text(mjcf)
+    spec, plain = robot_for(replace(setup, folder=tmp_path)).spec(), robot_for(setup).spec()
+    for parts in ("joints", "tendons", "equalities", "actuators"):
+        assert [part.name for part in getattr(spec, parts)] == [part.name for part in getattr(plain, parts)]
 
 
 def test_its_name_is_none_of_the_catalogue(setup: RobotSetup, tmp_path: Path) -> None:
