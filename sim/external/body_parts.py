@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import trimesh
 
@@ -14,24 +13,17 @@ from sim.external.user_scene import UserScene, bounds, read_file, solids
 from sim.geometry.mjcf import plain_solid
 
 
-def parts_of(path: Path, body: str) -> MeshParts | None:
-    """Return the colliding shapes of a free body of a scene about the middle of their box.
-
-    None if it is a single upright shape, which its box says all about.
-    """
+def parts_of(path: Path, body: str) -> MeshParts:
+    """Return the colliding shapes of a free body of a scene about the middle of their box."""
     return _parts_of(path, path.stat().st_mtime_ns, body)
 
 
 @functools.lru_cache(maxsize=32)
-def _parts_of(path: Path, changed: int, body: str) -> MeshParts | None:
+def _parts_of(path: Path, changed: int, body: str) -> MeshParts:
     """Return the same; `changed` tells versions of the file apart."""
     scene = read_file(path)
-    model, data, found = scene.mujoco, scene.data, solids(scene, body)
+    data, found = scene.data, solids(scene, body)
     turn, at = data.body(body).xmat.reshape(3, 3), data.body(body).xpos
-    if len(found) == 1 and model.geom_type[found[0]] != mujoco.mjtGeom.mjGEOM_MESH:
-        upright = turn.T @ data.geom_xmat[found[0]].reshape(3, 3)
-        if np.allclose(np.abs(upright) @ [0, 0, 1], [0, 0, 1]) and np.allclose(np.abs(upright).max(axis=0), 1):
-            return None
     middle = np.mean(bounds(scene, body), axis=0)
     parts: list[trimesh.Trimesh] = []
     for geom in found.tolist():

@@ -18,6 +18,9 @@ from sim.geometry.mjcf import box_corners, first_met, is_solid, opaque
 SEARCH_DEPTH_M = 0.02
 """A location lies on the surface that is at most so far below or above it, m."""
 
+PLAIN = {int(mujoco.mjtGeom.mjGEOM_BOX): "box", int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder"}
+"""Kinds of objects by types of geoms."""
+
 FREE = mujoco.mjtJoint.mjJNT_FREE
 
 
@@ -163,8 +166,25 @@ def _measured(obj: Object, scene: UserScene) -> Object:
     if not len(solids(scene, obj.body)):
         raise SimulationError(f"{where}: {obj.body!r} of {scene.path} has no shape that collides")
     low, high = bounds(scene, obj.body)
+    x, y, z = (round(float(side), 6) for side in high - low)
+    kind = _kind(scene, obj.body)
     mass = float(scene.mujoco.body_subtreemass[scene.mujoco.body(obj.body).id])
-    return replace(obj, kind="mesh", size=tuple(round(float(side), 6) for side in high - low), mass=mass)
+    found = replace(
+        obj, kind=kind, size=(x, z) if kind == "cylinder" else (x, y, z), mass=mass, rgba=None, file=None, scale=1.0
+    )
+    for key in ("size", "mass", "rgba", "file", "scale"):
+        if getattr(obj, key) not in (None, getattr(found, key)):
+            raise SimulationError(f"objects.{obj.name}.{key}: as {scene.path} says for {obj.body!r}; leave it out")
+    return found
+
+
+def _kind(scene: UserScene, body: str) -> str:
+    """Return the kind of object that a free body is: a box or a cylinder if it is one upright shape, else a mesh."""
+    model, (first, *rest) = scene.mujoco, geoms_of(scene, body).tolist()
+    kind = PLAIN.get(int(model.geom_type[first]), "mesh")
+    turn = np.abs(scene.data.body(body).xmat.reshape(3, 3).T @ scene.data.geom_xmat[first].reshape(3, 3))
+    upright = np.allclose(turn[2], [0, 0, 1]) and np.allclose(turn.max(axis=0), 1)
+    return kind if upright and not rest else "mesh"
 
 
 def _check_each_once(objects: Iterable[Object]) -> None:
@@ -177,8 +197,14 @@ def _check_each_once(objects: Iterable[Object]) -> None:
 
 def solids(scene: UserScene, body: str) -> np.ndarray:
     """Return the indices of the colliding geoms of a free body and of the bodies in it."""
+    geoms = geoms_of(scene, body)
+    return geoms[is_solid(scene.mujoco)[geoms]]
+
+
+def geoms_of(scene: UserScene, body: str) -> np.ndarray:
+    """Return the indices of all geoms of a free body and of the bodies in it."""
     model = scene.mujoco
-    return np.flatnonzero(is_solid(model) & (model.body_rootid[model.geom_bodyid] == model.body(body).id))
+    return np.flatnonzero(model.body_rootid[model.geom_bodyid] == model.body(body).id)
 
 
 def bounds(scene: UserScene, body: str) -> tuple[np.ndarray, np.ndarray]:

@@ -217,7 +217,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
     check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
     mesh = mesh_of(obj, folder) if obj.kind == "mesh" and obj.size is None else None
     size = mesh.size if mesh is not None else _checked_size(obj, where)
-    if obj.body is not None and scene is not None:
+    if obj.kind == "mesh" and obj.body is not None and scene is not None:
         mesh = parts_of(folder / scene, obj.body)
     if obj.kind == "cylinder":
         x, height = size

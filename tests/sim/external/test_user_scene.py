@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import warnings
 from pathlib import Path
@@ -265,6 +266,30 @@ def test_what_is_held_by_a_part_of_it_is_tried_out(tmp_path: Path) -> None:
     assert ArmCheck(scene_in(scenario)).check("cup", "tray").reason is None
 
 
+@pytest.mark.parametrize(
+    ("geoms", "kind"),
+    [
+        ('<geom type="cylinder" size="0.02 0.03"/>', "cylinder"),
+        ('<geom type="box" size="0.02 0.025 0.03" euler="0 0 90"/>', "box"),
+        ('<geom type="box" size="0.02 0.025 0.03" euler="0 0 30"/>', "mesh"),
+        ('<geom type="cylinder" size="0.02 0.03" euler="90 0 0"/>', "mesh"),
+        ('<geom type="cylinder" size="0.02 0.03"/><geom size="0.01" contype="0" conaffinity="0"/>', "mesh"),
+        ('<geom type="capsule" size="0.02 0.02"/>', "mesh"),
+    ],
+)
+def test_a_body_of_one_upright_shape_is_taken_however_it_lies(tmp_path: Path, geoms: str, kind: str) -> None:
+    """As a box or a cylinder of ours; of all others, the hand looks for faces."""
+    scenario = write(tmp_path, ("at = [0, 0, 0.7]", "at = [0, 0]"), ("[0.6, 0, 0.7]", "[0.6, 0]"))
+    inside = re.sub(r"<freejoint/>.*?</body>", f"<freejoint/>{geoms}</body>", BRACKET, flags=re.DOTALL)
+    (tmp_path / "lab.xml").write_text(inside)
+    scene = scene_in(scenario)
+    shape = scene.shapes["cup"]
+    assert shape.kind == kind
+    assert (shape.surface is not None) == (kind == "mesh")
+    again = build_scene(scene.model, meshes=False)
+    assert again.shapes["cup"].kind == kind and again.sha256 == scene.sha256
+
+
 def test_what_has_no_effect_is_said(mug: Scene) -> None:
     assert mug.warnings == (
         "scene: only what is an object moves; held still: handle",
@@ -293,6 +318,8 @@ def test_what_has_no_effect_is_said(mug: Scene) -> None:
             'body = "cup" }\nmug = { start = "tray", body = "cup" }',
             "objects.mug.body: 'cup' is already the object 'cup'",
         ),
+        ('body = "cup"', 'body = "cup", mass = 2', "objects.cup.mass: as {0}/lab.xml says for 'cup'; leave it out"),
+        ('body = "cup"', 'body = "cup", rgba = [1, 0, 0, 1]', "objects.cup.rgba: as {0}/lab.xml says"),
         ('"lab.xml"', '"/lab.xml"', "model.scene: must be a path from the folder of the scenario file"),
         ('scene = "lab.xml"', "", "model.locations.desk.site: only with `scene`, a MJCF file beside the scenario"),
         ('site = "left"', 'site = "left", at = [0, 1]', "locations.desk: needs only one of 'at', 'on' and 'site'"),
