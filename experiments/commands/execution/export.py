@@ -68,6 +68,8 @@ def export(options: argparse.Namespace) -> int:
 
 
 def _export_scene(options: argparse.Namespace) -> int:
+    if Path(options.source).suffix == ".npz":
+        raise PrefplanError(f"{options.source}: --to mjcf takes a scenario's name or file, not the log of a run")
     scenario = scenarios.find(options.source)
     folder: Path = options.out or Path("out", scenario.name, "mjcf")
     check_new(folder, force=options.force)

@@ -36,6 +36,7 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(
         (["text.npz", "--to", "glb"], "text.npz: broken, or not a log"),
         (["text.npz", "--to", "glb", "--out", "arm.gltf"], "arm.gltf: the file's name ends in .glb"),
         (["text.npz", "--to", "gbl"], "--to: unknown value 'gbl' (did you mean 'glb'?)"),
+        (["text.npz", "--to", "mjcf"], "text.npz: --to mjcf takes a scenario's name or file, not the log of a run"),
         (["text.npz"], "the following arguments are required: --to"),
     ],
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 from scenario_texts import cup_scenario
 
 from prefplan.scenario.decode import loads
@@ -64,3 +65,27 @@ def test_its_keyframe_is_the_start(exported: tuple[Scene, mujoco.MjModel]) -> No
     assert model.key("start").qpos == pytest.approx(start.qpos, abs=1e-5)
     assert model.key("start").ctrl == pytest.approx(start.ctrl, abs=1e-5)
     assert [model.joint(i).name for i in range(model.njnt)] == [scene.mujoco.joint(i).name for i in range(model.njnt)]
+
+
+def test_the_pictures_of_a_cube_come_along(tmp_path: Path) -> None:
+    for name in ("side", "top"):
+        Image.new("RGB", (8, 8), "red").save(tmp_path / f"{name}.png")
+    (tmp_path / "lab.xml").write_text(
+        """<mujoco>
+          <asset>
+            <texture name="crate" type="cube" fileright="side.png" fileleft="side.png" fileup="top.png"
+              filedown="top.png" filefront="side.png" fileback="side.png"/>
+            <material name="crate" texture="crate"/>
+          </asset>
+          <worldbody>
+            <geom type="box" size="1 1 0.1" pos="0 0 -0.1"/>
+            <geom type="box" size="0.1 0.1 0.1" pos="0.3 0.7 0.1" material="crate"/>
+          </worldbody>
+        </mujoco>"""
+    )
+    text = cup_scenario().replace("[model]", '[model]\nscene = "lab.xml"')
+    scene = build_scene(loads(text, path=tmp_path / "lab.toml").model, meshes=False)  # type: ignore[arg-type]
+    files = encode_mjcf(scene)
+    assert str(tmp_path) not in files["scene.xml"].decode()
+    model = mujoco.MjModel.from_xml_string(files["scene.xml"].decode(), files)
+    assert np.array_equal(model.tex_data, scene.mujoco.tex_data)
