@@ -13,6 +13,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
+from prefplan.errors import prefixed
 from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
 from sim.geometry.point_cloud import PointCloud
@@ -20,6 +21,9 @@ from sim.geometry.solids import smoothed
 
 FORMATS = (".stl", ".obj")
 """Endings of mesh files."""
+
+SIDES_M = 1e-4, 1.0
+"""The longest side of a mesh is between these, m: others are refused before half a minute is spent on their parts."""
 
 CONVEX_SHARE = 0.97
 """A mesh that fills so much of its convex hull counts as convex."""
@@ -88,7 +92,8 @@ def mesh_of(obj: Object, folder: Path) -> MeshParts:
     if path.suffix.lower() not in FORMATS:
         raise SimulationError(f"{where}: {obj.file!r} is neither an STL nor an OBJ file")
     try:
-        return _loaded(path.read_bytes(), path.suffix.lower()[1:], obj.scale)
+        with prefixed(f"objects.{obj.name}."):
+            return _loaded(path.read_bytes(), path.suffix.lower()[1:], obj.scale)
     except OSError as error:
         raise SimulationError(f"{where}: {path}: {str(error.strerror).lower()}") from None
     except (ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
@@ -100,6 +105,9 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
     mesh = trimesh.load_mesh(trimesh.util.wrap_as_stream(contents), file_type=kind)
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces) or not np.isfinite(mesh.vertices).all():
         raise ValueError("it has no faces")
+    longest = float(np.ptp(mesh.vertices, axis=0).max()) * scale
+    if not SIDES_M[0] <= longest <= SIDES_M[1]:
+        raise SimulationError(f"scale: its longest side is {longest:g} m; 0.001 if the file is in millimetres")
     mesh.apply_scale(scale)
     mesh.apply_translation(-mesh.bounds.mean(axis=0))
     drawn = mesh

@@ -279,8 +279,7 @@ def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[s
         if not low <= length <= high:
             limits = f"{low:g} to {high:g} m {adjective}"
             key = "body" if obj.body else "scale" if obj.kind == "mesh" else "size"
-            hint = "; scale = 0.001 if the file is in millimetres" if key == "scale" and length >= 1 else ""
-            raise SimulationError(f"{where}.{key}: {length:g} m {adjective}, but the hand takes what is {limits}{hint}")
+            raise SimulationError(f"{where}.{key}: {length:g} m {adjective}, but the hand takes what is {limits}")
 
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:

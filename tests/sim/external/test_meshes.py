@@ -169,6 +169,11 @@ def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
         ('file = "cup.toml"', "objects.cup.file: 'cup.toml' is neither an STL nor an OBJ file"),
         ('file = "bad.stl"', "objects.cup.file: {}/bad.stl: no mesh can be read from it"),
         ('file = "tube.stl", scale = 10', "objects.cup.scale: 0.5 m high, but the hand takes what is"),
+        (
+            'file = "tube.stl", scale = 1000',
+            "objects.cup.scale: its longest side is 50 m; 0.001 if the file is in milli",
+        ),
+        ('file = "tube.stl", scale = 1e-300', "objects.cup.scale: its longest side is 5e-302 m"),
         ("mass = 1", "objects.cup.file: missing; an STL or OBJ file beside the scenario"),
         ('file = "tube.stl", mass = 0', "model.objects.cup.mass: must be positive, not 0"),
         ('file = "tube.stl", size = [1, 2, 3]', "model.objects.cup.size: a mesh is as large as its file says"),
