@@ -19,6 +19,8 @@ def check_names(names: Iterable[Any], *, where: str) -> None:
     """Raise ModelError, with a key in front, for a name that a formula could not mention."""
     for name in sorted(names, key=str):
         if not isinstance(name, str) or not NAME.fullmatch(name):
-            raise ModelError(f"{where}: {name!r} is not a name (letters, digits and _, not starting with a digit)")
+            raise ModelError(
+                f"{where}: {name!r} is not a name (a to z, A to Z, 0 to 9 and _, not starting with a digit)"
+            )
         if name in RESERVED:
             raise ModelError(f"{where}: {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")

@@ -103,8 +103,10 @@ def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
         return _number(value, where)
     generic = [kind for kind in kinds if get_origin(kind)]
     named = [kind for kind in kinds if not get_origin(kind) and kind is not types.NoneType]
+    alone = not table and sum(map(is_dataclass, named)) == 1
     for kind in named:
-        of_table = is_dataclass(kind) and isinstance(value, Mapping) and not _keys(kind).keys().isdisjoint(value)
+        of_table = is_dataclass(kind) and isinstance(value, Mapping)
+        of_table = of_table and (alone or not _keys(kind).keys().isdisjoint(value))
         if of_table or isinstance(value, kind):
             return decode(kind, value, where)
     structured = isinstance(value, (list, Mapping)) or not named

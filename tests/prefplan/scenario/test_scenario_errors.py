@@ -30,6 +30,13 @@ RELAX = 'formula = "F plant"\nrelax = [{ assume = "rock", when = "true", cost = 
         (GRAPH, 'to = "s2"', 'too = "s2"', "model.transitions[1].too: unknown key (did you mean 'to'?)"),
         (TABLE, 'marks = "clean"', 'mark = "x"', "model.locations.san.mark: unknown key (did you mean 'marks'?)"),
         (GRID, 'order = ["bake", "eat"]', 'over = "violation"', "preference.over: unknown key (did you mean 'order'?)"),
+        (
+            TABLE,
+            "[model.locations]",
+            "[model.robot]\nheading = 3\n[model.locations]",
+            "model.robot.heading: unknown key "
+            "(valid: name, at, yaw, mjcf, joints, tool, gripper, home, velocity, torque, acceleration)",
+        ),
         (TABLE, "release = 1", "releese = 1", "model.costs: unknown action 'releese' (did you mean 'release'?)"),
         (GRID, 'kind = "grid"', 'kind = "gird"', "model.kind: unknown kind 'gird' (did you mean 'grid'?)"),
         (GRID, 'kind = "grid"\n', "", "model.kind: missing (valid: graph, grid, manipulation)"),
