@@ -14,9 +14,15 @@ from scipy.sparse.csgraph import dijkstra
 
 from experiments import scenarios
 from experiments.benchmark import road_network
-from prefplan import cheapest_plan
+from prefplan import Scenario, cheapest_plan
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.models.graph_files.network import Network
+
+
+@pytest.fixture(scope="module")
+def city() -> Scenario:
+    """The scenario that ships; reading its network takes a second."""
+    return scenarios.find("city")
 
 
 def test_every_crossing_leads_to_every_other_one_and_a_seed_gives_the_same_roads() -> None:
@@ -43,8 +49,8 @@ def test_its_files_hold_the_network(tmp_path: Path) -> None:
     assert north == pytest.approx(roads.points[:, 1], abs=1)
 
 
-def test_the_scenario_that_ships_is_the_network_and_the_places_that_are_made() -> None:
-    model = scenarios.find("city").model
+def test_the_scenario_that_ships_is_the_network_and_the_places_that_are_made(city: Scenario) -> None:
+    model = city.model
     assert isinstance(model, GraphFileModel)
     roads = road_network.road_network()
     assert len(model.network.states) == len(roads.points) > 50_000
@@ -54,13 +60,12 @@ def test_the_scenario_that_ships_is_the_network_and_the_places_that_are_made() -
     assert len(list(chain.from_iterable(made.values()))) == 58
 
 
-def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds() -> None:
-    scenario = scenarios.find("city")
-    assert isinstance(scenario.model, GraphFileModel)
-    network = scenario.model.network
+def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds(city: Scenario) -> None:
+    assert isinstance(city.model, GraphFileModel)
+    network = city.model.network
     number = {name: i for i, name in enumerate(network.states)}
-    kinds = {number[name]: kinds[0] for name, kinds in scenario.model.labels.items()}
-    start = number[str(scenario.model.start)]
+    kinds = {number[name]: kinds[0] for name, kinds in city.model.labels.items()}
+    start = number[str(city.model.start)]
     is_library = np.array([kinds.get(i) == "library" for i in range(len(number))])
     # No library before the charger: no road that leaves one, either.
     seconds = {charged: distances(network, [start, *kinds], barred=is_library & (not charged)) for charged in (0, 1)}
@@ -83,7 +88,7 @@ def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds()
             if reached != done and (done[4] or kind != "library") and after < best.get((other, reached), np.inf):
                 best[other, reached] = after
                 heapq.heappush(frontier, (after, other, reached))
-    assert spent == cheapest_plan(scenario.problem()).cost
+    assert spent == cheapest_plan(city.problem()).cost
 
 
 def distances(network: Network, places: list[int], *, barred: np.ndarray) -> dict[int, np.ndarray]:

@@ -64,8 +64,8 @@ AS_ON_A_TERMINAL = {"FORCE_COLOR": "1", "TERM": "dumb", "PY_COLORS": "0"}
 OUTPUT = ("text", "json")
 """Languages of blocks that show what is printed."""
 
-SLURM = {"sbatch": 'exec sh "$1"', "srun": 'exec "$@"'}
-"""Stand-ins for Slurm: the job runs here and now."""
+SLURM = {"srun": 'exec "$@"'}
+"""Stand-ins for Slurm: a step of a job runs here and now."""
 
 PORT = "8786"
 """The pages use Dask's usual port; here another test may have taken it."""
@@ -227,6 +227,10 @@ def line_printed_by(line: str, *, shown: bool) -> str:
     if line.startswith("pip install "):
         assert set(re.findall(r"\w+", line.partition("[")[2])) <= EXTRAS
         return ""
+    if line.startswith("sbatch "):
+        batch = Path(line.split()[1]).read_text()
+        address = re.search("^address=(.*)$", batch, re.MULTILINE)[1]  # type: ignore[index]
+        return printed_by(batch.replace("$address", address.replace("$(hostname)", socket.gethostname())), shown=shown)
     if not shown and re.match(READ_ONLY, line):
         parser().parse_args(shlex.split(line.removeprefix("MUJOCO_GL=egl "))[1:])
         return ""
