@@ -43,10 +43,10 @@ FINER_DIGITS = 5
 """Digits by which floats that are not rounded may be finer than those that are, in compiled arithmetic."""
 
 FINEST_TRIED = 50
-"""Of so many of the smallest floats the common unit is taken, to tell whether sums might leave 64 bits."""
+"""Number of the smallest floats whose common unit is computed, to tell whether sums might leave 64 bits."""
 
 TIE = 1e-3
-"""Floats that are so near to the middle of two multiples are rounded one by one."""
+"""Floats nearer than this to the middle of two multiples are rounded one by one."""
 
 INT64_LIMIT = 2**62
 """Whole numbers below this are held as int64, larger ones as Python's integers."""
@@ -140,7 +140,7 @@ def multiples(values: Iterable[Fraction], unit: Fraction) -> np.ndarray:
 
 
 def running_totals(values: Sequence[Fraction]) -> tuple[list[int], int]:
-    """Return the (K + 1,) sums of the first so many of (K,) values, as numerators of one denominator, and that."""
+    """Return the (K + 1,) prefix sums of (K,) values, from 0 on, as numerators of one denominator, and that."""
     ratios = [value.as_integer_ratio() for value in values]
     denominator = math.lcm(*{below for _, below in ratios})
     return list(accumulate((above * (denominator // below) for above, below in ratios), initial=0)), denominator
@@ -167,7 +167,7 @@ def is_long_float(cost: Number) -> bool:
 
 
 def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fraction | None:
-    """Return to multiples of what long floats should be rounded, None where they can be added up as they are.
+    """Return the unit to which long floats should be rounded; None where they can be added up as they are.
 
     Args:
         costs: as the user gave them.
@@ -183,7 +183,7 @@ def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fr
 
 
 def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Fraction | None:
-    """Round costs in place, where that is wanted or they were computed, and return of what they are multiples then.
+    """Round costs in place, if asked to or if they were computed, and return the unit of which they are then multiples.
 
     Args:
         values: rationals by what the user gave.
@@ -274,7 +274,7 @@ def _in_largest_unit(counts: np.ndarray, unit: Fraction) -> tuple[np.ndarray, Fr
 
 @dataclass(frozen=True)
 class Units:
-    """In what a search counts.
+    """The units in which a search counts.
 
     Attributes:
         cost: of total cost and task costs, in the user's units.

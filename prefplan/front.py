@@ -122,7 +122,7 @@ class UnfinishedError(PrefplanError):
         ended: what ended it: `time`, `memory` or `interrupt`.
         complete_below: no plan that keeps the bounds and is cheaper than this is missing; None if that is not known.
         best: the best plan known by then, or None.
-        within: what is minimised is for that plan at most so many percent more than for any; None if that is not known.
+        within: percentage by which the best plan may exceed the least value of what is minimised; None if unknown.
     """
 
     def __init__(
@@ -169,8 +169,8 @@ class Front(Sequence[Plan]):
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
         complete_below: every point of lower cost has been found, and what is dearer is a plan that may be none of the
             front; None if the front is complete, or within some percent.
-        within: every point of the exact front has one here whose cost and mu are at most so many percent larger: 0 for
-            a complete front, None where the search was stopped before it could prove any.
+        within: every point of the exact front has one here that exceeds it by at most this percentage in cost and in
+            mu; 0 for a complete front, None where the search was stopped before it could prove any.
         resolution: of what the model's costs were rounded to a multiple; None if they are as they were given.
         claimed: whether the preference's contract is the user's claim: tried on random costs, but not shown.
         stats: work and time.

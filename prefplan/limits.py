@@ -29,14 +29,14 @@ MEMORY_SHARE = 0.8
 """Part of the free memory that planning may take unless told otherwise."""
 
 NO_INFLATION = 2**60
-"""Bounds of cost are smaller than this, so that a part in so many of them is nothing."""
+"""Divisor that leaves nothing of any bound of cost: larger than all of them."""
 
 FIRST_ROUND, ROUND_FACTOR = 100, 10
-"""A front within few percent follows on fronts within more, at most the first many, each so many times the next."""
+"""Before a front within some percent come coarser ones: the largest percentage, and the factor from one to the next."""
 
 
 def available_memory() -> int:
-    """Return how many bytes of memory are free, or 2 GiB where that cannot be told."""
+    """Return how many bytes of memory are free, or 2 GiB where that is not known."""
     try:
         return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError):
@@ -44,7 +44,7 @@ def available_memory() -> int:
 
 
 def memory_in_use() -> int:
-    """Return how many bytes of memory this process takes; the most it ever took where only that can be told."""
+    """Return how many bytes of memory this process takes; the most it ever took where only that is known."""
     try:
         with open("/proc/self/statm", encoding="ascii") as file:
             return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
@@ -168,7 +168,7 @@ def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
 
 @dataclass(frozen=True)
 class Percent:
-    """How much worse a plan may be, in percent, than what it is good enough for."""
+    """How much worse a plan may be, in percent, than one that it approximates."""
 
     value: Fraction
 
@@ -187,7 +187,7 @@ class Percent:
 
     @property
     def inflation(self) -> int:
-        """The smallest whole number that one part in so many of anything is no more than this."""
+        """The smallest divisor that leaves at most this percentage of anything."""
         return math.ceil(100 / self.value) if self.value else NO_INFLATION
 
     @property

@@ -40,8 +40,8 @@ def pareto_front(
 
     Args:
         problem: what to plan.
-        within: leave out what a plan of the front is good enough for: each point of the exact front has one whose cost
-            and mu are at most so many percent larger.
+        within: leave out points that a plan of the front approximates: each point of the exact front has one whose cost
+            and mu are larger by at most this percentage.
         options: how to search; the front does not depend on it.
         **limits: `max_cost`, `at_most`, `max_seconds` and `max_memory`, see `FrontLimits`.
 

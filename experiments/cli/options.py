@@ -58,7 +58,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": percentage,
         "default": Decimal(0),
         "metavar": "P%",
-        "help": "leave out what other plans are good enough for: each best trade-off has one whose cost and penalty "
+        "help": "leave out plans that others approximate: each best trade-off has a plan whose cost and penalty "
         "are at most P %% larger (default: 0, the exact front)",
     },
     "--max-seconds": {"type": seconds, "metavar": "S", "help": "stop after this time with {found}"},

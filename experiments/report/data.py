@@ -36,7 +36,7 @@ ACTION_TIME_S = 1.0
 """Time of any other action on the page, where no run gives it."""
 
 MAX_PAIRED = 20
-"""Of so many plans each is compared with every cheaper one; of more, with its neighbour and the cheapest."""
+"""Most plans that are each compared with every cheaper one; of more, each with its neighbour and the cheapest."""
 
 
 def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recording]) -> dict[str, Any]:

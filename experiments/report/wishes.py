@@ -1,4 +1,4 @@
-"""Wishes on a page of three and more objectives: at most so much of one, and what that costs in the others."""
+"""Wishes on a page of three and more objectives: a largest value of one, and what that costs in the others."""
 
 from __future__ import annotations
 

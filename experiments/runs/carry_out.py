@@ -108,7 +108,7 @@ def carry_out(
         quality: of the video's pictures.
         camera: that the video is seen from.
         captioned: whether the video has captions below the picture.
-        tell: told of progress.
+        tell: called with the progress.
         **conditions: `seed`, `perturbation`, `faults`, `sensor` and `choice`, see `Conditions`.
     """
     problem = scenario.problem()

@@ -51,7 +51,7 @@ def _goals(formula: Formula) -> set[str]:
 def goal_words(task: Task, model: Model) -> str:
     """Return what a task wants in the end, in few words, e.g. `blue: sanitized and in bin1`.
 
-    What must not happen before is left out. A formula that counts actions is told as a whole.
+    What must not happen before is left out. A formula that counts actions is put into words as a whole.
 
     Raises:
         FormulaError: the task's formula is not a co-safe formula.

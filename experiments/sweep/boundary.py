@@ -31,10 +31,10 @@ DIGITS = 4
 """Decimals of an amount."""
 
 MIN_ROLLOUTS = 10
-"""Rollouts of an amount that are carried out even if fewer decide: its share of completed ones is told, too."""
+"""Rollouts of an amount that are carried out even if fewer decide: its share of completed ones is reported, too."""
 
 SWEEP_TOLD = ("scenario", "plan", "cost", "preference", "seed", "robot", "faults", "prefplan", "mujoco", "perturb")
-"""What a result tells of the sweeps that it comes from."""
+"""What a result says of the sweeps that it comes from."""
 
 Interval = tuple[float | None, float | None]
 """The greatest amount tried at which a plan holds, and the least at which it does not; None where there is none."""
@@ -58,7 +58,7 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
 
     A rollout is completed if its log confirms it. Every amount is a sweep of its own, with a folder and the same seeds:
     finished rollouts are not lost, and the search goes on where it ended. An amount is left, after `MIN_ROLLOUTS` at
-    least, as soon as so many have failed that it is below whatever the others give.
+    least, as soon as enough have failed that it is below whatever the others give.
 
     Args:
         scenario: what is carried out.
@@ -120,7 +120,7 @@ def decided(records: Sequence[RolloutRecord], rollouts: int) -> bool:
 
 
 def fails(records: Sequence[RolloutRecord], rollouts: int) -> bool:
-    """Return whether fewer than `THRESHOLD` of so many rollouts are completed, whatever those without record give."""
+    """Return whether fewer than `THRESHOLD` of all rollouts are completed, whatever those without record give."""
     failed = sum(not record["completed"] for record in records)
     return failed > math.floor((1 - THRESHOLD) * rollouts + 1e-9)
 

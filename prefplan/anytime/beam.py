@@ -1,8 +1,8 @@
 """Better plans with more work: beam search.
 
-From layer to layer, only so many product states are followed, those of the least sum of what was spent and an estimate
-of what is left, where mu may weigh, too (B. Lowerre, "The Harpy speech recognition system", 1976). Whatever is found is
-a plan; how far that is from the best it does not tell.
+Of each layer, only the best product states are expanded, at most the width of the beam: those of the least sum of what
+was spent and an estimate of what is left, where mu may weigh, too (B. Lowerre, "The Harpy speech recognition system",
+1976). Whatever is found is a plan; beam search does not bound how far it is from the best.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from prefplan.search.driver import Found
 from prefplan.search.labels import Growth, mu_after
 
 PORTION = 2**14
-"""Successors that are worked out between two looks at the limits."""
+"""Successors generated between two checks of the limits."""
 
 
 class Beam(NamedTuple):
@@ -71,7 +71,7 @@ def beam_search(search: BiObjectiveSearch, width: int, most: float, weight: floa
     now = Beam(search.buffer.code[:starts].copy(), nothing, paid, np.arange(starts), nothing * 0.0, nothing > 0)
     limit = INFINITE if most == math.inf else int(most) << search.product.shift
     passed, path, best = [now], list[tuple[int, int]](), math.inf
-    # Where automata can come back, a beam might go on for long; where they cannot, it ends much earlier.
+    # Where automata have cycles, a beam might go on for long; where they have none, it ends much earlier.
     for _ in range(int(search.product.sizes.sum()) * min(search.prepared.view.nodes, NODE_LIMIT)):
         after = _expanded(search, now, limit, weight)
         goals = np.flatnonzero(after.done & (after.rank < best))
@@ -105,7 +105,7 @@ def _expanded(search: BiObjectiveSearch, now: Beam, limit: int, weight: float) -
 
 
 def _narrowed(layer: Beam, width: int) -> Beam:
-    """Return of each product state the path of the least rank, and of those so many of the least."""
+    """Return the path of least rank to each product state, and of these paths only the `width` of least rank."""
     order = np.lexsort((layer.rank, layer.code))
     code = layer.code[order]
     layer = layer.of(order[np.concatenate([[True], code[1:] != code[:-1]])] if len(code) else order)

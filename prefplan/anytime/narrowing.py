@@ -1,4 +1,4 @@
-"""Ever closer fronts, and what is proven of a front whose search was stopped.
+"""Ever more exact fronts, and what is proven of a front whose search was stopped.
 
 With a tolerance of p percent a label is left out if a goal that is known costs at most 1 + p/100 times the label's
 bound of cost, and the same holds for mu. Labels are taken by cost + (1 + p/100) * bound of the cost-to-go (weighted A*,
@@ -29,11 +29,11 @@ from prefplan.search.driver import Found
 from prefplan.search.labels import AT, COL, NONE
 from prefplan.search.vector_search import VectorSearch
 
-DECIMALS = 10
-"""A percentage that is proven is rounded up to one part in so many."""
+PARTS_OF_PERCENT = 10
+"""A percentage that is proven is rounded up to the next tenth."""
 
 MARGIN = 1e-6
-"""Of that part: how much of it counts as an error of floats, not as a larger percentage."""
+"""Share of a tenth that counts as an error of floats, not as a larger percentage."""
 
 
 OpenSearch = BiObjectiveSearch | VectorSearch
@@ -41,7 +41,7 @@ OpenSearch = BiObjectiveSearch | VectorSearch
 
 
 class NarrowingSearch:
-    """Searches for fronts within less and less percent; each leaves out what plans found before are good enough for."""
+    """Searches for fronts within ever smaller percentages; each omits what earlier plans approximate well enough."""
 
     def __init__(
         self, prepared: Prepared, tolerance: Percent, *, max_cost: float = math.inf, drafted: Sequence[Found] = ()
@@ -114,11 +114,11 @@ def proven_percent(search: OpenSearch, points: Sequence[tuple[Fraction, Fraction
     if not math.isfinite(gap):
         return None
     # The margin is far more than what floats are off by.
-    return max(search.tolerance.value, Fraction(max(0, math.ceil(DECIMALS * gap - MARGIN)), DECIMALS))
+    return max(search.tolerance.value, Fraction(max(0, math.ceil(PARTS_OF_PERCENT * gap - MARGIN)), PARTS_OF_PERCENT))
 
 
 def _ratio(worth: float, bounds: np.ndarray) -> np.ndarray:
-    """Return how many times as large as each of some bounds a value may be: without end if that is 0."""
+    """Return by what factor a value may exceed each of some bounds; infinite for a bound of 0."""
     if worth <= 0:
         return np.ones(len(bounds))
     return np.divide(worth, bounds, out=np.full(len(bounds), np.inf), where=bounds > 0)

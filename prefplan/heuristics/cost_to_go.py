@@ -36,7 +36,7 @@ class Backward:
         nodes: of the graph.
         sizes: (N,) int64, states of each automaton.
         shift: the low bits of costs, that count actions and do not make mu grow.
-        stages: the product for automata that never come back to a state, over a contracted graph; None for others.
+        stages: the product, if its automata are acyclic up to self-loops and its graph is contracted; else None.
         monotone: whether besides no automaton ever loses by reading a label.
     """
 

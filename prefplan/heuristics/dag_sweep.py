@@ -41,7 +41,7 @@ class Stages(NamedTuple):
 
 
 def stages_of(product: Product, forward: ProductView) -> Stages | None:
-    """Return a product as seen stage by stage, or None if an automaton can come back or the graph is not contracted."""
+    """Return a product stage by stage, or None if an automaton has a cycle or the graph is not contracted."""
     order = order_of_states(product.delta, product.sizes)
     if not forward.macro or product.relaxed or not len(order):
         return None
@@ -50,7 +50,7 @@ def stages_of(product: Product, forward: ProductView) -> Stages | None:
 
 
 def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return the states of some automata, each after all that it leads to, or nothing if one can come back.
+    """Return the states of some automata, each after all that it leads to, or nothing if one has a cycle.
 
     Args:
         delta: (N, Q, C) int32, state after reading a class.
@@ -140,7 +140,7 @@ def _weighted(near: np.ndarray, changing: np.ndarray, factors: np.ndarray) -> np
 
 @kernel
 def _intermediate(near: np.ndarray, changing: np.ndarray) -> Integer:
-    """Return, as bits, those of some nodes by way of which another may be reached for less than the edge to it."""
+    """Return, as bits, those of some nodes through which another may be reached for less than the edge to it."""
     through = np.uint64(0)
     for d in range(changing.shape[0]):
         via = changing[d]
@@ -174,7 +174,7 @@ def _solve(
     table: np.ndarray,
     costs: np.ndarray,
 ) -> None:
-    """Write the cost-to-go of all nodes: first by way of changes, then of nodes that change nothing (Dijkstra)."""
+    """Write the cost-to-go of all nodes: first through changes, then of nodes that change nothing (Dijkstra)."""
     waiting = np.uint64(0)
     for d in range(changing.shape[0]):
         if there[d] == here + changing[d]:
@@ -195,6 +195,6 @@ def _solve(
 
 @bare_kernel
 def relax(steps: np.ndarray, rest: Integer, costs: np.ndarray) -> None:
-    """Lower the costs of all nodes to those by way of another node, from which the rest costs so much."""
+    """Lower the costs of all nodes to those of paths through another node, from which the rest has a given cost."""
     for node in range(costs.shape[0]):
         costs[node] = min(costs[node], steps[node] + rest)

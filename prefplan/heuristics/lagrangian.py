@@ -26,10 +26,10 @@ from prefplan.product.contraction import NODE_LIMIT, all_pairs_costs
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 
 LARGEST = 30_000
-"""Sums are counted in units of which so many, the largest entry, and as many more fit 16 bits."""
+"""Largest entry of a table, in its units: twice as much fits 16 bits."""
 
 MOST_TABLES = 2
-"""The second is for the part of a front that the first is not made for; a third saves no more time than it takes."""
+"""The second serves the part of a front for which the first is weak; a third saves no more time than it takes."""
 
 
 class Weights(NamedTuple):
@@ -238,7 +238,7 @@ def _least_sums(
     table: np.ndarray,
     costs: np.ndarray,
 ) -> None:
-    """Write the least sum from every node, by way of those whose label changes something.
+    """Write the least sum from every node, through those whose label changes something.
 
     After that label the entry of a node is its sum of `others`, and of the `first` task.
     """

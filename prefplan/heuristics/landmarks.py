@@ -26,13 +26,14 @@ MOST_LANDMARKS = 62
 """Landmarks are bits of one machine word."""
 
 SCALE = 16
-"""Multipliers are multiples of one part in so many of a unit of cost."""
+"""Multipliers are whole multiples of a unit of cost divided by this."""
 
 DISCONNECTED = 2**48
 """In place of the cost between sets of which none can be reached from the other; costs are less, times `SCALE`."""
 
 ROUNDS, FIRST_STEP, SHRINKING, HOPED = 200, 1.0, 0.98, 1.15
-"""Of the ascent: trees, the first step towards a bound so many times as large as the best yet, and how steps shrink."""
+"""Of the ascent: number of trees, length of the first step, the factor by which steps shrink, and the bound that a step
+aims at, in multiples of the best yet."""
 
 
 class Landmarks(NamedTuple):

@@ -43,7 +43,7 @@ def fill_monotone(stages: Stages, least: np.ndarray, tasks: np.ndarray, table: n
 
     Args:
         stages: the product, whose automata never lose.
-        least: (S, S) int64, least costs from node to node, by way of any others, NO_EDGE for none.
+        least: (S, S) int64, least costs from node to node, through any others, NO_EDGE for none.
         tasks: (k,) int64, which tasks.
         table: (S * Q_1 * ... * Q_k,) int32, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); costs are cut
             off at UNREACHABLE - 1.

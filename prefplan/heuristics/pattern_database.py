@@ -51,7 +51,7 @@ class Patterns(NamedTuple):
 
 
 def no_patterns() -> Patterns:
-    """Return no tables: the search without a heuristic still knows which tasks are dead ends only by trying."""
+    """Return no tables: without a heuristic the search finds dead ends only by trying."""
     return Patterns(no_task_sets(), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int32))
 
 
@@ -126,7 +126,7 @@ def _filled(
 
 
 def scaled(databases: Patterns, weight: float) -> Patterns:
-    """Return tables of so many times the costs: no bounds, but they guide a search."""
+    """Return tables of the costs times a weight: no bounds, but they guide a search."""
     entries = np.minimum((databases.table * weight).astype(np.int64), UNREACHABLE - 1)
     return databases._replace(table=np.where(databases.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32))
 
@@ -149,9 +149,9 @@ def raise_bound(
 ) -> Integer:
     """Look bounds up for h(p) until it exceeds a limit or is complete, and return what it is so far.
 
-    What is known of p is kept in `known`: `COST_BOUND` so far, that so many bounds were `LOOKED` up, one table after
-    the other and then that of landmarks, and the `LIKELY` table, to look up before all: the one that gave the bound of
-    the state before.
+    What is known of p is kept in `known`: the `COST_BOUND` so far, how many bounds were `LOOKED` up, one table
+    after the other and then that of landmarks, and the `LIKELY` table, to look up first: the one that gave the bound
+    of the state before.
     """
     bound, likely, looked, tables = known[COST_BOUND], known[LIKELY], known[LOOKED], databases.base.shape[0]
     if looked == 0 and likely < tables:

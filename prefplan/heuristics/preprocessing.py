@@ -94,7 +94,7 @@ class Bounds(NamedTuple):
         landmarks: of the cost-to-go, too.
         added: of the cost-to-go, the sum of which counts.
         blocks: of mu's growth.
-        lagrangian: of the cost-to-go, where mu may grow by so much only.
+        lagrangian: of the cost-to-go, where the growth of mu is limited.
         projections: of the model, in which the tables are; none where its states are listed.
     """
 
@@ -184,7 +184,7 @@ class Prepared:
         return blocks(backward, measure, self.product.units.factor, known)
 
     def guided(self, weight: float) -> Prepared:
-        """Return the same with so many times the sum of all tables in place of bounds.
+        """Return the same with the sum of all tables times a weight in place of bounds.
 
         The larger the weight, the sooner best-first search has a plan, and the dearer that may be (weighted A*:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).

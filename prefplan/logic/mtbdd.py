@@ -14,7 +14,7 @@ from typing import Any
 from prefplan.limits import check_limits
 
 CHECKED_EVERY = 512
-"""Limits are checked once in so many steps."""
+"""Number of steps between two checks of the limits."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,7 +182,7 @@ def _macro_moves(view: ProductView, node: Integer, buffer: Successors) -> Intege
 
 @bare_kernel
 def _reach_through(view: ProductView, node: Integer, through: Integer, buffer: Successors) -> Integer:
-    """Write some nodes and the costs of getting to them by way of one another (Dijkstra), and return how many."""
+    """Write some nodes and the costs of getting to them through one another (Dijkstra), and return how many."""
     count = 0
     for v in range(view.near.shape[0]):
         if (through >> np.uint64(v)) & np.uint64(1):

@@ -42,8 +42,8 @@ class BiObjectiveSearch(Search):
             max_cost: inclusive bound, units of cost.
             cost_only: find a cheapest goal, whatever its mu (A*).
             first_only: find the first goal of the front only.
-            tolerance: goals are left out that one of those found, or known, is within so many percent of.
-            known: goals found by other searches, that leave out what they are good enough for.
+            tolerance: percentage; goals are left out that a known or found one approximates within it.
+            known: goals found by other searches; points that these approximate are left out.
             drafted: plans close to the front, or some of them.
         """
         self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))

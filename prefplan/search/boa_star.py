@@ -53,8 +53,8 @@ class Tolerance(NamedTuple):
     """What a front within some percent leaves out.
 
     Attributes:
-        inflation: labels are ordered by bounds of cost increased by one part in so many (weighted A*).
-        cost: (K,) int64, in labels' units, and mu: (K,) int64: a known plan is good enough for what is at least both.
+        inflation: labels are ordered by bounds of cost, each increased by itself divided by this (weighted A*).
+        cost: (K,) int64, in labels' units, and mu: (K,) int64: a known plan approximates what is at least both.
     """
 
     inflation: int
@@ -178,7 +178,7 @@ def _inflated(view: ProductView, tolerance: Tolerance, bound: Integer) -> Intege
 
 @bare_kernel
 def _is_covered(tolerance: Tolerance, cost: Integer, mu: Integer) -> bool:
-    """Return whether a known plan is good enough for all that bounds of cost and mu admit."""
+    """Return whether a known plan approximates all that bounds of cost and mu admit."""
     for k in range(tolerance.cost.shape[0]):
         if cost >= tolerance.cost[k] and mu >= tolerance.mu[k]:
             return True

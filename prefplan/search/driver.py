@@ -65,7 +65,7 @@ class Search(ABC):
 
     Attributes:
         by_cost: whether goals are found in order of the first cost.
-        pops: labels popped between two looks at the clock; they take a few tens of milliseconds.
+        pops: labels popped between two checks of the limits; they take a few tens of milliseconds.
     """
 
     labels: Any
@@ -98,7 +98,7 @@ class Search(ABC):
 
     @abstractmethod
     def _run(self, pops: int) -> int:
-        """Run the kernel until so many labels are popped or something happens, and return what."""
+        """Run the kernel until a number of labels is popped or something happens, and return what (`END`)."""
 
     def reset(self) -> None:
         """Forget everything and hand the start states to the kernel, as the successors of no label."""

@@ -30,7 +30,7 @@ BYTES_A_LABEL = 1500
 """Measured: a label with its key, and its share of the tables."""
 
 CLOCK_PERIOD = 64
-"""Labels taken from the open list between two looks at the clock."""
+"""Labels taken from the open list between two checks of the limits."""
 
 LabelKey = tuple[Any, ...]
 Counts = tuple[int, ...]

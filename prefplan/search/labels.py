@@ -145,7 +145,7 @@ def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer
 def mu_after(
     growth: Growth, mu: Integer, satisfied: Integer, before: Integer, after: Integer, violation: np.ndarray, pays: bool
 ) -> Integer:
-    """Return a label's mu after a step from one cost to another, of so many violation costs (N,) if it pays any."""
+    """Return a label's mu after a step from one cost to another, with the violation costs (N,) that it pays, if any."""
     mu += added_mu(growth, satisfied, before, after)
     if pays:
         for i in range(growth.violation.shape[0]):

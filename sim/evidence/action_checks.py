@@ -46,7 +46,7 @@ ROUNDING_S = 1e-6
 """Greatest error of a time."""
 
 LAST_EVENT_S = 1.0
-"""An event is told at most this long after the last frame."""
+"""An event is recorded at most this long after the last frame."""
 
 SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "unaffected", "ended")
 """The event of an action that did not do what was predicted, and the events of which one follows it."""
@@ -138,7 +138,7 @@ def _surprise(log: Log, action: LoggedAction) -> bool:
 
 
 def check_events(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
-    """Check that each action has the events that what the frames show of it calls for, and that no others are told."""
+    """Check that each action has the events that its frames call for, and no others."""
     name, events = "events", log.about.events
     for k, (action, label) in enumerate(zip(log.about.actions, trace[1:], strict=True), 1):
         own = [event for event in events if action.start < event.time <= action.end + ROUNDING_S]
@@ -149,10 +149,10 @@ def check_events(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Chec
             return Check(name, False, f"action {k} `{action.action}`: {objection}")
     for event in events:
         if not 0 <= event.time <= log.times[-1] + LAST_EVENT_S:
-            return Check(name, False, f"`{event.kind}` at {event.time:.2f} s is told of a time without frames")
+            return Check(name, False, f"`{event.kind}` at {event.time:.2f} s is recorded at a time without frames")
     for first, then in zip(events, events[1:], strict=False):
         if then.time < first.time:
-            return Check(name, False, f"`{then.kind}` at {then.time:.2f} s is told after what came later")
+            return Check(name, False, f"`{then.kind}` at {then.time:.2f} s is recorded after a later event")
     return Check(name, True, f"{len(events)}, as the frames show")
 
 
@@ -172,10 +172,10 @@ def _objection(
     for kind, needed in (("grasped", "grasp"), ("placed", "release")):
         found = [event for event in own if event.kind == kind]
         if found and symbolic.kind != needed:
-            return f"it is told to have {kind} an object"
+            return f"it has an event `{kind}`, which is not of its kind"
         # An object that slips may land where it was to be released.
         if symbolic.kind == needed and not failed and SURPRISED not in kinds and len(found) != 1:
-            return f"{len(found)} events tell that the object was {kind}"
+            return f"it has {len(found)} events `{kind}`, not one"
         judge = _objection_to_grip if kind == "grasped" else _objection_to_place
         for event in found:
             try:
@@ -190,29 +190,27 @@ def _objection(
 def _objection_to_grip(log: Log, world: RecordedWorld, action: Action, event: Event) -> str | None:
     during = (log.times >= event.time - GRIP_WINDOW_S) & (log.times <= event.time)
     felt = log.pad_forces[during & (log.pad_forces.min(axis=1) > HOLD_FORCE_N)]
-    told = np.array(event.detail["force"], dtype=float)
+    recorded = np.array(event.detail["force"], dtype=float)
     if event.detail.get("object") != action.obj:
-        return "its grasp is told of another object"
-    if told.min() < world.robot.gripper.firm_force_n:
-        return f"a grip of {told.min():.1f} N is told, which is not firm"
-    if not np.any(np.all(np.abs(felt - told) <= GRIP_TOLERANCE_N + GRIP_TOLERANCE * felt, axis=1)):
-        return (
-            f"a grip of {told.max():.1f} N is told, but the pads were pressed with {felt.max(initial=0):.1f} N at most"
-        )
+        return "its grasp is recorded of another object"
+    if recorded.min() < world.robot.gripper.firm_force_n:
+        return f"a grip of {recorded.min():.1f} N is recorded, which is not firm"
+    if not np.any(np.all(np.abs(felt - recorded) <= GRIP_TOLERANCE_N + GRIP_TOLERANCE * felt, axis=1)):
+        return f"a grip of {recorded.max():.1f} N is recorded, but {felt.max(initial=0):.1f} N at most pressed the pads"
     return None
 
 
 def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: Event) -> str | None:
     if (event.detail.get("object"), event.detail.get("location")) != (action.obj, action.location):
-        return "its release is told of another object or location"
+        return "its release is recorded of another object or location"
     # What was knocked may still move, and turn round at a wall between the two frames.
     frame = world.frame_at(event.time)
     around, (pose, rates) = slice(frame, frame + 2), columns(world.mujoco, action.obj)
-    told, centres = float(event.detail["error_mm"]) / 1000, world.qpos[around, pose][:, :2]
+    recorded, centres = float(event.detail["error_mm"]) / 1000, world.qpos[around, pose][:, :2]
     moving = float(np.linalg.norm(world.qvel[around, rates][:, :2], axis=1).max()) / FRAME_RATE_HZ
     far = [np.linalg.norm(slot.position[:2] - centres, axis=1) for slot in world.scene.slots[action.location]]
-    off = min(max(float(between.min()) - told, told - float(between.max())) for between in far)
+    off = min(max(float(between.min()) - recorded, recorded - float(between.max())) for between in far)
     if off > PLACEMENT_TOLERANCE_M + moving + NOISE_FACTOR * world.noise:
         nearest = min(float(between.min()) for between in far)
-        return f"a placement within {1000 * told:.1f} mm is told, but it is {1000 * nearest:.1f} mm"
+        return f"a placement within {1000 * recorded:.1f} mm is recorded, but it is {1000 * nearest:.1f} mm"
     return None

@@ -18,7 +18,7 @@ from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
 FAULT_KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
-"""Faults that a run may ask for."""
+"""Faults that a run may ask for; this list and what follows rely on nothing that injects them."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S = (0.24, 0.61), (0.59, 0.61), (7.9, 14.1)
 """Ranges of the horizontal, upward and rotational speeds that a knock gives an object."""
@@ -62,7 +62,7 @@ def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
 
 
 def _judged(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Iterator[tuple[Event, str | None]]:
-    """Yield each fault that the log tells of, and why it did not happen, or None."""
+    """Yield each fault in the log, and why it did not happen, or None."""
     asked = Counter(map(str, log.about.setting.get("faults") or ()))
     for event in log.about.events:
         if event.kind == "fault":

@@ -147,7 +147,7 @@ class RecordedWorld:
     def held(self) -> str | None:
         """Return the object in contact with all pads that they pressed within `PRESS_MEMORY_FRAMES`, or None.
 
-        Only frames count in which the gripper was told to hold.
+        Only frames count in which the gripper was commanded to hold.
         """
         recent = slice(max(0, self._frame - PRESS_MEMORY_FRAMES), self._frame + 1)
         pressed = self._log.pad_forces[recent].min(axis=1) > HOLD_FORCE_N
@@ -252,7 +252,7 @@ def touching(data: mujoco.MjData, geom: int, other: int) -> bool:
 
 
 def fault_of(event: Event) -> tuple[str, str]:
-    """Return the kind of the fault that an event tells of, and its target or amount."""
+    """Return the kind of the fault that an event records, and its target or amount."""
     kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
     return kind, target
 

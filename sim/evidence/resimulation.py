@@ -81,7 +81,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
     Args:
         log: what was recorded.
         world: its world.
-        frame_by_frame: begin every frame anew from the recorded one before it.
+        frame_by_frame: begin every frame from the recorded one before it.
     """
     model, data, recorder = world.mujoco, mujoco.MjData(world.mujoco), Recorder(world.scene)
     interventions = {int(row[0]): row[1:] for row in log.interventions}

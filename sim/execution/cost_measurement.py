@@ -141,7 +141,7 @@ def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement |
 def measure_all(
     scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1
 ) -> Iterator[Measurement | Failure]:
-    """Measure the actions of `trials` in so many processes, 1 for this one, and yield each as it is done."""
+    """Measure the actions of `trials` in `jobs` processes, 1 for this one, and yield each as it is done."""
     items = list(wanted.items())
     batches = [items[first : first + BATCH] for first in range(0, len(items), BATCH)]
     work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")

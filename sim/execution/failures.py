@@ -13,8 +13,8 @@ from prefplan.replanning import with_rules
 from sim.execution.executor import Execution
 
 MAX_ATTEMPTS = 3
-"""An action that leads to the same unexpected state this often is given up, as are so many ways to put an object down
-at a location."""
+"""Number of times an action may lead to the same unexpected state before it is given up; and of failed ways to put an
+object down at a location."""
 
 
 class Failures:

@@ -46,7 +46,7 @@ class MissingGrasp(GraspSkill):
     """A grasp whose fingers close above the object the first few times."""
 
     def __init__(self, skill: Skill, *, misses: int) -> None:
-        """Wrap a skill, which is performed after so many misses."""
+        """Wrap a skill, which is performed after a number of misses."""
         self._skill, self._misses = skill, misses
 
     def perform(self, cell: Workcell, action: Action) -> None:

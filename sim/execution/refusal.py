@@ -84,7 +84,7 @@ class Remedies:
         return high
 
     def _nearer(self, refused: Rehearsal, centimetres: int) -> bool:
-        """Return whether it would work if the location, with what carries it, were so much nearer to the base."""
+        """Return whether it would work if the location, with what carries it, were nearer to the base by that much."""
         moved = {refused.location, *under(self._scene.model, refused.location)}
         offset = (self._scene.robot.position - self._scene.slots[refused.location][0].position) * [1.0, 1.0, 0.0]
         shift = centimetres / 100 * offset / np.linalg.norm(offset)
@@ -103,7 +103,7 @@ class Remedies:
         return geom if geom >= 0 else None
 
     def _raised(self, refused: Rehearsal, roof: int, centimetres: int) -> bool:
-        """Return whether it would work if what is above it were so much higher, with what lies on it."""
+        """Return whether it would work if what is above it, with what lies on that, were higher by that much."""
         shift = np.array([0.0, 0.0, centimetres / 100])
         model = copy.copy(self._scene.mujoco)
         body = int(model.geom_bodyid[roof])

@@ -17,7 +17,7 @@ FLOAT = 5126
 """glTF's number for 32-bit floating point numbers."""
 
 ACCESSOR_TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
-"""glTF's names of rows of so many numbers."""
+"""glTF's names of rows, by how many numbers they have."""
 
 Items = dict[Any, bytes]
 """Contents of the file's binary part, in order, under names of which each occurs once."""

@@ -26,7 +26,7 @@ SIDES_M = 1e-4, 1.0
 """The longest side of a mesh is between these, m: others are refused before half a minute is spent on their parts."""
 
 CONVEX_SHARE = 0.97
-"""A mesh that fills so much of its convex hull counts as convex."""
+"""Least share of its convex hull that a mesh fills to count as convex."""
 
 MAX_DRAWN_FACES = 20_000
 """Faces of a mesh that is drawn; one of more is thinned out."""

@@ -26,7 +26,7 @@ JUMP_HEADROOM = 0.85
 have little inertia, and what it adds is three times as much."""
 
 JUMP_RATE_PER_S = 280.0
-"""A torque that jumps in a step of the simulation changes by so many times its jump a second, behind the low-pass
+"""Rate of a torque that jumps within a step of the simulation, over the jump, behind the low-pass
 filter of commanded torques (`sim.simulation.recorder`)."""
 
 PLANNED_JERK_HEADROOM = 0.02
@@ -34,7 +34,7 @@ PLANNED_JERK_HEADROOM = 0.02
 of torque rates."""
 
 SLOWING_MARGIN = 1.02
-"""By how much more than needed a movement is slowed, since its references are sampled anew."""
+"""Factor by which a movement is slowed beyond what is needed, since its references are then sampled again."""
 
 BRAKING_HEADROOM = 0.5
 """Share of the acceleration limits that braking uses; the path itself may use the rest."""
@@ -158,7 +158,7 @@ def _straight_duration(robot: Robot, line: np.ndarray) -> float:
 
 
 def _sampled(curve: PPoly, duration: float, slower: float) -> np.ndarray:
-    """Return the references along a curve of a duration, s, that is followed so many times slower."""
+    """Return the references along a curve of a duration, s, that is followed slower by a factor."""
     count = int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
     return np.asarray(curve(np.arange(1, count + 1) * duration / count))
 
@@ -169,7 +169,7 @@ def _from_rest(offsets: np.ndarray) -> np.ndarray:
 
 
 def _end_excess(limits: MotionLimits, accelerations: np.ndarray) -> float:
-    """Return how many times too fast joints are that begin and end with (2, n) accelerations, rad/s^2.
+    """Return by what factor joints are too fast that begin and end with (2, n) accelerations, rad/s^2.
 
     An arm that is almost stretched lags behind the tool's path, and catches up at its very end. Straight movements
     of the joints (`along`) have no acceleration at their ends.
@@ -180,7 +180,7 @@ def _end_excess(limits: MotionLimits, accelerations: np.ndarray) -> float:
 
 
 def _excess(limits: MotionLimits, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
-    """Return how many times too fast joints are that pass (N, n) offsets to rest, rad; up to 1 they are not."""
+    """Return by what factor joints are too fast that pass (N, n) offsets to rest, rad; up to 1 they are not."""
     offsets = np.vstack([offsets, np.repeat(offsets[-1:], 3, axis=0)])
     greatest = []
     for order in (1, 2, 3):

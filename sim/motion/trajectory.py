@@ -1,4 +1,4 @@
-"""Trajectories of the tool: straight and arching, with smooth steps in time."""
+"""Paths of the tool, straight or over objects, with smooth steps in time."""
 
 from __future__ import annotations
 

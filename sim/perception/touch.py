@@ -24,7 +24,7 @@ class ContactMonitor:
     Attributes:
         handled: the object that the fingers may touch, or None.
         pad_forces: N, of each of the gripper's pads on it at the last update.
-        pressed: when all pads last pressed it and the gripper was told to hold it, s; -inf if they have not.
+        pressed: when all pads last pressed it and the gripper was commanded to hold it, s; -inf if they have not.
     """
 
     def __init__(self, scene: Scene) -> None:

@@ -26,7 +26,7 @@ HEADINGS_DEG = (0.0, 48.0, -46.0, 94.0, -86.0, 134.0, -112.0, 160.0, -138.0)
 """Turns of that heading to try in turn, for the one from which fixtures hide least."""
 
 SEEN_CORNERS = 4
-"""An object counts as seen if so many of the corners of a box round it are."""
+"""Least number of visible corners of the box round an object that counts as seen."""
 
 SWING_DEG = 70.0
 """How far `orbit` goes to either side: beyond, the arm hides what it does."""

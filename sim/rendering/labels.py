@@ -22,13 +22,13 @@ PLATE = (24, 20, 18, 205)
 """Colour and opacity of the plate behind a name."""
 
 OVERSAMPLING = 3
-"""Plates are drawn so many times as large and then reduced, for smooth edges."""
+"""Factor by which plates are drawn larger and then reduced, for smooth edges."""
 
 ROUNDING_PX = 1.0
-"""Names stand at whole pixels: by so much their distance from what they name may vary as the camera moves."""
+"""Names stand at whole pixels: their distance from what they name varies by up to this as the camera moves."""
 
 STEPS, DIRECTIONS = 7, 16
-"""A name that finds no free place is tried so many half heights farther, in so many directions."""
+"""A name that finds no free place is tried farther away: in steps of half its height, and in directions."""
 
 
 def place_labels(

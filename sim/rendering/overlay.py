@@ -37,7 +37,7 @@ MARK = 0.42
 """Radius of the mark before a task, in sizes of its letters."""
 
 OVERSAMPLING = 2
-"""Captions are drawn so many times as large and then reduced, for smooth curves."""
+"""Factor by which captions are drawn larger and then reduced, for smooth curves."""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ class Quality:
 
     Attributes:
         size: (width, height) in pixels, both even.
-        samples: a picture is the mean of so many, each through another point of every pixel and in the light of
-            another point of the key light: edges are smooth then, and shadows soft. With one, edges are smoothed
-            afterwards.
+        samples: number of pictures of which each is the mean, each through another point of every pixel and in the
+            light of another point of the key light: edges are smooth then, and shadows soft. With one, edges are
+            smoothed afterwards.
         shadow_pixels: side of the shadow map.
         rate: constant rate factor of x264: lower is better, 18 is said to look lossless.
         preset: of x264.

@@ -29,7 +29,7 @@ SHAPE_MARGIN_M = 0.002
 """Kept from all shapes of the hand."""
 
 SQUEEZES_M = 0.006, 0.020
-"""Limits of how much narrower than a held object the fingers are told to be."""
+"""Limits of how much narrower than a held object the command of the fingers is."""
 
 FIRM_SHARE, FIRM_FORCE_N = 1 / 3, 5.0
 """Share of its force that a firm grip has at least, but no more than this is asked."""

@@ -1,4 +1,4 @@
-"""Grippers: what a hand is told, how it holds what it takes, and the space that it needs."""
+"""Grippers: how a hand is commanded, how it holds an object, and the space that it needs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 SUCTION_OPENING_M, SUCTION_SQUEEZE_M = 0.03, 0.015
-"""Widths by which a suction cup is told not to draw, and to draw: by how much it is narrower than nothing."""
+"""Commanded width at which a suction cup does not draw; and how far the command is below the width of its object, which
+counts as 0, when it draws."""
 
 USUAL_LOAD_KG = 1.5
 """What is heavier is pressed harder in proportion. With 15 N, a box of 3 kg slides between the Panda's pads."""
@@ -125,7 +126,7 @@ class Gripper:
 class SuctionGripper(Gripper):
     """A suction cup, its lip at the tool frame, which holds an object by a face of it.
 
-    Its width is a way to speak of it as of fingers: what it holds is 0 wide, and it draws while it is told to be
+    Its width is a way to speak of it as of fingers: what it holds is 0 wide, and it draws while it is commanded to be
     narrower than that. The actuator is MuJoCo's adhesion; its command is 1 to draw, else 0.
 
     Attributes:

@@ -83,7 +83,7 @@ class KinematicCell(Workcell):
         return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
-        """See `CollisionChecker.hand_is_inside`; a look that spares inverse kinematics."""
+        """See `CollisionChecker.hand_is_inside`; a test that spares inverse kinematics."""
         self._foresee()
         return self._checker.hand_is_inside(tool, width=width)
 
@@ -102,7 +102,7 @@ class KinematicCell(Workcell):
         return super().collision_checker(held=held, width=width, touching=touching)
 
     def _tick(self) -> None:
-        """Close or open the hand as it was told to."""
+        """Close or open the hand as commanded."""
         self._widths.clear()
         self._foreseen = None
         self.data.time += CONTROL_PERIOD_S
@@ -122,7 +122,7 @@ class KinematicCell(Workcell):
         mujoco.mj_kinematics(self.scene.mujoco, self.data)
 
     def _is_closed(self) -> bool:
-        """Return whether the hand is told to be narrower than the object that it handles."""
+        """Return whether the hand is commanded to be narrower than the object that it handles."""
         obj = self.contacts.handled
         return obj is not None and self.width < self._extent(obj) - CONTACT_M
 

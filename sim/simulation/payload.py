@@ -1,4 +1,4 @@
-"""The payload: a heavy load whose weight the arm bears by design, as robots do that are told of what they hold."""
+"""The payload: a heavy load whose weight the arm bears by design, as robots do that know the mass that they hold."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SHIFT_DURATION_S = 0.4
 
 
 class Payload:
-    """A mass at the tool, and by how much the motors of n joints are told more than their references to hold it.
+    """A mass at the tool, and how far the commands of n joints exceed their references to hold it.
 
     Without that, the Panda sags by 2 mm under 2 kg, and presses what it puts down on its support with as much again.
     """

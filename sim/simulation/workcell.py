@@ -36,7 +36,7 @@ CONTACT_FLICKER_S = 0.18
 """Pads that lose contact for less than this still hold their object: simulated contacts flicker."""
 
 WATCH_PERIOD_S = 0.05
-"""Time between two looks at what a movement depends on."""
+"""Time between two observations of what a movement depends on."""
 
 BLEND_TIME_S = 0.3
 """Longest part of a movement that runs into the next one."""

@@ -53,7 +53,7 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: fl
     known: dict[bytes, set[str]] = {}
 
     def met(q: np.ndarray) -> set[str]:
-        if (question := q.tobytes()) not in known:  # searches come back to the ends of their edges
+        if (question := q.tobytes()) not in known:  # searches ask again for the ends of their edges
             close = checker.touches(q, clearance=clearance)
             found = close - near
             if not found and close - steady:

@@ -1,4 +1,4 @@
-"""Drawing free: an object beside which the fingers have no room is pressed from above and drawn away from the walls."""
+"""Drawing free: an object without space for the fingers beside it is pressed from above and drawn away from walls."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> 
 
 
 def _presses(pose: ObjectPose, shift: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
-    """Yield where to press an object, (2,) m from its middle, and the heading of the line between the fingers, rad.
+    """Yield where to press an object, (2,) m from its middle, and the heading of the closing direction, rad.
 
     Drawn at its rear it tips the least. A round side is pressed along its crest, or a little behind it, by the
     fingertips' narrow side.

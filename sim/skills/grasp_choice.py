@@ -273,7 +273,7 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
 
 
 def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
-    """Return what grasps have in common that put an object down alike: all but the opening, and a round one's turn."""
+    """Return what is alike in grasps that put an object down alike: all but the opening and a round object's turn."""
     rotation, position = grasp.rotation, grasp.position
     if shape.is_round:
         closing = rotation[:, 1] if abs(rotation[2, 1]) < DIAGONAL else rotation[:, 2]

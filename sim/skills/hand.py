@@ -86,7 +86,7 @@ def move_tool(
     """
     goal, pose = None, goals[0]
     if len(goals) == 1 and not pose.points_down:
-        # Step by step the elbow keeps its place, where a search from afar may bring it to the end of a joint.
+        # Step by step the elbow keeps its place, where a search from far away may bring a joint to its end.
         with contextlib.suppress(SimulationError):
             goal = _followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
     if goal is None:
@@ -200,7 +200,7 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
 
 
 def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[str]:
-    """Return what the hand, opened to a width, m, is nearer to than a clearance, m, the object aside it handles."""
+    """Return what is nearer to the hand, opened to a width, m, than a clearance, m, except the object it handles."""
     return set(cell.collisions(q, width=width, clearance=clearance)) - {cell.contacts.handled or ""}
 
 

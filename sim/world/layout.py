@@ -198,7 +198,7 @@ def _stack(
     for support in place.on:
         _stack(model.location(support), model, slots, shapes, sizes)
         if support not in slots:
-            return  # its own fault is told
+            return  # that has an error of its own
         if len(slots[support]) > 1:
             raise SimulationError(
                 f"{where}.on: {support!r} has room for {len(slots[support])}, so nothing has a fixed place on it"

@@ -18,7 +18,7 @@ ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
 
 START_OFFSET_M, START_TURN_RAD = 0.005, np.radians(5)
-"""Usually objects start at random by so much off their slots along x and along y, and so much turned."""
+"""Greatest random offset of objects at the start from their slots, along x and along y, and greatest turn."""
 
 LOCATION_GAP_M = 0.014
 """Least distance between cubes of different locations, m: both may start so far off."""

@@ -53,7 +53,7 @@ def _configuration(arm: Arm, slot: Slot, *, grasping: float, carrying: float) ->
     robot = arm.robot
     distance, bearing = robot.polar(slot.position)
     near = distance < robot.nearest_m
-    # Rounded down, what is too near by a hair is not told to be as far as it should be.
+    # Rounded down, what is a little too near is not shown as far enough.
     shown = np.floor(100 * distance) / 100 if near else distance
     where = f"locations.{slot.location}: {shown:.2f} m from the robot's base"
     if near:
@@ -159,7 +159,7 @@ class RobotAtSlots:
         """Return the faults of slots out of reach, or at which the robot would collide with something elsewhere.
 
         Args:
-            known: pairs of locations whose collision is told already.
+            known: pairs of locations whose collision is reported already.
         """
         found: dict[tuple[str, str], str] = {}
         for location, q in self._configurations:

@@ -22,7 +22,7 @@ MAX_SIDE_PX = 4096
 """Longest side of the picture, which is coarser where the table is longer than 2.7 m: it takes 25 bytes a pixel."""
 
 BOARD_PX = 2048
-"""Wood is made in boards of so many pixels each way, of which all tables of a process are cut."""
+"""Side of the board of wood from which all tables of a process are cut."""
 
 WOOD = np.array([0.50, 0.365, 0.255])
 """Mean colour of the wood."""
@@ -89,7 +89,7 @@ def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
 
 @lru_cache(maxsize=2)  # half of the time that a scene takes
 def _wood(across: int, along: int) -> np.ndarray:
-    """Return (height, width, 3) planks along the rows, each its own tone and stretch of grain, of so many boards."""
+    """Return (height, width, 3) planks along the rows, each with its own tone and grain, cut from boards."""
     width, height = across * BOARD_PX, along * BOARD_PX
     rng = np.random.default_rng(3)
     plank = round(PLANK_M * PIXELS_PER_M)

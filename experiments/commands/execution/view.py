@@ -48,7 +48,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def view(options: argparse.Namespace) -> int:
-    """Carry plans out live in the browser, and meddle. Ctrl-C ends it, with status 0."""
+    """Carry plans out live in the browser, where you can interfere. Ctrl-C ends it, with status 0."""
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():

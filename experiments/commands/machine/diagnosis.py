@@ -1,4 +1,4 @@
-"""What works on this machine: each check tries one part for real and names the command that mends it."""
+"""What works on this machine: each check tries one part for real and names the command that repairs it."""
 
 from __future__ import annotations
 

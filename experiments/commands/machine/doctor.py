@@ -1,4 +1,4 @@
-"""`prefplan doctor`: what works on this machine, and which command mends what does not."""
+"""`prefplan doctor`: what works on this machine, and which command repairs what does not."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def doctor(options: argparse.Namespace) -> int:
-    """Check what works on this machine, and name the command that mends what does not."""
+    """Check what works on this machine, and print the command that repairs what does not."""
     found: list[Diagnosis] = []
     checks = list(diagnosis.CHECKS)
     with Bars(quiet=options.quiet) as bars:

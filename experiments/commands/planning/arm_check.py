@@ -33,7 +33,7 @@ class SceneCheck:
     """What the arm can do in a scene.
 
     Attributes:
-        faults: why it cannot work there at all, each a sentence that begins with the key; None if that cannot be told.
+        faults: why it cannot work there at all, each a sentence that begins with the key; None if that is not known.
         warnings: likely mistakes, each a sentence that begins with the key.
         places: what it can do with each object at each location; None if that was not looked at.
         complete: whether no limit ended the checks.

@@ -33,7 +33,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     more = (
         "Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults "
-        "are told) or a task needs what it cannot do, and 3 if a task cannot be satisfied even alone."
+        "are listed) or a task needs what it cannot do, and 3 if a task cannot be satisfied even alone."
     )
     parser = add_command(
         commands,

@@ -1,4 +1,4 @@
-"""Curves of edges: smooth from node to node, and self-loops. Lengths are in points; y points downwards."""
+"""Curves of edges: smooth from node to node, and self-loops. Lengths are in px, 72 an inch; y points downwards."""
 
 from __future__ import annotations
 

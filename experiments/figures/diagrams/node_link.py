@@ -1,4 +1,4 @@
-"""Node-link diagrams: nodes, and arrows with labels. Lengths are in points; y points downwards."""
+"""Node-link diagrams: nodes, and arrows with labels. Lengths are in px, 72 an inch; y points downwards."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 
 const LETTER = 8; // width of a digit, pixels
 const BESIDE_CHART = 80; // width of the axis beside it, pixels
-const LABELLED = 14; // up to so many points each shows its number
+const LABELLED = 14; // most points that show their numbers
 
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();

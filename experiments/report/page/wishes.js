@@ -1,5 +1,5 @@
 "use strict";
-// Wishes: a slider for each objective, at most so much, and what the wishes cost in the other objectives.
+// Wishes: a slider for the largest value of each objective, and what the wishes cost in the other objectives.
 
 function fill(words, values) {
   return words.replace(/{(\w+)}/g, (_, name) => values[name]);

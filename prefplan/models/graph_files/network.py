@@ -27,7 +27,7 @@ SAME_EDGES = "files of several costs must list the same edges in the same order"
 
 
 CLOCK_PERIOD = 10_000
-"""Nodes and edges between two looks at the clock; they take up to 0.1 s."""
+"""Nodes and edges read between two checks of the limits; they take up to 0.1 s."""
 
 
 class Sink:
@@ -60,7 +60,7 @@ class Sink:
         """Take every edge so far in the other direction too."""
 
     def has_degrees(self, per_unit: float) -> None:
-        """Take that coordinates are longitudes and latitudes, a unit being so many degrees."""
+        """Note that coordinates are longitudes and latitudes, and how many degrees a unit is."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class NetworkBuilder(Sink):
             column.frombytes(np.array(column)[back].tobytes())
 
     def has_degrees(self, per_unit: float) -> None:
-        """Take that coordinates are longitudes and latitudes, a unit being so many degrees."""
+        """Note that coordinates are longitudes and latitudes, and how many degrees a unit is."""
         self._degrees = per_unit
 
     def network(self) -> Network:

@@ -44,7 +44,7 @@ def most_states(space: StateCodes) -> int:
     movable = sum(not obj.fixed for obj in space.model.objects)
 
     def placements(count: int) -> int:
-        """Return the number of ways to spread so many objects over the locations, or their slots."""
+        """Return the number of ways to spread a number of objects over the locations, or their slots."""
         number = [1] + [0] * count
         for capacity, apart in capacities:
             orders = [perm(apart, k) if apart > 1 else 1 for k in range(capacity + 1)]
