@@ -15,7 +15,7 @@ Tell = Callable[[str, int, int, str], None]
 class Bars:
     """One bar for each stage of a long command, on stderr if that is a terminal, until the command ends."""
 
-    def __init__(self, *, quiet: bool = False) -> None:
+    def __init__(self, *, quiet: bool) -> None:
         """Make the bars without drawing them; `quiet` ones are never drawn."""
         console = Console(stderr=True)
         self._progress = Progress(

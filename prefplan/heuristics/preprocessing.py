@@ -70,7 +70,6 @@ class Options:
             to choose.
         landmarks: whether to bound the cost-to-go by what every plan still visits.
         preference_bound: whether to bound the growth of mu.
-        lagrangian: whether long searches may call for bounds of cost and mu together.
         contraction: whether to leave out states that change nothing, where few matter.
         generated: whether states of large manipulation models are generated as the search meets them, where they can
             be; else they are listed before.
@@ -80,7 +79,6 @@ class Options:
     heuristic: int | None = None
     landmarks: bool = True
     preference_bound: bool = True
-    lagrangian: bool = True
     contraction: bool = True
     generated: bool = True
     compiled: bool = True
@@ -226,7 +224,7 @@ class Prepared:
     def lagrangian_expansions(self) -> float:
         """Expansions of labels that call for one more Lagrangian table; infinite if there is to be none."""
         stages = self._backward.stages if self._backward else None
-        wanted = self.options.lagrangian and self.product.problem.measure.bi_objective and self.product.rates.any()
+        wanted = self.product.problem.measure.bi_objective and self.product.rates.any()
         if stages is None or not wanted or len(self.bounds.lagrangian.weights) == MOST_TABLES:
             return math.inf
         combinations = math.prod(self.product.sizes.tolist())

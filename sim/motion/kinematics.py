@@ -136,8 +136,8 @@ class Arm:
         self,
         goals: Sequence[ToolPose],
         *,
-        near: np.ndarray | None = None,
-        margin: float = TILTED_MARGIN_RAD,
+        near: np.ndarray | None,
+        margin: float,
         seeds: int = MAX_SEEDS,
     ) -> Iterator[tuple[np.ndarray, ToolPose]]:
         """Yield configurations that bring the tool to one of several poses, and that pose, the better ones first.

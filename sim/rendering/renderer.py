@@ -17,7 +17,7 @@ from sim.rendering.cameras import Camera, label_anchors, label_offsets, label_ta
 from sim.rendering.inset import inset_box, with_inset
 from sim.rendering.labels import draw_labels, label_boxes
 from sim.rendering.opengl import gl_context, no_gl
-from sim.rendering.quality import DRAFT, Quality
+from sim.rendering.quality import Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import WRIST, Scene
 from sim.world.tabletop import TABLE_TOP, picture
@@ -43,22 +43,21 @@ class Painter:
         self,
         scene: Scene,
         *,
-        size: tuple[int, int] | None = None,
-        quality: Quality = DRAFT,
-        camera: str = "fixed",
+        size: tuple[int, int],
+        quality: Quality,
+        camera: str,
         opening: float = 0.0,
     ) -> None:
         """Make the OpenGL context.
 
         Args:
             scene: the scene.
-            size: (width, height) in pixels; None for the quality's.
+            size: (width, height) in pixels.
             quality: how much work a picture is worth.
             camera: name of a `sim.rendering.cameras.Camera`; with `+` and one of `sim.rendering.inset.INSETS` after
                 it, that view is in a corner.
             opening: as for `sim.rendering.cameras.Camera`.
         """
-        size = size or quality.size
         name, _, inset = camera.partition("+")
         self._scene, self._quality, self._camera = scene, quality, Camera(scene, name, size, opening=opening)
         self._inset_box = inset_box(scene, self._camera) if inset else None
@@ -99,7 +98,7 @@ class Painter:
         self._context.free()
         self._gl.free()
 
-    def frame(self, qpos: np.ndarray, *, glow: Mapping[str, float] | None = None, share: float = 0.0) -> np.ndarray:
+    def frame(self, qpos: np.ndarray, *, glow: Mapping[str, float], share: float = 0.0) -> np.ndarray:
         """Return a picture.
 
         Args:
@@ -112,7 +111,7 @@ class Painter:
         """
         for place in self._scene.model.locations:
             if place.marks:
-                self._set_glow(place.name, glow_of(place.kind), (glow or {}).get(place.name, 0.0))
+                self._set_glow(place.name, glow_of(place.kind), glow.get(place.name, 0.0))
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)

@@ -34,23 +34,17 @@ class PerturbationKey:
         unit: in which it is written down.
         scale: one such unit, in SI units.
         greatest: greatest amount, in that unit.
-        meaning: of the amount, in words.
     """
 
     unit: str
     scale: float
     greatest: float
-    meaning: str
 
 
-def _bound(unit: str, scale: float, greatest: float, meaning: str, *, usual: float = 0.0) -> float:
+def _bound(unit: str, scale: float, greatest: float, *, usual: float = 0.0) -> float:
     """Declare the amount of a `PerturbationKey`, and the usual one in SI units."""
-    amount: float = field(default=usual, metadata={"key": PerturbationKey(unit, scale, greatest, meaning)})
+    amount: float = field(default=usual, metadata={"key": PerturbationKey(unit, scale, greatest)})
     return amount
-
-
-def _share(meaning: str) -> float:
-    return _bound("share", 1.0, 0.99, meaning)
 
 
 @dataclass(frozen=True)
@@ -60,21 +54,34 @@ class Perturbation:
     Its attributes are in SI units: lengths in m, angles in rad, times in s; the others are shares. All but the noise
     are bounds, and the seed says by how much a world differs.
 
+    Attributes:
+        position: offset of each object's start along x and along y.
+        angle: turn of each object's start about z.
+        friction: change of each object's friction, wherever it is touched.
+        pads: change of the friction of the gripper's pads.
+        table: change of the friction of the table and of what stands on it.
+        force: change of the gripper's force.
+        mass: change of each object's mass.
+        centre: offset of each object's centre of mass along x, y and z, inside it.
+        latency: time from a command until the actuators get it.
+        noise: standard deviation of every observed position.
+        bias: constant error of all observed positions along x, y and z.
+
     Raises:
         SimulationError: (on construction) for an amount that is negative or greater than its key's greatest.
     """
 
-    position: float = _bound("mm", 0.001, 50, "offset of each object's start along x and along y", usual=START_OFFSET_M)
-    angle: float = _bound("degrees", math.pi / 180, 180, "turn of each object's start about z", usual=START_TURN_RAD)
-    friction: float = _share("change of each object's friction, wherever it is touched")
-    pads: float = _share("change of the friction of the gripper's pads")
-    table: float = _share("change of the friction of the table and of what stands on it")
-    force: float = _share("change of the gripper's force")
-    mass: float = _share("change of each object's mass")
-    centre: float = _bound("mm", 0.001, 15, "offset of each object's centre of mass along x, y and z, inside it")
-    latency: float = _bound("ms", 0.001, 200, "time from a command until the actuators get it")
-    noise: float = _bound("mm", 0.001, 20, "standard deviation of every observed position")
-    bias: float = _bound("mm", 0.001, 20, "constant error of all observed positions along x, y and z")
+    position: float = _bound("mm", 0.001, 50, usual=START_OFFSET_M)
+    angle: float = _bound("degrees", math.pi / 180, 180, usual=START_TURN_RAD)
+    friction: float = _bound("share", 1.0, 0.99)
+    pads: float = _bound("share", 1.0, 0.99)
+    table: float = _bound("share", 1.0, 0.99)
+    force: float = _bound("share", 1.0, 0.99)
+    mass: float = _bound("share", 1.0, 0.99)
+    centre: float = _bound("mm", 0.001, 15)
+    latency: float = _bound("ms", 0.001, 200)
+    noise: float = _bound("mm", 0.001, 20)
+    bias: float = _bound("mm", 0.001, 20)
 
     def __post_init__(self) -> None:
         """Check the amounts."""

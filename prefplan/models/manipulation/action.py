@@ -27,6 +27,11 @@ class Action:
         return " ".join(part for part in (self.kind, self.obj, self.location) if part)
 
 
+def kind_of(text: str) -> str:
+    """Return the kind of the action that a text means."""
+    return text.partition(" ")[0]
+
+
 def parse_action(text: str, parameters: Mapping[str, Sequence[str]]) -> Action:
     """Return the action that a text means; an action of each kind has some of the parameters `obj` and `location`.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from prefplan.limits import check_limits
 from prefplan.models.generated import OnDemand
-from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.action import Action, kind_of
 from prefplan.models.manipulation.action_costs import UNMEASURED
 from prefplan.models.manipulation.codes import StateCodes, StateLayer
 from prefplan.models.manipulation.cost_matrix import CostMatrix, cost_matrices, unmeasured
@@ -91,7 +91,7 @@ class Generator:
 
     def step(self, code: int, text: str) -> tuple[int, tuple[Fraction, ...]] | None:
         """Return where an action leads, and its costs in the user's units; None if it does not exist."""
-        for action, having, targets, costs in self.edges(self.space.array(code), text.partition(" ")[0]):
+        for action, having, targets, costs in self.edges(self.space.array(code), kind_of(text)):
             if len(having) and str(action) == text:
                 units = [matrix.unit for matrix in self.costs]
                 return int(targets[0]), tuple(int(cost[0]) * unit for cost, unit in zip(costs, units, strict=True))
