@@ -36,7 +36,7 @@ class Antipodes:
 
     Attributes:
         position: (3,) midway between them, m.
-        line: (3,) from one to the other.
+        direction: (3,) from one to the other.
         width: between them, m.
     """
 

@@ -236,7 +236,7 @@ def test_an_object_is_all_that_is_in_its_body(mug: Scene) -> None:
 
 
 def test_the_hand_takes_a_body_where_its_faces_are(mug: Scene) -> None:
-    pairs = [pair for pair in mug.shapes["cup"].pairs if pair.line[2] == 0]
+    pairs = [pair for pair in mug.shapes["cup"].pairs if pair.direction[2] == 0]
     assert any(abs(pair.width - 0.04) < 1e-3 for pair in pairs), "the side"
 
 
