@@ -345,7 +345,8 @@ class Arm:
         The limits hardly ever bind, and the least-squares problem without them costs a third: it comes first.
         """
         step = self._step()
-        step *= min(1.0, longest / np.abs(step).max())
+        if (farthest := np.abs(step).max()) > longest:
+            step *= longest / farthest
         slow = np.abs(step) <= period * self.robot.velocity_limits
         if slow.all() and self._within_ranges(self._configuration.data.qpos + step):
             return step / period
