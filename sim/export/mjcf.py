@@ -27,15 +27,13 @@ def encode_mjcf(scene: Scene) -> dict[str, bytes]:
         files[path] = Path(mesh.file).read_bytes() if mesh.file else _obj(mesh)
         _move(mesh, path)
     for i, texture in enumerate(spec.textures):
-        faces = list(texture.cubefiles)
-        for side, file in enumerate(faces):
-            if file:
-                faces[side] = f"{ASSETS}/{i:03}_{_plain(texture.name)}_{side}{Path(file).suffix}"
-                files[faces[side]] = Path(file).read_bytes()
-        if any(faces):
-            texture.cubefiles = faces
+        stem = f"{ASSETS}/{i:03}_{_plain(texture.name)}"
+        sides = [(f"{stem}_{side}{Path(file).suffix}", file) for side, file in enumerate(texture.cubefiles)]
+        files |= {path: Path(file).read_bytes() for path, file in sides if file}
+        if any(texture.cubefiles):
+            texture.cubefiles = [file and path for path, file in sides]
         if texture.file or len(texture.data):
-            path = f"{ASSETS}/{i:03}_{_plain(texture.name)}{Path(texture.file).suffix or '.png'}"
+            path = stem + (Path(texture.file).suffix or ".png")
             files[path] = Path(texture.file).read_bytes() if texture.file else _png(texture)
             texture.file, texture.data, texture.content_type = path, b"", ""
     for i, field in enumerate(spec.hfields):
