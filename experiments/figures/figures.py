@@ -19,6 +19,9 @@ from prefplan.errors import PrefplanError
 ENDINGS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Endings of files that can be written, with the metadata to leave out so that equal figures give equal files."""
 
+POINTS_PER_INCH = 72
+"""Points in an inch: lengths of letters and lines are in points."""
+
 STYLE = Path(__file__).with_name("prefplan.mplstyle")
 
 

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Text
 
+from experiments.figures.figures import POINTS_PER_INCH
 from experiments.figures.label_placement import MapLabel, Obstacles, gap, leader, place
 from prefplan.front import Plan
 from prefplan.ledger import Ledger
@@ -32,9 +33,6 @@ MOST_LETTERS = 20
 
 LEADER = 0.7
 """Distance from which on a line leads from a label to what it names, heights of a line."""
-
-POINTS_PER_INCH = 72
-"""Points in an inch."""
 
 PAD_PX = 2.0
 """Empty border of a label, px."""

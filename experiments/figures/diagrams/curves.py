@@ -1,4 +1,4 @@
-"""Curves of edges: smooth from node to node, and self-loops. Lengths are in px, 72 an inch; y points downwards."""
+"""Curves of edges: smooth from node to node, and self-loops. Lengths are in points; y points downwards."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-RADIUS_PX = 17.0
+RADIUS_PT = 17.0
 """Radius of a node with a short name; a node with a long name is a box with ends of this radius."""
 
-LOOP_PX = 30.0
-"""Height of a self-loop above its node, px."""
+LOOP_PT = 30.0
+"""Height of a self-loop above its node, points."""
 
 
 def curve_between(
@@ -47,8 +47,8 @@ def _border(middle: np.ndarray, half: np.ndarray, towards: np.ndarray) -> np.nda
     """Return where a curve that comes from some point meets a node: on its side, less steeply than it comes."""
     apart = towards - middle
     up = half[1] * np.sin(np.clip(np.arctan2(apart[1], abs(apart[0])), -1.0, 1.0))
-    round_part = max(0.0, abs(up) - (half[1] - RADIUS_PX))
-    across = half[0] - RADIUS_PX + np.sqrt(RADIUS_PX**2 - round_part**2)
+    round_part = max(0.0, abs(up) - (half[1] - RADIUS_PT))
+    across = half[0] - RADIUS_PT + np.sqrt(RADIUS_PT**2 - round_part**2)
     return middle + [(np.sign(apart[0]) or 1.0) * across, up]
 
 
@@ -61,5 +61,5 @@ def _outwards(middle: np.ndarray, border: np.ndarray) -> np.ndarray:
 def loop_above(top: np.ndarray) -> np.ndarray:
     """Return a self-loop above a node."""
     a, b = top + [-8.5, 2.4], top + [8.5, 2.4]
-    rise = 1.25 * LOOP_PX
+    rise = 1.25 * LOOP_PT
     return np.array([a, a + [-9, -rise], b + [9, -rise], b])

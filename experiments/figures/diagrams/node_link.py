@@ -1,4 +1,4 @@
-"""Node-link diagrams: nodes, and arrows with labels. Lengths are in px, 72 an inch; y points downwards."""
+"""Node-link diagrams: nodes, and arrows with labels. Lengths are in points; y points downwards."""
 
 from __future__ import annotations
 
@@ -12,21 +12,18 @@ from matplotlib.axes import Axes
 from matplotlib.patches import BoxStyle, Ellipse, FancyArrowPatch, FancyBboxPatch
 from matplotlib.path import Path as Path2D
 
-from experiments.figures.diagrams.curves import LOOP_PX, RADIUS_PX, curve_between, loop_above
+from experiments.figures.diagrams.curves import LOOP_PT, RADIUS_PT, curve_between, loop_above
 from experiments.figures.diagrams.edge_labels import edge_labels, wrapped
 from experiments.figures.diagrams.layered import Box, place
-from experiments.figures.figures import drawing, inline_svg, write_figure
+from experiments.figures.figures import POINTS_PER_INCH, drawing, inline_svg, write_figure
 
-PX_PER_INCH = 72
-"""Pixels of a diagram in an inch: one is a point."""
-
-LETTER_PX = 13.0
+LETTER_PT = 13.0
 """Font size."""
 
-ADVANCE_PX = 0.602 * LETTER_PX
+ADVANCE_PT = 0.602 * LETTER_PT
 """Width of a letter; the same for all letters, so that the width of a label is known."""
 
-LINE_PX = 1.25 * LETTER_PX
+LINE_PT = 1.25 * LETTER_PT
 """Distance between two lines of text."""
 
 SPACING = 1.3
@@ -37,35 +34,35 @@ INK = "#222222"
 FILL = {"plain": "#ffffff", "accepting": "#d9efdc", "dead": "#f2f2f2"}
 """Fill of a node by its kind."""
 
-FONT: dict[str, Any] = {"family": "monospace", "fontsize": LETTER_PX, "color": INK}
+FONT: dict[str, Any] = {"family": "monospace", "fontsize": LETTER_PT, "color": INK}
 
 PLAIN: dict[str, Any] = {"color": INK}
 TAKEN: dict[str, Any] = {"color": "#0072b2", "linewidth": 2.4}
 """Styles of edges: of any, and of those of a plan."""
 
-HEAD_PX = (9.0, 3.6)
-"""Length and half the width of an arrow head, px."""
+HEAD_PT = (9.0, 3.6)
+"""Length and half the width of an arrow head, points."""
 
 NOTE_LETTERS = 48
 """Letters in a line below a narrow diagram."""
 
-GAP_PX = (32.0, 12.0)
-"""Least distance between columns and within them, px."""
+GAP_PT = (32.0, 12.0)
+"""Least distance between columns and within them, points."""
 
-MARGIN_PX = 6.0
-"""Empty border of a diagram, px."""
+MARGIN_PT = 6.0
+"""Empty border of a diagram, points."""
 
-START_PX = 30.0
-"""Length of the arrow that points at the first node, px."""
+START_PT = 30.0
+"""Length of the arrow that points at the first node, points."""
 
-TITLE_LETTER_PX = 15.0
+TITLE_LETTER_PT = 15.0
 """Font size of titles."""
 
-TITLE_PX = 26.0
-"""Height of the title of a diagram in a file, px."""
+TITLE_PT = 26.0
+"""Height of the title of a diagram in a file, points."""
 
-APART_PX = 18.0
-"""Distance between two diagrams in a file, px."""
+APART_PT = 18.0
+"""Distance between two diagrams in a file, points."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +144,7 @@ def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | Non
 def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> NodeLinkDiagram:
     """Lay out a diagram to the right or downwards; lengths are along the layers' axis and across it until the end."""
     texts = [(max(map(len, node.text)), len(node.text)) for node in nodes]
-    sizes = (np.array(texts) * (ADVANCE_PX, LINE_PX) + np.array((1.2, 0.8)) * RADIUS_PX).clip(min=2 * RADIUS_PX)
+    sizes = (np.array(texts) * (ADVANCE_PT, LINE_PT) + np.array((1.2, 0.8)) * RADIUS_PT).clip(min=2 * RADIUS_PT)
     turn = slice(None, None, -1 if down else 1)
     straight = [edge for edge in edges if edge.source != edge.target]
     round_edges = [edge for edge in edges if edge.source == edge.target]
@@ -155,8 +152,8 @@ def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> No
     loops = {edge.source: lines for edge, lines in zip(round_edges, labels[len(straight) :], strict=True)}
     boxes = [_node_box(size[turn], loops.get(i, ())) for i, size in enumerate(sizes)]
     spaces = [_label_box(lines, down=down) for lines in labels[: len(straight)]]
-    layout = place(boxes, [(edge.source, edge.target) for edge in straight], spaces, gap=GAP_PX)
-    origin = np.array([MARGIN_PX + START_PX, MARGIN_PX])
+    layout = place(boxes, [(edge.source, edge.target) for edge in straight], spaces, gap=GAP_PT)
+    origin = np.array([MARGIN_PT + START_PT, MARGIN_PT])
     middles, halves = layout.nodes + origin, sizes[:, turn] / 2
     arrows = []
     for edge, route, lines, space, at in zip(straight, layout.routes, labels, spaces, layout.labels, strict=False):
@@ -167,10 +164,10 @@ def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> No
         arrows.append(Arrow(edge, curve[:, turn], lines, (at + origin + lower)[turn]))
     for edge in round_edges:
         top = middles[edge.source] - [0, halves[edge.source][1]]
-        arrows.append(Arrow(edge, loop_above(top), loops[edge.source], top - [0, LOOP_PX - 1]))
+        arrows.append(Arrow(edge, loop_above(top), loops[edge.source], top - [0, LOOP_PT - 1]))
     entry = middles[0] - [halves[0][0], 0]
-    start = entry - np.outer([START_PX, START_PX / 2, START_PX / 2, 0], [1, 0])
-    width, height = np.array([layout.size[0] + START_PX + 2 * MARGIN_PX, layout.size[1] + 2 * MARGIN_PX])[turn].tolist()
+    start = entry - np.outer([START_PT, START_PT / 2, START_PT / 2, 0], [1, 0])
+    width, height = np.array([layout.size[0] + START_PT + 2 * MARGIN_PT, layout.size[1] + 2 * MARGIN_PT])[turn].tolist()
     diagram = NodeLinkDiagram(tuple(nodes), middles[:, turn], sizes, start[:, turn], tuple(arrows), (width, height))
     return _with_notes(diagram, notes)
 
@@ -178,13 +175,13 @@ def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> No
 def _node_box(size: np.ndarray, loop: Sequence[str]) -> Box:
     """Return the space of a node of a (2,) size and of the label of its loop, if it has one."""
     width, height = size
-    above = height / 2 + (LOOP_PX + LINE_PX * len(loop) + 4 if loop else 0)
-    return Box(max([width, *(ADVANCE_PX * len(line) for line in loop)]), above, height / 2)
+    above = height / 2 + (LOOP_PT + LINE_PT * len(loop) + 4 if loop else 0)
+    return Box(max([width, *(ADVANCE_PT * len(line) for line in loop)]), above, height / 2)
 
 
 def _label_box(lines: Sequence[str], *, down: bool) -> Box:
     """Return the space of the label of an edge: above it, or on the right of one that goes down."""
-    width, height = ADVANCE_PX * max(map(len, lines)) + 8, LINE_PX * len(lines) + 4
+    width, height = ADVANCE_PT * max(map(len, lines)) + 8, LINE_PT * len(lines) + 4
     return Box(height, 4, width) if down else Box(width, height, 4)
 
 
@@ -193,10 +190,10 @@ def _with_notes(diagram: NodeLinkDiagram, notes: Sequence[str]) -> NodeLinkDiagr
     if not notes:
         return diagram
     width, height = diagram.size
-    letters = max(NOTE_LETTERS, int((width - 2 * MARGIN_PX) / ADVANCE_PX))
+    letters = max(NOTE_LETTERS, int((width - 2 * MARGIN_PT) / ADVANCE_PT))
     lines = tuple(line for note in notes for line in wrapped(note, letters))
-    widest = max(map(len, lines)) * ADVANCE_PX + 2 * MARGIN_PX
-    return replace(diagram, notes=lines, size=(max(width, widest), height + LINE_PX * len(lines) + MARGIN_PX))
+    widest = max(map(len, lines)) * ADVANCE_PT + 2 * MARGIN_PT
+    return replace(diagram, notes=lines, size=(max(width, widest), height + LINE_PT * len(lines) + MARGIN_PT))
 
 
 def svg(diagram: NodeLinkDiagram, *, title: str) -> str:
@@ -206,7 +203,7 @@ def svg(diagram: NodeLinkDiagram, *, title: str) -> str:
 
     The title says what it shows, for those who cannot see it.
     """
-    with drawing(size=(diagram.size[0] / PX_PER_INCH, diagram.size[1] / PX_PER_INCH)) as figure:
+    with drawing(size=(diagram.size[0] / POINTS_PER_INCH, diagram.size[1] / POINTS_PER_INCH)) as figure:
         _draw(figure.add_axes((0, 0, 1, 1)), diagram)
         return inline_svg(figure, kind="diagram", title=title).replace(INK, "currentColor")
 
@@ -217,17 +214,17 @@ def draw(diagrams: Mapping[str, NodeLinkDiagram], path: Path) -> None:
     Raises:
         PrefplanError: the file cannot be written.
     """
-    width = max(max(0.602 * TITLE_LETTER_PX * len(title) + 20, diagram.size[0]) for title, diagram in diagrams.items())
-    height = sum(TITLE_PX + diagram.size[1] + APART_PX for diagram in diagrams.values()) - APART_PX
-    with drawing(size=(width / PX_PER_INCH, height / PX_PER_INCH)) as figure:
+    width = max(max(0.602 * TITLE_LETTER_PT * len(title) + 20, diagram.size[0]) for title, diagram in diagrams.items())
+    height = sum(TITLE_PT + diagram.size[1] + APART_PT for diagram in diagrams.values()) - APART_PT
+    with drawing(size=(width / POINTS_PER_INCH, height / POINTS_PER_INCH)) as figure:
         below = height
         for title, diagram in diagrams.items():
             figure.text(
-                8 / width, (below - 17) / height, title, parse_math=False, **FONT | {"fontsize": TITLE_LETTER_PX}
+                8 / width, (below - 17) / height, title, parse_math=False, **FONT | {"fontsize": TITLE_LETTER_PT}
             )
-            below -= TITLE_PX + diagram.size[1]
+            below -= TITLE_PT + diagram.size[1]
             _draw(figure.add_axes((0, below / height, diagram.size[0] / width, diagram.size[1] / height)), diagram)
-            below -= APART_PX
+            below -= APART_PT
         write_figure(figure, path)
 
 
@@ -242,9 +239,9 @@ def _draw(axes: Axes, diagram: NodeLinkDiagram) -> None:
             gid, style = f"edge {ends} taken", TAKEN
         _draw_arrow(axes, arrow.curve, gid, style)
         _draw_text(axes, arrow.at, arrow.lines, va="bottom", gid=gid, color=style["color"])
-    below = diagram.size[1] - MARGIN_PX - LINE_PX * (len(diagram.notes) - 1)
+    below = diagram.size[1] - MARGIN_PT - LINE_PT * (len(diagram.notes) - 1)
     for i, line in enumerate(diagram.notes):
-        axes.text(MARGIN_PX, below + i * LINE_PX, line, ha="left", va="bottom", gid="note", parse_math=False, **FONT)
+        axes.text(MARGIN_PT, below + i * LINE_PT, line, ha="left", va="bottom", gid="note", parse_math=False, **FONT)
     for node, middle, size in zip(diagram.nodes, diagram.middles, diagram.sizes, strict=True):
         _draw_box(axes, middle, size, kind=node.kind, gid=f"node {node.kind} {node.name}")
         if node.kind == "accepting":
@@ -258,7 +255,7 @@ def _draw_text(axes: Axes, at: np.ndarray, lines: Sequence[str], **place: Any) -
 
 def _draw_arrow(axes: Axes, curve: np.ndarray, gid: str, line: Mapping[str, Any]) -> None:
     path = Path2D(curve, [Path2D.MOVETO, *[Path2D.CURVE4] * (len(curve) - 1)])
-    style = f"-|>,head_length={HEAD_PX[0]},head_width={HEAD_PX[1]}"
+    style = f"-|>,head_length={HEAD_PT[0]},head_width={HEAD_PT[1]}"
     axes.add_patch(FancyArrowPatch(path=path, arrowstyle=style, mutation_scale=1, gid=gid, **line))
 
 
@@ -267,6 +264,6 @@ def _draw_box(axes: Axes, middle: np.ndarray, size: np.ndarray, *, kind: str, gi
     if size[0] == size[1]:
         axes.add_patch(Ellipse((middle[0], middle[1]), size[0], size[1], gid=gid, **style))
         return
-    corner, radius = middle - size / 2, min(RADIUS_PX, size[1] / 2)
+    corner, radius = middle - size / 2, min(RADIUS_PT, size[1] / 2)
     rounded = BoxStyle.Round(pad=0, rounding_size=radius)
     axes.add_patch(FancyBboxPatch((corner[0], corner[1]), size[0], size[1], rounded, gid=gid, **style))

@@ -18,8 +18,8 @@ from prefplan.models.transition_system import TransitionSystem
 MOST_EDGES = 90
 """Most edges of a graph that is drawn whole."""
 
-WIDEST_PX = 600.0
-"""Width from which on a graph on a page goes downwards, px: what half a page of 1280 pixels can show legibly."""
+WIDEST_PT = 600.0
+"""Width from which on a graph on a page goes downwards, points: what half a page of 1280 pixels can show legibly."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def route(system: TransitionSystem, plan: Plan) -> Route:
 
 def svg(route: Route, *, title: str) -> str:
     """Return a route as inline SVG; node i has the class `s<i>`, and an edge of the plan `taken`."""
-    return node_link.svg(node_link.arrange(route.nodes, route.edges, widest=WIDEST_PX), title=title)
+    return node_link.svg(node_link.arrange(route.nodes, route.edges, widest=WIDEST_PT), title=title)
 
 
 def draw(system: TransitionSystem, front: Front, path: Path) -> None:

@@ -14,7 +14,7 @@ from judge.semantics import powerset
 from experiments.figures.diagrams import automaton as picture
 from experiments.figures.diagrams.guards import LONG, OTHERWISE, cover, labels
 from experiments.figures.diagrams.layered import Box, place
-from experiments.figures.diagrams.node_link import ADVANCE_PX
+from experiments.figures.diagrams.node_link import ADVANCE_PT
 from prefplan.logic.dfa import automaton
 from prefplan.logic.mtbdd import leaves
 
@@ -118,6 +118,6 @@ def test_every_letter_of_a_long_label_is_in_the_picture() -> None:
     for state in range(dfa.size):
         for target, text in labels(dfa, state).items():
             assert "".join(text.split()) in squeezed or (target == state and state in (dfa.accepting, dfa.dead))
-    assert max(len(line) for line in drawn.notes) * ADVANCE_PX <= drawn.size[0]
+    assert max(len(line) for line in drawn.notes) * ADVANCE_PT <= drawn.size[0]
     notes = [element for element in ET.fromstring(picture.svg(dfa)).iter() if element.get("class") == "note"]
     assert len(notes) == len(drawn.notes)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from experiments.commands.command_line import main
-from experiments.figures.diagrams.node_link import ADVANCE_PX, LINE_PX, arrange
-from experiments.figures.diagrams.route import WIDEST_PX, Route, route, svg
+from experiments.figures.diagrams.node_link import ADVANCE_PT, LINE_PT, arrange
+from experiments.figures.diagrams.route import WIDEST_PT, Route, route, svg
 from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError
 from experiments.starters import starter
 from prefplan import Plan, TransitionSystem, load, pareto_front
@@ -88,15 +88,15 @@ def test_plans_on_graphs_are_drawn(tmp_path: Path) -> None:
 
 def test_a_wide_graph_goes_downwards_and_nothing_in_it_overlaps() -> None:
     found = route(ring(12, labelled=3), plan_of(*["go"] * 11))
-    wide, tall = (arrange(found.nodes, found.edges, widest=widest) for widest in (None, WIDEST_PX))
-    assert wide.size[0] > WIDEST_PX > tall.size[0] and tall.size[1] > tall.size[0]
+    wide, tall = (arrange(found.nodes, found.edges, widest=widest) for widest in (None, WIDEST_PT))
+    assert wide.size[0] > WIDEST_PT > tall.size[0] and tall.size[1] > tall.size[0]
     assert arrange(found.nodes, found.edges, widest=wide.size[0]).size == wide.size
     for diagram in (wide, tall):
         halves = diagram.sizes / 2
         boxes = np.hstack([diagram.middles - halves, diagram.middles + halves]).tolist()
         for arrow in diagram.arrows:
-            (x, y), half = arrow.at, ADVANCE_PX * max(map(len, arrow.lines)) / 2
-            boxes.append([x - half, y - LINE_PX * len(arrow.lines), x + half, y])
+            (x, y), half = arrow.at, ADVANCE_PT * max(map(len, arrow.lines)) / 2
+            boxes.append([x - half, y - LINE_PT * len(arrow.lines), x + half, y])
         low, high = np.array(boxes)[:, :2], np.array(boxes)[:, 2:]
         assert (low >= 0).all() and (high <= diagram.size).all()
         shared = (np.minimum(high[:, None], high) - np.maximum(low[:, None], low)).clip(min=0).prod(axis=2)
