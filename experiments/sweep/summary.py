@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from statistics import NormalDist, median
+from statistics import median
 from typing import Any
 
 from rich.console import Console
@@ -24,10 +23,10 @@ def wilson(count: int, total: int) -> list[float] | None:
     """Return Wilson's score interval of a share, [low, high] at 95 %; None of nothing."""
     if not total:
         return None
-    z = NormalDist().inv_cdf(0.975)
-    rate = count / total
-    middle, half = rate + z * z / (2 * total), z * math.sqrt(rate * (1 - rate) / total + (z / (2 * total)) ** 2)
-    return [round((middle + sign * half) / (1 + z * z / total), 6) for sign in (-1, 1)]
+    from scipy.stats import binomtest  # takes a second to load
+
+    interval = binomtest(count, total).proportion_ci(0.95, "wilson")
+    return [round(float(end), 6) for end in interval]
 
 
 def summarise(header: Mapping[str, Any], records: Sequence[RolloutRecord], *, rollouts: int) -> dict[str, Any]:
