@@ -11,6 +11,9 @@ from scipy.spatial.transform import Rotation
 CONTROL_PERIOD_S = 0.01
 """Time between two joint references, s."""
 
+PATH_PERIOD_S = 0.03
+"""Time between two points of a path for which the joints are solved, s; a smooth curve joins them."""
+
 SPEED_M_S, ACCELERATION_M_S2 = 0.60, 2.5
 """Greatest speed and acceleration of the tool: a loaded block stays far from slipping (15 N hold 0.55 N)."""
 
@@ -72,14 +75,16 @@ class ToolPose:
 
 @dataclass(frozen=True)
 class ToolPath:
-    """A movement of the hand, sampled every `CONTROL_PERIOD_S`; the last sample is the goal.
+    """A movement of the hand, sampled every `PATH_PERIOD_S`, the first time after less; the last sample is the goal.
 
     Attributes:
+        times: (N,) multiples of `CONTROL_PERIOD_S`, s.
         positions: (N, 3) m.
         rotations: (N, 3, 3) of the tool frame.
         progress: (N,) share of the whole done, 0 .. 1.
     """
 
+    times: np.ndarray
     positions: np.ndarray
     rotations: np.ndarray
     progress: np.ndarray
@@ -160,7 +165,8 @@ def transfer_path(
         up, over, down, begin_over, begin_down = *[max(up, over, down)] * 3, 0.0, 0.0
     total = max(up, begin_over + over, begin_down + down)
 
-    t = np.arange(1, max(2, int(np.ceil(total / CONTROL_PERIOD_S))) + 1) * CONTROL_PERIOD_S
+    periods, every = max(2, int(np.ceil(total / CONTROL_PERIOD_S))), round(PATH_PERIOD_S / CONTROL_PERIOD_S)
+    t = np.arange(periods, 0, -every)[::-1] * CONTROL_PERIOD_S
     raised, carried, lowered = (
         smooth_step((t - begin) / span) if span else np.ones_like(t)
         for begin, span in ((0.0, up), (begin_over, over), (begin_down, down))
@@ -169,7 +175,7 @@ def transfer_path(
     angle = front + phi0 + sweep * carried
     z = start.position[2] + rise * raised - sink * carried - drop * lowered
     positions = np.column_stack([axis[0] + radius * np.cos(angle), axis[1] + radius * np.sin(angle), z])
-    return ToolPath(positions, _turned(start.rotation, tilt, about_z, carried), smooth_step(t / t[-1]))
+    return ToolPath(t, positions, _turned(start.rotation, tilt, about_z, carried), smooth_step(t / t[-1]))
 
 
 def _turned(rotation: np.ndarray, tilt: np.ndarray, about_z: np.ndarray, shares: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from bisect import bisect_left
 
 import mujoco
 import numpy as np
@@ -18,6 +19,10 @@ ADJACENT_M = 0.01
 CHECK_STEP_M = 0.008
 """Greatest distance that a point of the robot or its load moves between two checks along a path, or twice the clearance
 if that is more: what is farther away than half of it at both is not touched in between, however thin it is."""
+
+LOOK_AHEAD_M = 0.01
+"""Distance for the same rule: where nothing is nearer at both checks, they may be twice as far apart. The Panda's fifth
+and seventh link, either of which could come nearer to the other, are 2 cm apart wherever it goes."""
 
 MAX_NEARING_M = 0.001
 """By how much the arm may come nearer to what it is near to when it starts, m."""
@@ -53,8 +58,7 @@ class CollisionChecker:
         self._keep(ADJACENT_M)
         robot.put(self._data, robot.home, width=0.0)
         self._place(robot.home)
-        mujoco.mj_collision(model, self._data)
-        self._adjacent = self._pairs()
+        self._adjacent = self._pairs(self._data.contact.geom)
         robot.let_links_collide(model, apart_from=self._adjacent)
 
     @property
@@ -68,12 +72,6 @@ class CollisionChecker:
         reach = beyond.max() + np.append(np.cumsum(links[::-1])[::-1], 0.0)
         slides = [model.joint(name).type[0] == mujoco.mjtJoint.mjJNT_SLIDE for name in self._robot.joints]
         return np.where(slides, 1.0, reach)
-
-    @property
-    def hand_and_load(self) -> frozenset[str]:
-        """Names of the body that carries the tool and of what it holds, which do not move towards each other."""
-        carrier = int(self._model.site(self._robot.tool).bodyid[0])
-        return frozenset(self._names[body] for body in (carrier, self._load) if body >= 0)
 
     def see(
         self,
@@ -123,7 +121,7 @@ class CollisionChecker:
             self._data.qpos[self._widths] = self._robot.gripper.positions(width)
         self._keep(clearance)
         self._place(q)
-        return self._named()
+        return self._named(clearance)
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
         """Return whether the hand alone, opened to a width, m, would be inside a body with its tool in a pose.
@@ -146,7 +144,7 @@ class CollisionChecker:
         other = ~self._is_robot & (model.geom_bodyid != self._handled)
         return bool((geoms[pairs] & other[pairs[:, ::-1]]).any())
 
-    def blockers(self, path: np.ndarray, *, clearance: float, step: float | None = None) -> frozenset[str]:
+    def blockers(self, path: np.ndarray, *, clearance: float) -> frozenset[str]:
         """Return the names of the bodies in the first collision along (N, n) configurations; none if there is none.
 
         A body that is within the clearance at the start, such as an object that slipped against a finger, counts only
@@ -156,35 +154,39 @@ class CollisionChecker:
         Args:
             path: joint angles, straight between one row and the next.
             clearance: bodies nearer than this count as in collision, m.
-            step: greatest distance that a point moves between two checks, m; see `CHECK_STEP_M`.
         """
-        step = max(CHECK_STEP_M, 2 * clearance) if step is None else step
-        self._keep(clearance)
+        short_step, free_step = max(CHECK_STEP_M, 2 * clearance), 2 * max(LOOK_AHEAD_M, clearance)
+        self._keep(free_step / 2)
         self._place(path[-1])
         load = self._names[self._load] if self._load >= 0 else None
-        carriers = {pair for pair in self._named() if load in pair}
+        carriers = {pair for pair in self._named(clearance) if load in pair}
         self._place(path[0])
-        near = {name for _, name in self._named() - carriers}
+        near = {name for _, name in self._named(clearance) - carriers}
         least = self._nearest(near) - MAX_NEARING_M
-        done, stride, last, before = 0.0, 1.0, len(path) - 1, self._pose()
-        lines = np.diff(path, axis=0)
-        while done < last:
-            ahead = min(done + stride, last)
-            row = min(int(ahead), last - 1)
-            self._place(path[row] + (ahead - row) * lines[row])
+        turned = [0.0, *np.cumsum(np.abs(np.diff(path, axis=0)).sum(axis=1))]
+        done, stride, step, before = 0.0, short_step, short_step, self._pose()
+        while done < turned[-1]:
+            ahead = min(done + stride, turned[-1])
+            row = bisect_left(turned, ahead)
+            share = (turned[row] - ahead) / (turned[row] - turned[row - 1])
+            self._move(path[row] + share * (path[row - 1] - path[row]))
             pose = self._pose()
             moved = self._distance(before, pose)
-            longest = STEP_TARGET * stride * step / max(moved, 1e-9)
+            if moved <= step:
+                mujoco.mj_collision(self._model, self._data)
+                around = self._named(free_step / 2) - carriers
+                step = min(step, short_step if around else free_step)
             if moved > step:
-                stride = longest
+                stride *= STEP_TARGET * step / moved
                 continue
-            met = {name for _, name in self._named() - carriers}
+            met = {name for _, name in self._named(clearance) - carriers} if around else set()
             near &= met
             if met - near:
                 return frozenset(met - near)
             if near and self._nearest(near) < least:
                 return frozenset(near)
-            done, before, stride = ahead, pose, min(longest, 4 * stride)
+            step = short_step if around else free_step
+            done, before, stride = ahead, pose, stride * min(STEP_TARGET * step / max(moved, 1e-9), 4)
         return frozenset(near)
 
     def _let_collide(self) -> None:
@@ -208,7 +210,11 @@ class CollisionChecker:
             set_margins(self._model, margins)
 
     def _place(self, q: np.ndarray) -> None:
-        """Move the robot, and its load with the hand."""
+        """Move the robot, and its load with the hand, and find what is near to them."""
+        self._move(q)
+        mujoco.mj_collision(self._model, self._data)
+
+    def _move(self, q: np.ndarray) -> None:
         self._data.qpos[self._arm] = q
         mujoco.mj_kinematics(self._model, self._data)
         if self._load >= 0:
@@ -237,26 +243,31 @@ class CollisionChecker:
         moved += self._radii * np.sqrt(np.vecdot(turns, turns))
         return float(moved.max())
 
-    def _pairs(self) -> set[tuple[int, int]]:
-        """Return the pairs of bodies that must not touch: first the one that moves, of two that do the lower number."""
+    def _pairs(self, geoms: np.ndarray) -> set[tuple[int, int]]:
+        """Return the pairs of bodies with (N, 2) geoms that are near to each other and must not touch.
+
+        The first is the one that moves, or of two that do the one with the lower number. The hand and its load do not
+        move towards each other.
+        """
         found: set[tuple[int, int]] = set()
-        geoms = self._data.contact.geom
         bodies, fingers = self._model.geom_bodyid[geoms], self._is_finger[geoms]
         moves = self._is_robot[geoms] | (bodies == self._load)
-        wanted = ((bodies == self._handled) & fingers[:, ::-1]).any(axis=1)
-        counted = moves.any(axis=1) & ~wanted
+        wanted = ((bodies == self._handled) & fingers[:, ::-1]) | ((bodies == self._load) & self._hand[bodies[:, ::-1]])
+        counted = moves.any(axis=1) & ~wanted.any(axis=1)
         for (one, other), (moves_one, moves_other) in zip(
             bodies[counted].tolist(), moves[counted].tolist(), strict=True
         ):
             found.add((one, other) if moves_one and (one < other or not moves_other) else (other, one))
         return found - self._adjacent
 
-    def _named(self) -> frozenset[tuple[str, str]]:
-        """Return the names of the bodies in collision; most contacts are those of the check before."""
-        mujoco.mj_collision(self._model, self._data)
-        contacts = self._data.contact.geom.tobytes()
+    def _named(self, clearance: float) -> frozenset[tuple[str, str]]:
+        """Return the names of the bodies within a clearance, m; most contacts are those of the check before."""
+        contact, geoms = self._data.contact, self._data.contact.geom
+        if clearance < self._clearance:
+            geoms = geoms[contact.dist < contact.includemargin * (clearance / self._clearance)]
+        contacts = geoms.tobytes()
         if contacts not in self._known:
-            self._known[contacts] = frozenset((self._names[a], self._names[b]) for a, b in self._pairs())
+            self._known[contacts] = frozenset((self._names[a], self._names[b]) for a, b in self._pairs(geoms))
         return self._known[contacts]
 
     def _nearest(self, others: set[str]) -> float:

@@ -49,14 +49,13 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: fl
     checker = cell.collision_checker(touching=False)
     near = checker.touches(cell.reference, clearance=clearance)
     touched = checker.touches(cell.reference)
-    steady = touched | {pair for pair in near if checker.hand_and_load == set(pair)}
     known: dict[bytes, set[str]] = {}
 
     def met(q: np.ndarray) -> set[str]:
         if (question := q.tobytes()) not in known:  # searches ask again for the ends of their edges
             close = checker.touches(q, clearance=clearance)
             found = close - near
-            if not found and close - steady:
+            if not found and close - touched:
                 found = checker.touches(q) - touched
             known[question] = {other for _, other in found}
         return known[question]
