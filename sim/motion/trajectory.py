@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 CONTROL_PERIOD_S = 0.01
 """Time between two joint references, s."""
 
-PATH_PERIOD_S = 0.03
-"""Time between two points of a path for which the joints are solved, s; a smooth curve joins them."""
+PATH_PERIODS = 3
+"""Number of control periods between two points of a path for which the joints are solved; a smooth curve joins them."""
 
 SPEED_M_S, ACCELERATION_M_S2 = 0.60, 2.5
 """Greatest speed and acceleration of the tool: a loaded block stays far from slipping (15 N hold 0.55 N)."""
@@ -75,7 +75,7 @@ class ToolPose:
 
 @dataclass(frozen=True)
 class ToolPath:
-    """A movement of the hand, sampled every `PATH_PERIOD_S`, the first time after less; the last sample is the goal.
+    """A movement of the hand, sampled every `PATH_PERIODS`, the first time after fewer; the last sample is the goal.
 
     Attributes:
         times: (N,) multiples of `CONTROL_PERIOD_S`, s.
@@ -165,8 +165,7 @@ def transfer_path(
         up, over, down, begin_over, begin_down = *[max(up, over, down)] * 3, 0.0, 0.0
     total = max(up, begin_over + over, begin_down + down)
 
-    periods, every = max(2, int(np.ceil(total / CONTROL_PERIOD_S))), round(PATH_PERIOD_S / CONTROL_PERIOD_S)
-    t = np.arange(periods, 0, -every)[::-1] * CONTROL_PERIOD_S
+    t = np.arange(max(2, int(np.ceil(total / CONTROL_PERIOD_S))), 0, -PATH_PERIODS)[::-1] * CONTROL_PERIOD_S
     raised, carried, lowered = (
         smooth_step((t - begin) / span) if span else np.ones_like(t)
         for begin, span in ((0.0, up), (begin_over, over), (begin_down, down))

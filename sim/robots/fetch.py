@@ -117,7 +117,9 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
     for name, rgba in PALETTE.items():
         spec.add_material(name=f"fetch_{name}", rgba=rgba, specular=0.35, shininess=0.4)
     for geom in spec.geoms:
-        geom.contype, geom.conaffinity, geom.material, geom.margin = 2, 1, "", 0.0
+        geom.contype, geom.conaffinity, geom.margin = 2, 1, 0.0
+        # Written as MJCF, a geom without a material has its class's.
+        geom.material = geom.classname.geom.material = ""
     for mesh in list(spec.meshes):
         geom = spec.geom(mesh.name)
         if geom is None:

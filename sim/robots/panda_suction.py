@@ -42,6 +42,7 @@ def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     hand, tool = spec.body("hand"), spec.site(PANDA.tool).pos
     cup = hand.add_body(name="suction_cup", pos=tool, gravcomp=1)
     cup.mass, cup.inertia, cup.explicitinertial = CUP_MASS_KG, np.full(3, CUP_INERTIA_KG_M2), True
+    cup.ipos = [0.0, 0.0, 0.0]  # without it MuJoCo writes no inertia
     spring = cup.add_joint(name="suction_cup", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], range=[-TRAVEL_M, 0.0])
     spring.stiffness[0], spring.springref, spring.damping[0], spring.armature = STIFFNESS_N_M, PRELOAD_M, 5.0, 0.0
     spring.limited = mujoco.mjtLimited.mjLIMITED_TRUE

@@ -11,6 +11,7 @@ from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.completion import complete
 from experiments.cli.files import check_new, make_folder, write_bytes
+from experiments.cli.options import add_options
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
 from prefplan.errors import PrefplanError
@@ -23,7 +24,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     examples = (
         "prefplan run case_study_3 --no-video && prefplan export out/case_study_3/cost.npz --to glb",
         "prefplan export out/case_study_3/preference.npz --to glb --out arm.glb --force",
-        "prefplan export case_study_3 --to mjcf",
+        "prefplan export case_study_3 --to mjcf --robot fetch",
     )
     more = (
         "glb: a run as binary glTF 2.0, y upwards, in metres; the animation's time is the simulated time, s.\n\n"
@@ -42,6 +43,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--out", type=Path, metavar="PATH", help="file, or folder for mjcf (default: beside the log, out/NAME/mjcf)"
     )
     complete(out, shtab.FILE)
+    add_options(parser, "--robot")
     parser.add_argument("--force", action="store_true", help="replace what is there already")
 
 
@@ -49,6 +51,8 @@ def export(options: argparse.Namespace) -> int:
     """Write a run as an animated 3-D scene for Blender, or a scenario's scene for MuJoCo."""
     if options.to == "mjcf":
         return _export_scene(options)
+    if options.robot is not None:
+        raise PrefplanError("--robot: goes with --to mjcf; the log of a run tells its robot")
     run = Path(options.source)
     if run.suffix != ".npz":
         raise PrefplanError(f"{run}: --to glb takes the log of a run, an .npz file that `prefplan run` wrote")
@@ -74,10 +78,11 @@ def _export_scene(options: argparse.Namespace) -> int:
     folder: Path = options.out or Path("out", scenario.name, "mjcf")
     check_new(folder, force=options.force)
     with loading():
+        from experiments.cli.simulation_options import robot_of
         from experiments.runs.carry_out import scene_of
         from sim.export.mjcf import encode_mjcf
 
-    files = encode_mjcf(scene_of(scenario))
+    files = encode_mjcf(scene_of(scenario, robot=robot_of(options.robot)))
     for name, data in files.items():
         make_folder((folder / name).parent)
         write_bytes(folder / name, data)

@@ -37,6 +37,11 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(
         (["text.npz", "--to", "glb", "--out", "arm.gltf"], "arm.gltf: the file's name ends in .glb"),
         (["text.npz", "--to", "gbl"], "--to: unknown value 'gbl' (did you mean 'glb'?)"),
         (["text.npz", "--to", "mjcf"], "text.npz: --to mjcf takes a scenario's name or file, not the log of a run"),
+        (
+            ["text.npz", "--to", "glb", "--robot", "fetch"],
+            "--robot: goes with --to mjcf; the log of a run tells its robot",
+        ),
+        (["case_study_3", "--to", "mjcf", "--robot", "sofa"], "--robot: unknown name 'sofa' (valid: panda, "),
         (["text.npz"], "the following arguments are required: --to"),
     ],
 )
@@ -53,7 +58,7 @@ def test_a_scene_is_written_as_a_folder_that_mujoco_reads(run: Run, monkeypatch:
     model = mujoco.MjModel.from_xml_path("out/cup/mjcf/scene.xml")
     assert model.key("start").qpos.shape == (model.nq,)
     assert_is_error(run("export", "cup.toml", "--to", "mjcf"), "out/cup/mjcf: already exists; --force replaces it")
-    monkeypatch.setattr(mjcf, "encode_mjcf", lambda scene: {"scene.xml": b"again"})
-    assert run("export", "cup.toml", "--to", "mjcf", "--force").status == 0
-    assert Path("out/cup/mjcf/scene.xml").read_bytes() == b"again"
+    monkeypatch.setattr(mjcf, "encode_mjcf", lambda scene: {"scene.xml": scene.robot.name.encode()})
+    assert run("export", "cup.toml", "--to", "mjcf", "--force", "--robot", "panda_suction").status == 0
+    assert Path("out/cup/mjcf/scene.xml").read_text() == "panda_suction"
     assert_is_error(run("export", "none", "--to", "mjcf"), "none")

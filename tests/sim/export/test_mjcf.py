@@ -15,7 +15,7 @@ from sim.export.mjcf import encode_mjcf
 from sim.world.scene import Scene, build_scene, initial_state
 
 SHELF = """[model.fixtures]
-shelf = { kind = "shelf", at = [0.65, 0.35, 0], size = [0.2, 0.3, 0.4], yaw = 180, boards = [0.2] }
+shelf = { kind = "shelf", at = [0.7, 0.5, 0], size = [0.2, 0.3, 0.4], yaw = 180, boards = [0.2] }
 [model.robot]
 at = [0, 0.05, 0.1]
 yaw = 10
@@ -40,9 +40,10 @@ ARRAYS = (
 )
 
 
-@pytest.fixture(scope="module")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, mujoco.MjModel]:
-    scene = build_scene(loads(cup_scenario().replace("[model.locations]", SHELF)).model)  # type: ignore[arg-type]
+@pytest.fixture(scope="module", params=["panda", "fetch", "panda_suction"])
+def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, mujoco.MjModel]:
+    text = cup_scenario().replace("[model.locations]", SHELF)
+    scene = build_scene(loads(text).model, robot=request.param)  # type: ignore[arg-type]
     folder: Path = tmp_path_factory.mktemp("scene")
     for name, data in encode_mjcf(scene).items():
         (folder / name).parent.mkdir(exist_ok=True)
