@@ -64,8 +64,10 @@ def _configuration(arm: Arm, slot: Slot, *, grasping: float, carrying: float) ->
     if q is None or reach(arm, slot, carrying) is None:
         stack = "" if q is None else f" when it passes over a stack {carrying - CARRYING_HEIGHT_M:.2f} m high"
         farthest = _farthest(arm, slot, (grasping, carrying))
-        enough = f": at most {farthest:.2f} m in this direction" if farthest else ""
-        raise SimulationError(f"{where}, beyond its reach{stack}{enough}")
+        above = slot.position[2] - robot.position[2]
+        height = f"{abs(above):.2f} m {'above' if above > 0 else 'below'} its base"
+        enough = f"at most {farthest:.2f} m" if farthest else f"nowhere does it reach {height}"
+        raise SimulationError(f"{where}, beyond its reach{stack}: {enough} in this direction")
     return q
 
 

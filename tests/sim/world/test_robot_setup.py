@@ -64,6 +64,12 @@ def test_distances_are_told_from_the_base() -> None:
         build_scene(loads(text).model)  # type: ignore[arg-type]
 
 
+def test_a_base_that_stands_too_high_is_told() -> None:
+    text = cup_scenario().replace("[model.locations]", "[model.robot]\nat = [0, 0, 9]\n[model.locations]")
+    with pytest.raises(SimulationError, match=r"nowhere does it reach 9\.00 m below its base in this direction"):
+        build_scene(loads(text).model)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("robot", "message"),
     [
