@@ -30,17 +30,17 @@ if TYPE_CHECKING:
     from experiments.report.recordings import Recording
 
 MOVE_TIME_S = 0.25
-"""Time of a move on a grid on the page."""
+"""Time of a move on a grid on the page, s."""
 
 ACTION_TIME_S = 1.0
-"""Time of any other action on the page, where no run gives it."""
+"""Time of any other action on the page that was not carried out, s."""
 
 MAX_PAIRED = 20
-"""Most plans that are each compared with every cheaper one; of more, each with its neighbour and the cheapest."""
+"""Greatest number of plans to compare each with every cheaper one, not only with its neighbour and the cheapest."""
 
 
 def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recording]) -> dict[str, Any]:
-    """Return the page's data, JSON-ready; some of the plans have recordings, by number."""
+    """Return the page's data, JSON-ready; `recordings` are of some plans, by their numbers on the front."""
     problem = scenario.problem()
     plan_map = map_of(scenario)
     named = titles(scenario)
@@ -71,8 +71,8 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
 def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
     """Check a plan's costs, tasks, relaxations and preferences by their definitions, and yield the checks.
 
-    The ledger gives the labels and the costs of the plan's actions; what tasks cost in other costs than the first one
-    is known from it alone.
+    Labels and costs of the actions are taken from the ledger, and so are the claimed task costs in all but the first
+    cost.
     """
     yield Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
     columns = [ledger.costs, *ledger.more_costs.values()]
@@ -102,7 +102,7 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
 
 
 def _rank(problem: Problem, front: Front, i: int) -> str | None:
-    """Return what a point of a front is, if it lies at an end; the far end of an unfinished front is not known."""
+    """Return what a point at an end of a front is called, or None; the end of an unfinished front is unknown."""
     if not problem.is_bi_objective:
         least = [
             name for name in front.objectives if front[i].objectives[name] == min(p.objectives[name] for p in front)
@@ -218,7 +218,7 @@ def _rule(rule: Rule) -> dict[str, str]:
     price = "" if rule.skip is None else f"; it may be broken once, for {number(rule.skip)}"
     never = rule.broken
     if isinstance(never, Until) and (never.left, never.low, never.high) == (TRUE, 0, None):
-        never = never.right  # what never holds at last never holds
+        never = never.right  # never `F a` means never `a`
     return {
         "name": rule.name,
         "formula": " ".join(rule.formula.split()),

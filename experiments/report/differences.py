@@ -1,4 +1,4 @@
-"""What tells plans apart: the objects that they put aside, and the landmarks on their paths."""
+"""Differences between plans: the objects that they put aside, and the landmarks on their paths."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ class Parking:
 
 
 def set_aside(model: Model, plan: Ledger, other: Ledger) -> list[Parking]:
-    """Return what a plan puts aside although the other does not."""
+    """Return what a plan puts aside and the other one does not."""
     return list((Counter(parkings(model, plan)) - Counter(parkings(model, other))).elements())
 
 
 def common(one: Sequence[str], other: Sequence[str]) -> int:
-    """Return the number of equal entries that two sequences begin with."""
+    """Return the length of the common prefix of two sequences."""
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))
 
 
 def parkings(model: Model, plan: Ledger) -> tuple[Parking, ...]:
-    """Return what is put down and later grasped again, without any use for a task.
+    """Return the objects that are put down and later grasped again, without use for a task.
 
-    It is of no use if no task's automaton changed its state, and no mark was left that a formula mentions.
+    A release is without use if it changes no automaton's state and adds no mark that a formula mentions.
     """
     if not isinstance(model, ManipulationModel):
         return ()
@@ -67,5 +67,5 @@ def _mentioned(plan: Ledger) -> frozenset[str]:
 
 
 def _advancing(plan: Ledger) -> set[int]:
-    """Return after which actions some task's automaton has changed its state."""
+    """Return the numbers of the actions, from 1, that change the state of a task's automaton."""
     return {step for task in plan.problem.names for step in plan.advances(task)}

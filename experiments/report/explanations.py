@@ -20,7 +20,7 @@ from prefplan.preferences.kinds import Order
 from prefplan.scenario.decode import Model, Scenario
 
 Explanation = tuple[str, list[str]]
-"""One sentence on why a plan costs what it costs, and further sentences."""
+"""A headline on why a plan costs what it costs, and further sentences."""
 
 
 @dataclass(frozen=True)
@@ -86,10 +86,10 @@ def _explain_several(scenario: Scenario, plan: NamedPlan, other: NamedPlan, name
 
 
 def _means(model: Model, plan: Ledger, other: Ledger) -> str:
-    """Return what a plan does differently, as a clause; empty where there is nothing to say."""
+    """Return what a plan does differently, as a clause, or an empty string."""
     mine, theirs = plan.actions, other.actions
     if parked := set_aside(model, plan, other):
-        # The others follow from the first.
+        # The first difference explains the others.
         spared = [parking for parking in set_aside(model, other, plan) if parking.obj == parked[0].obj]
         instead = f" instead of {at_words(spared[0].place, model)}" if spared else ""
         return _parked(parked[:1] if spared else parked, model) + instead
@@ -119,7 +119,7 @@ def _means(model: Model, plan: Ledger, other: Ledger) -> str:
 def _gains(
     scenario: Scenario, plan: NamedPlan, other: NamedPlan, name: Mapping[str, str]
 ) -> tuple[list[str], list[str]]:
-    """Return what the preference gains, as clauses, and what it loses again."""
+    """Return what is better for the preference, and what is worse, as clauses."""
     gains, losses = _relaxed(plan.plan, other.plan, name)
     if not gains and isinstance(scenario.preference, Order):
         order = scenario.preference.order or tuple(name)
@@ -166,7 +166,7 @@ def _before(ledger: Ledger, one: str, other: str) -> bool:
 
 
 def _relaxed(plan: Plan, other: Plan, name: Mapping[str, str]) -> tuple[list[str], list[str]]:
-    """Return which tasks are relaxed for less, as clauses, and which for more."""
+    """Return which tasks are relaxed for less, and which for more, as clauses."""
 
     def done(plan: Plan, task: str) -> str:
         bought = [purchase for purchase in plan.relaxations if purchase.task == task]

@@ -58,8 +58,8 @@ def write_page(
 ) -> Path:
     """Write a report's page and all that it needs besides videos and logs; return its path.
 
-    Recordings are of some of the plans, by number, and their files lie in the folder; notices are sentences for the
-    reader.
+    Recordings are of some plans, by their numbers on the front; their files must be in the folder. Notices are
+    sentences for the reader.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -71,7 +71,7 @@ def write_page(
     write_bytes(folder / PARTS / VEGA, _library())
     has_scene = False
     if recordings:
-        # Loads MuJoCo, which the page of a grid does without.
+        # Imported late: it loads MuJoCo, which the page of a grid does not need.
         from experiments.report.scene import write_scene
 
         has_scene = write_scene(recordings, folder / PARTS)
@@ -112,7 +112,7 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
 
 
 def _preferences(scenario: Scenario) -> list[str]:
-    """Return each preference in words, of several with its name and the cost in which it counts."""
+    """Return each preference in words; several also with their names and the costs that they count in."""
     problem = scenario.problem()
     words = [in_words(named.preference, problem.names) for named in problem.preferences]
     if problem.is_bi_objective:
@@ -122,13 +122,13 @@ def _preferences(scenario: Scenario) -> list[str]:
 
 
 def _range(front: Front, objective: str) -> str:
-    """Return between what an objective lies."""
+    """Return the range of an objective on a front, in words."""
     values = [plan.objectives[objective] for plan in front]
     return f"{objective} from {number(min(values))} to {number(max(values))}"
 
 
 def _single(front: Front, objectives: Sequence[str] | None) -> str:
-    """Return what is so of the only plan of a front; of one cost and one preference they are not named."""
+    """Return a sentence about the only plan of a front; `objectives` is None for one cost and one preference."""
     if not front.complete:
         return "One plan is known; there may be better ones."
     if objectives is None:
@@ -138,7 +138,7 @@ def _single(front: Front, objectives: Sequence[str] | None) -> str:
 
 
 def _trade_off(front: Front, data: Mapping[str, Any]) -> str:
-    """Return the difference between the ends of a front in a sentence; empty where there is no plan."""
+    """Return the difference between the ends of a front, as a sentence; empty without a plan."""
     if len(front) < 2:
         return _single(front, data["objectives"]) if len(front) else ""
     if data["objectives"]:

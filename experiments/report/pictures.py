@@ -1,4 +1,4 @@
-"""The pictures of a page that are drawn beforehand: automata, and plans on maps and graphs."""
+"""The pictures of a page that are drawn in advance: automata, and plans on maps and graphs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
 
 
 def graph_data(scenario: Scenario, plan: Plan) -> dict[str, Any] | None:
-    """Return what the page has to know of a plan's picture on a graph; None if there is none."""
+    """Return the page's data on a plan's picture on a graph, JSON-ready; None if there is no picture."""
     found = _route(scenario, plan)
     if found is None:
         return None
@@ -49,7 +49,7 @@ def graph_data(scenario: Scenario, plan: Plan) -> dict[str, Any] | None:
 
 
 def _with_files(svg: str, folder: Path) -> str:
-    """Write the pixels of a picture to files, so that pictures of the same ground share one."""
+    """Write the pixels of a picture to files, so that maps with the same background share one."""
 
     def written(match: re.Match[str]) -> str:
         pixels = base64.b64decode(match[1])
@@ -62,7 +62,7 @@ def _with_files(svg: str, folder: Path) -> str:
 
 
 def _automaton(found: Automaton) -> str:
-    """Return an automaton's picture, or a sentence where it is too large for one."""
+    """Return an automaton's picture, or a sentence if it is too large to draw."""
     try:
         return automaton.svg(found)
     except AutomatonSizeError as error:

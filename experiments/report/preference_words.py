@@ -21,7 +21,7 @@ class Share:
     Attributes:
         task: its name.
         preferred: what the preference asks of it, e.g. `second` or `by 17`.
-        missed: by how much it misses a limit; None where there is no limit.
+        missed: by how much it misses its place or limit; None if it has neither.
         adds: its share.
     """
 
@@ -32,7 +32,7 @@ class Share:
 
 
 def ordinal(place: int) -> str:
-    """Return the word for a place, counted from 0."""
+    """Return the ordinal of a place that is counted from 0."""
     return ORDINALS[place] if place < len(ORDINALS) else f"{place + 1}th"
 
 
@@ -73,7 +73,7 @@ def in_words(preference: Preference, tasks: Sequence[str]) -> str:
 def shares(preference: Preference, plan: Plan) -> tuple[Share, ...]:
     """Return the shares of the tasks in a plan's preference penalty.
 
-    They add up to that value; where it is not a sum over tasks, nothing is returned.
+    They add up to that value; nothing is returned if it is not a sum over tasks.
     """
     paid = getattr(preference, "over", "cost") == "violation"
     amounts = {name: exact(cost) for name, cost in (plan.violation_costs if paid else plan.task_costs).items()}
@@ -109,7 +109,7 @@ def shares(preference: Preference, plan: Plan) -> tuple[Share, ...]:
 
 
 def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction]) -> tuple[Share, ...]:
-    """Return the delay of each task for its place; members of a group take its places as they are done."""
+    """Return the delay of each task for its place; members of a group take its places in the order they are done."""
     times, found = sorted(costs[name] for name in _flat(order)), list[Share]()
     for entry in order:
         members = [entry] if isinstance(entry, str) else sorted(entry, key=costs.__getitem__)

@@ -1,4 +1,4 @@
-"""Plans carried out for a report, each once: the results of an earlier call in the same folder are used again."""
+"""Plans carried out for a report; the results of an earlier call in the same folder are reused."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Recording:
         outcome: the documented JSON of `prefplan run`.
         certificate: the documented JSON of `prefplan verify`.
         video: its file, or None.
-        no_video: why there is none although one was asked for.
+        no_video: why there is none although one was requested.
     """
 
     log: Log
@@ -57,10 +57,10 @@ def record_all(
     tell: Tell = lambda stage, done, total, what: None,
     **look: Unpack[Look],
 ) -> tuple[dict[int, Recording], tuple[str, ...], bool]:
-    """Carry plans out and render their videos, up to the first that the user interrupts.
+    """Carry plans out and render their videos, until the user interrupts.
 
-    The plans are given by their numbers on the front. Results go to an existing folder, as `plan_I` with several
-    endings. The rest is as of `carry_out`.
+    The plans are given by their numbers on the front. Results are written to an existing folder, as `plan_I` with
+    various suffixes. The other arguments are those of `carry_out`.
 
     Returns:
         The recordings by the plans' numbers, notices for the reader, and whether the user ended it early.
@@ -114,7 +114,7 @@ def _record(
     # An incomplete result must not look complete: the record is removed first and written last.
     path.with_suffix(".json").unlink(missing_ok=True)
     file = path.with_suffix(".mp4") if video else None
-    # The page itself says what captions would.
+    # The page itself shows what captions would.
     outcome = carry_out(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=tell, **look)
     return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, **look)
 
@@ -122,8 +122,8 @@ def _record(
 def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:
     """Write the log of an outcome, its certificate and, when these are complete, its record.
 
-    They lie at `path` with the endings `.npz`, `.certificate.json` and `.json`, where a video lies at `.mp4`. The plan
-    is the first one.
+    Their paths are `path` with the suffixes `.npz`, `.certificate.json` and `.json`; that of a video must have `.mp4`.
+    `plan` is the one before any replanning.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -140,7 +140,7 @@ def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: P
 
 
 def read(path: Path) -> Recording | None:
-    """Return the recording at a path without an ending, or None if a file is missing or broken."""
+    """Return the recording at a path without a suffix, or None if a file is missing or broken."""
     try:
         outcome = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
         certificate = json.loads(path.with_suffix(".certificate.json").read_text(encoding="utf-8"))
@@ -154,7 +154,7 @@ def read(path: Path) -> Recording | None:
 
 
 def _rendered(quality: Quality = DRAFT, camera: str = "fixed") -> dict[str, Any]:
-    """Return how a video looks, JSON-ready."""
+    """Return the settings of a video, JSON-ready."""
     return asdict(quality) | {"size": list(quality.size), "camera": camera}
 
 

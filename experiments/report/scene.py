@@ -1,4 +1,4 @@
-"""The 3-D scene of a report: one for all runs, in scripts that a page can load from a disk, and its viewer."""
+"""The 3-D scene of a report, one for all runs, and its viewer, as scripts that a page can load from disk."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ LIBRARY = "three.js"
 """File of the viewer's library: three.js with its loader of glTF, MIT, three.js authors."""
 
 SCENE = "scene_data.js"
-"""File of the scene: a browser reads no other file of a disk than a script."""
+"""File of the scene: of the files on a disk, a page can load only scripts."""
 
 LIBRARY_END = "THREE.GLTFLoader=GLTFLoader;})();"
-"""What the library ends with in the page that trimesh makes of a scene."""
+"""End of the library in the page that trimesh makes of a scene."""
 
 
 def write_scene(recordings: Mapping[int, Recording], folder: Path) -> bool:
-    """Write the scene of some runs and the library that shows it; return whether the library could be had.
+    """Write the scene of some runs and the library that shows it; return whether the library was found.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -42,7 +42,7 @@ def write_scene(recordings: Mapping[int, Recording], folder: Path) -> bool:
 
 
 def _library() -> str | None:
-    """Return the library as it comes with trimesh, with its licence; None if trimesh has another viewer."""
+    """Return the library that comes with trimesh, with its licence; None if trimesh has another viewer."""
     page = scene_to_html(box().scene())
     script = re.search(r"<script>(.*?)</script>", page, re.DOTALL)
     library, end, _ = (script[1] if script else "").partition(LIBRARY_END)

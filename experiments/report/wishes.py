@@ -1,4 +1,4 @@
-"""Wishes on a page of three and more objectives: a largest value of one, and what that costs in the others."""
+"""Wishes on a page with three or more objectives: upper limits of some, and what these cost in the others."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WORDS = {
     "instead": "With the other wishes, {alone}.",
     "left": "{left} of {all} plans left.",
 }
-"""Sentences that the page fills in as wishes change; `rest` is the least of what a wish leaves."""
+"""Sentences that the page fills in as wishes change; `rest` is the least value among the plans that a wish leaves."""
 
 FOUND = {
     "rise": "{name} from {least} to {rest}",
@@ -27,13 +27,13 @@ FOUND = {
     "conflict": "None of the plans found has {wishes} at once.",
     "alone": "{name} is {rest} among the plans found",
 }
-"""Those that say less where the front is not known in whole."""
+"""Weaker sentences for a front that is not known completely."""
 
 
 def wishes(front: Front) -> dict[str, Any]:
-    """Return what the page has to know for wishes, JSON-ready.
+    """Return the page's data on wishes, JSON-ready.
 
-    Values are compared by their places among those that occur, which is exact however large or fine they are.
+    Values are compared by their ranks among those that occur, since JavaScript's floats could not tell all apart.
     """
     exact = front.complete and not front.within
     values = {name: sorted({plan.objectives[name] for plan in front}) for name in front.objectives}

@@ -1,1 +1,1 @@
-"""What is said of a run, proven from its log alone."""
+"""Logs of runs, and certificates: checks of every claim about a run, made from its log alone."""

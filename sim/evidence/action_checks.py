@@ -1,4 +1,4 @@
-"""Actions in a log: where the hand went, and whether the recorded events are those of the actions and the frames."""
+"""Checks of the actions in a log: where the hand went, and whether recorded events agree with actions and frames."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
 POINTED_M = np.linspace(0, 0.12, 13)
-"""Distances from the tool at which the hand counts as over a location that it points at, m."""
+"""Distances ahead of the tool of the points that decide which location a hand is over, m."""
 
 NEARER_M = 0.005
 """The hand is over a location if no other one is nearer by more than this."""
 
 GOING_ON_M = 2 * AT_LOCATION_M
-"""After a surprise the hand may go on from a location that is nearer than this."""
+"""After a mismatch, the next action may begin at any location nearer to the hand than this, m."""
 
 ELSEWHERE = ""
-"""Where the hand is if it is over no location of the scenario."""
+"""Stands for a place that is no location of the scenario."""
 
 ARRIVAL_S = 0.35
-"""A movement ends at most this long after its action: meanwhile the next one may begin."""
+"""A movement may still settle for this long after its action has ended."""
 
 GRIP_WINDOW_S = 2.5
-"""A recorded grip was measured at most this long before its event: what is heavy is lifted slowly."""
+"""A recorded grip was measured at most this long before its event: heavy objects are lifted slowly."""
 
 GRIP_TOLERANCE_N, GRIP_TOLERANCE = 2.0, 0.3
 """Greatest difference of a recorded grip from the pads' forces, N and as a share."""
@@ -40,23 +40,23 @@ PLACEMENT_TOLERANCE_M = 0.001
 """Greatest difference of a recorded placement error from the frames', where observations have no noise."""
 
 NOISE_FACTOR = 4
-"""Standard deviations of the noise by which a recorded placement error may differ further."""
+"""Further difference that is allowed, in standard deviations of the observation noise."""
 
 ROUNDING_S = 1e-6
-"""Greatest error of a time."""
+"""Greatest rounding error of a time, s."""
 
 LAST_EVENT_S = 1.0
 """An event is recorded at most this long after the last frame."""
 
 SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "unaffected", "ended")
-"""The event of an action that did not do what was predicted, and the events of which one follows it."""
+"""Kind of the event of an action without its predicted effect, and the kinds of which one must follow."""
 
 
 def check_hand(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
-    """Check that the hand went where the actions say, and that none that a grasp or a release needs is left out.
+    """Check that the hand went where the actions say, and that no grasp or release lacks the move that it needs.
 
-    Every transit and transport that succeeded ended with the hand over its location. An object is taken from the
-    location to which the hand was brought, and released there; after a surprise also where frames show the hand.
+    Every transit and transport that succeeded must end with the hand over its location. Grasps and releases must be at
+    the location to which the hand was last moved; after a mismatch, also where the frames show the hand.
     """
     answers = [event.time for event in log.about.events if event.kind in ANSWERS]
     over, since, checked = {world.model.start}, -math.inf, 0
@@ -73,7 +73,7 @@ def check_hand(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
         elif world.model.operator(symbolic.kind).travels:
             over = {symbolic.location}
             if symbolic.location not in world.scene.slots:
-                # After a surprise an object may lie off every location: the place where it is has a name of its own.
+                # After a mismatch, an object may lie off every location, at a temporary one.
                 objection = None if min(answers, default=math.inf) <= now else "there is no such location"
             elif not _surprise(log, action):
                 checked += 1
@@ -94,19 +94,18 @@ def _objection_to_hand(world: RecordedWorld, action: Action, over: set[str], lab
     """
     obj, places = action.obj, world.scene.slots.keys()
     needed = action.location or next((place for place in places if at(obj, place) in label), None)
-    if needed is None:  # an object off every location, or one that the scenario does not have
+    if needed is None:  # the object is off every location, or not in the scenario
         known = any(obj == other.name for other in world.model.objects)
         return f"no action before it brings the hand to where {obj} is" if known and over <= places else None
     return None if needed in over else f"no action before it brings the hand to {needed}"
 
 
 def _distances(world: RecordedWorld, frames: Sequence[int]) -> dict[str, np.ndarray]:
-    """Return for each location how far what the hand points at is from its middle or the nearest slot, by frame, m."""
+    """Return, by location, the (frames,) distances from what the hand points at to its middle or nearest slot, m."""
     hands = []
     for frame in frames:
         world.show(frame)
         hands.append(world.pointed_at(POINTED_M))
-    # A tilted hand is over what it points at.
     points = np.array(hands)[:, :, None, :2]
     far = {}
     for place, slots in world.scene.slots.items():
@@ -122,7 +121,7 @@ def _near(world: RecordedWorld, time: float) -> list[str]:
 
 
 def _objection_to_end(world: RecordedWorld, action: LoggedAction, location: str) -> str | None:
-    """Return where the hand is as an action ends that was to bring it to a location, or None if it is there."""
+    """Return where the hand is instead at the end of an action that moves it to a location, or None."""
     far = _distances(world, range(world.frame_at(action.end), world.frame_at(action.end + ARRIVAL_S) + 1))
     least = np.min([*far.values()], axis=0)
     if not np.all(far[location] > np.minimum(least + NEARER_M, AT_LOCATION_M)):
@@ -138,7 +137,7 @@ def _surprise(log: Log, action: LoggedAction) -> bool:
 
 
 def check_events(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
-    """Check that each action has the events that its frames call for, and no others."""
+    """Check that each action has the events that its frames imply, and no others."""
     name, events = "events", log.about.events
     for k, (action, label) in enumerate(zip(log.about.actions, trace[1:], strict=True), 1):
         own = [event for event in events if action.start < event.time <= action.end + ROUNDING_S]
@@ -173,7 +172,7 @@ def _objection(
         found = [event for event in own if event.kind == kind]
         if found and symbolic.kind != needed:
             return f"it has an event `{kind}`, which is not of its kind"
-        # An object that slips may land where it was to be released.
+        # A failed grasp or release has no such event even if the object ends up where it should be.
         if symbolic.kind == needed and not failed and SURPRISED not in kinds and len(found) != 1:
             return f"it has {len(found)} events `{kind}`, not one"
         judge = _objection_to_grip if kind == "grasped" else _objection_to_place
@@ -203,7 +202,7 @@ def _objection_to_grip(log: Log, world: RecordedWorld, action: Action, event: Ev
 def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: Event) -> str | None:
     if (event.detail.get("object"), event.detail.get("location")) != (action.obj, action.location):
         return "its release is recorded of another object or location"
-    # What was knocked may still move, and turn round at a wall between the two frames.
+    # An object that was knocked may still move, and bounce off a wall between the two frames.
     frame = world.frame_at(event.time)
     around, (pose, rates) = slice(frame, frame + 2), columns(world.mujoco, action.obj)
     recorded, centres = float(event.detail["error_mm"]) / 1000, world.qpos[around, pose][:, :2]

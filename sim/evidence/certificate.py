@@ -1,8 +1,8 @@
-"""The certificate of a run: everything that is said of it, derived again from its log alone.
+"""The certificate of a run: every claim about it, derived again from its log alone.
 
 The propositions after each action are read from the recorded frames (`sim.evidence.replay`). On that trace
-`prefplan.claims` derives tasks, costs and mu from their definitions. To judge the run, this uses neither its
-observations, nor the planner's automata, nor `prefplan.ledger`, on purpose.
+`prefplan.claims` derives tasks, costs and mu from their definitions. On purpose, this uses neither the run's
+observations, nor the planner's automata, nor `prefplan.ledger`.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Certificate:
     """The result of checking a log.
 
     Attributes:
-        claims: checks of what is said of the run: whether it was completed, its costs, the effect of each action.
+        claims: checks of the claims about the run: whether it was completed, its costs, the effect of each action.
         motions: checks of its motions: joint limits, forces, faults, contacts.
-        completed: whether every task was satisfied on the recorded states, as far as it was not relaxed.
+        completed: whether the recorded states satisfy every task, relaxations allowed for.
         task_costs: c_i by task name, derived.
         preference: mu, derived.
     """
@@ -54,12 +54,12 @@ class Certificate:
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """All of them."""
+        """All checks."""
         return self.claims + self.motions
 
     @property
     def agrees(self) -> bool:
-        """Whether everything that is said of the run is true."""
+        """Whether every claim about the run holds."""
         return all(check.holds for check in self.claims)
 
     @property
@@ -80,13 +80,13 @@ class Certificate:
 def certify(
     log: Log, *, scenario: Scenario | None = None, again: bool = False, more: Sequence[Check] = ()
 ) -> Certificate:
-    """Check everything that is said of a run against what was recorded of it.
+    """Check every claim about a run against its recorded frames.
 
     Args:
         log: of the run.
-        scenario: the one that the log must be of; None for the one in the log.
+        scenario: compared with the one in the log; None for no comparison.
         again: simulate the run again from its commands.
-        more: checks of the file that were made already.
+        more: checks already made, such as that of the signature.
 
     Raises:
         LogError: the scenario in the log cannot be used, so that nothing can be checked.
@@ -100,7 +100,7 @@ def certify(
 
 @contextmanager
 def _without_warnings() -> Iterator[None]:
-    """Keep MuJoCo from writing its log file: forged states may be impossible ones, and the checks say so."""
+    """Keep MuJoCo from writing warnings to a file: forged states may be impossible, which the checks report."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
@@ -152,8 +152,8 @@ def _physics(log: Log, world: RecordedWorld) -> tuple[Check, ...]:
 def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     """Return the labels at the start and after every action, and a check of the effect of each action.
 
-    An object earns a location's mark when it is released there: it was held as that action began, the location worked
-    on it, and it rests there at the end. It has its marks until it falls from the table.
+    An object earns a location's mark by a release there: the object was held as that action began, the location was at
+    work, and the object rests there at the end. It loses its marks if it falls from the table.
     """
     own = world.model.own_propositions
     marks = {place.name: place.marks for place in world.model.locations if place.marks}
@@ -191,7 +191,7 @@ def _observed(world: RecordedWorld) -> frozenset[str]:
 
 
 def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None, effect: frozenset[str]) -> Check:
-    """Check the effect of an action; `said` is None where the run ended before it was observed."""
+    """Check the effect of an action against the `said` label; None if the run ended before it was observed."""
     name, what = f"action {k}", f"`{action.action}`"
     if said is None:
         return Check(name, True, f"{what}: the last action; the run ended before it was observed")

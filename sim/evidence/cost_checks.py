@@ -18,15 +18,15 @@ from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 
 SURPRISES = ("retry", "replan", "unaffected")
-"""Events after which a run goes on from observed positions."""
+"""Kinds of events after which a run continues from observed positions."""
 
 
 def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
     """Check that each action cost what the scenario says.
 
-    Measured costs depend on the slots between which the hand moves. Until the first surprise these follow from the
-    actions. After it, an action may cost what it does between any slots of its locations; from or to a place that the
-    scenario does not have, such as where an object fell, what any action of its kind does.
+    Measured costs depend on the slots between which the hand moves. Until the first mismatch, these follow from the
+    actions. After it, the cost between any slots of the action's locations is accepted; from or to a place that is no
+    location of the scenario, such as where an object fell, the cost of any action of its kind.
     """
     name, hand = "action costs", world.model.start
     state: ManipulationState | None = world.model.initial_state
@@ -52,7 +52,7 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
 
 
 def _outcome(model: ManipulationModel, state: ManipulationState | None, action: Action) -> ManipulationState | None:
-    """Return the state to which an action leads, by the model; None if it does not exist there."""
+    """Return the state to which an action leads in the model; None if the action is not applicable."""
     outcomes = model.operator(action.kind).outcomes(model, state) if state else ()
     return next((after for other, after in outcomes if other == action), None)
 
@@ -60,7 +60,7 @@ def _outcome(model: ManipulationModel, state: ManipulationState | None, action: 
 def _costs(
     world: RecordedWorld, table: dict[tuple[str, str, str], Fraction], kind: str, hand: str, goal: str
 ) -> set[Fraction]:
-    """Return what an action may cost."""
+    """Return the costs that an action may have."""
     costs = world.model.costs
     if not isinstance(costs, MeasuredCosts):
         return {exact(amount(costs[kind], cost_names(costs)[0]))}

@@ -1,7 +1,7 @@
-"""The physics of a logged run: the forces that follow from each recorded state, and nothing simulated.
+"""The forces in a logged run, derived from each recorded state without stepping the simulation.
 
-Contact forces are MuJoCo's for the recorded positions, velocities and commands. The torques of the arm follow twice:
-from its commands, by the law of its motors, and from its motion, by inverse dynamics.
+Contact forces are MuJoCo's for the recorded positions, velocities and commands. The torques of the arm are derived
+twice: from its commands, by the law of its actuators, and from its motion, by inverse dynamics.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE
 from sim.world.contacts import set_margins
 
 MAY_TOUCH_M = 0.002
-"""Shapes nearer than this may touch: contacts flicker."""
+"""Shapes nearer than this may touch: simulated contacts are lost and found again from step to step."""
 
 FLIGHT_SAMPLES = 33
-"""Number of poses at which an object in flight is looked at between two states: at 2 m/s they are 2 mm apart."""
+"""Number of poses of an object in free flight that are checked between two states: at 2 m/s they are 2 mm apart."""
 
 SAME_STATE = 1e-6
-"""Greatest difference of two states that are the same."""
+"""Greatest difference between two states that count as equal."""
 
 NO_RANGE = np.array([[-np.inf], [np.inf]])
 """Ends of the range of an actuator that has no limits."""
@@ -39,13 +39,14 @@ NO_RANGE = np.array([[-np.inf], [np.inf]])
 class Dynamics:
     """The recorded states of a log in order of time, and the forces in them.
 
-    A state is a frame, or what an intervention left. S is their number, F that of frames, n that of arm joints.
+    A state is a frame, or the result of an intervention. S is the number of states, F that of frames, n that of arm
+    joints.
 
     Attributes:
         times: (S,) of each state, s.
         qpos: (S, nq) positions.
         qvel: (S, nv) velocities.
-        frame: (S,) its number if it is a frame, -1 for an intervention.
+        frame: (S,) number of the frame, -1 for an intervention.
         pad_forces: (S, pads) contact forces on the gripper's pads, N.
         supported: by object, (S,) bool, whether anything is near enough to touch it.
         touched: by object, (S,) bool, whether the robot is.
@@ -89,9 +90,9 @@ class Dynamics:
         return found
 
     def may_meet(self, obj: str, k: int) -> Iterator[str]:
-        """Yield what an object that falls freely from the k-th state on comes near before the next; "" is furniture.
+        """Yield what an object in free fall from the k-th state comes near before the next; "" is furniture.
 
-        The robot is followed from state to state; other objects move on as they do.
+        The robot's joints are interpolated; other objects keep their velocities and fall, too.
         """
         model, span = self._model, float(self.times[k + 1] - self.times[k])
         place, joints = columns(model, obj)[0].start, model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE]
@@ -119,7 +120,7 @@ class Dynamics:
         known = log.interventions.shape[1] == 1 + mujoco.mj_stateSize(model, STATE)
         steps = log.interventions[:, :1]
         if np.any((steps < 0) | (steps > len(log.controls)) | (steps % 1 > 0)):
-            raise LogError("the log is broken: an intervention is at no step")
+            raise LogError("the log is broken: an intervention is at a step that does not exist")
         data, times, qpos, qvel = mujoco.MjData(model), [*log.times], [*world.qpos], [*world.qvel]
         for row in log.interventions if known else ():
             mujoco.mj_setState(model, data, row[1:], STATE)
@@ -175,7 +176,7 @@ class Dynamics:
 
     @cached_property
     def torques(self) -> tuple[np.ndarray, np.ndarray]:
-        """The motors' torques by their commands: (F, n) greatest since the frame before, and (F - 1, n) midway."""
+        """Torques by the commands, N m: (F, n) greatest since the previous frame, and (F - 1, n) midway between two."""
         log, robot, model = self._log, self._world.robot, self._model
         motors = [model.actuator(name).id for name in robot.joints]
         gravity = self._gravity[self.frame >= 0]
@@ -197,9 +198,9 @@ class Dynamics:
 
     @cached_property
     def needed(self) -> np.ndarray:
-        """The (F - 1, n) torques that the motion takes midway between frames, by inverse dynamics.
+        """The (F - 1, n) torques that the motion needs midway between frames, by inverse dynamics, N m.
 
-        Those of contacts are the mean of the two frames.
+        Torques due to contacts are the mean of the two frames.
         """
         model, robot, data = self._model, self._world.robot, mujoco.MjData(self._model)
         places, dofs = robot.qpos(model), robot.dofs(model)
@@ -222,7 +223,7 @@ class Dynamics:
 def _motor_forces(
     model: mujoco.MjModel, motors: list[int], command: np.ndarray, q: np.ndarray, v: np.ndarray
 ) -> np.ndarray:
-    """Return the forces of position actuators for commands, positions and velocities of their joints."""
+    """Return the forces of position actuators from commands, positions and velocities of their joints."""
     bias = model.actuator_biasprm[motors]
     command = np.clip(
         command, *np.where(model.actuator_ctrllimited[motors], model.actuator_ctrlrange[motors].T, NO_RANGE)

@@ -1,4 +1,4 @@
-"""Faults in a log: each must be asked for, and the states must show what its kind does to the world."""
+"""Checks of the faults in a log: each must have been requested, and the states must show its effect."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
 FAULT_KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
-"""Faults that a run may ask for; this list and what follows rely on nothing that injects them."""
+"""Kinds of faults; on purpose, nothing here is shared with the code that injects them."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S = (0.24, 0.61), (0.59, 0.61), (7.9, 14.1)
 """Ranges of the horizontal, upward and rotational speeds that a knock gives an object."""
 
 UNMOVED_M = 0.02
-"""An object that is given a velocity is nearer than this to where its own speed may have brought it in a frame."""
+"""Greatest distance that a knocked object covers in a frame beyond what its own speed allows, m."""
 
 UPRIGHT = 1e-6
-"""Greatest x and y of the quaternion of an object that a fault puts down: it is turned about z alone."""
+"""Greatest x and y of the quaternion of an object that a fault puts down: it is rotated about z alone."""
 
 SLIP_OPENING_M = 0.01
-"""Least width by which the gripper is commanded open beyond the fingers when an object slips."""
+"""In a slip, the gripper is commanded open wider than the fingers are by at least this, m."""
 
 
 @dataclass(frozen=True)
 class _Pose:
-    """Position and quaternion of an object, and its velocity, linear and rotational."""
+    """Position, (3,) m, and quaternion, (4,), of an object, and its velocity, (6,) m/s and rad/s."""
 
     position: np.ndarray
     rotation: np.ndarray
@@ -43,12 +43,12 @@ class _Pose:
 
 
 def shown_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> list[Event]:
-    """Return the faults that were asked for and that the states show, in order of time."""
+    """Return the faults that were requested and that the states show, in order of time."""
     return [event for event, objection in _judged(log, world, dynamics) if objection is None]
 
 
 def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
-    """Check that faults were asked for, that the states show them, and that nothing else acts from outside."""
+    """Check that faults were requested, that the states show them, and that no other intervention occurred."""
     name = "faults"
     told = []
     for event, objection in _judged(log, world, dynamics):
@@ -72,7 +72,7 @@ def _judged(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Iterator[tupl
 
 
 def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
-    """Return why a fault did not happen, or None; of `blind` no state shows anything."""
+    """Return why a fault did not happen, or None; no state shows a `blind` camera."""
     kind, _, due = re.sub(":[^@]*", "", str(event.detail.get("fault"))).partition("@")
     begun = [action for action in log.about.actions if action.start <= event.time + FAULT_TIME_S]
     if kind not in FAULT_KINDS:
@@ -113,7 +113,7 @@ def _pose(obj: str, world: RecordedWorld, dynamics: Dynamics, row: int) -> _Pose
 def _objection_to_knock(obj: str, before: _Pose, after: _Pose) -> str | None:
     falling = float(np.linalg.norm(before.velocity[:3])) / FRAME_RATE_HZ
     if np.linalg.norm(after.position - before.position) > UNMOVED_M + falling:
-        return f"{obj} is elsewhere at once, and a knock does not do this"
+        return f"{obj} jumps to another place, which a knock does not do"
     speeds = [float(np.linalg.norm(part)) for part in np.split(after.velocity, [2, 3])]
     ranges = (PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S)
     if all(low <= speed <= high for speed, (low, high) in zip(speeds, ranges, strict=True)):
@@ -136,7 +136,6 @@ def _objection_to_slip(event: Event, log: Log, world: RecordedWorld, dynamics: D
         return "nothing was in the hand"
     fingers = [int(world.mujoco.joint(name).qposadr[0]) for name in gripper.joints]
     width = gripper.opened(world.qpos[frame, fingers])
-    # A command is logged when the actuator gets it.
     command = float(dynamics.command(event.time + world.scene.latency)[world.mujoco.actuator(gripper.actuator).id])
     return None if gripper.width(command) > width + SLIP_OPENING_M else "the hand was not commanded open"
 

@@ -1,4 +1,4 @@
-"""Forces in a log, checked against the physics of its states: torques of the arm, pressure of the pads."""
+"""Checks of the forces in a log against the physics of its states: torques of the arm, forces on the pads."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 
 TORQUE_TOLERANCE = 0.3
-"""Greatest difference of a torque from what it is checked against, as a share of its limit; honest logs have 0.17."""
+"""Greatest difference of a torque from the derived one, as a share of its limit; it is 0.17 in genuine logs."""
 
 RUN_TOLERANCE = {"commands": 0.35, "motion": 0.6}
-"""Greatest difference over a run, as a share of a joint's root mean square; honest logs have 0.15 and 0.31."""
+"""Greatest RMS difference over a run, as a share of the joint's RMS torque; it is 0.15 and 0.31 in genuine logs."""
 
 LEAST_TORQUE = 0.01
-"""Differences over a run below this share of a joint's limit do not count: a joint that hardly moves has no more."""
+"""RMS differences below this share of a joint's limit do not count: the torque of an idle joint is no larger."""
 
 SCALE_TOLERANCE = 0.03
-"""Greatest difference from 1 of the factor between recorded and derived torques of the joint with the greatest load;
-honest logs have 0.004."""
+"""Greatest difference from 1 of the factor between recorded and derived torques of the joint with the greatest load; it
+is 0.004 in genuine logs."""
 
 PAD_TOLERANCE_N, PAD_TOLERANCE = 5.0, 0.2
-"""Greatest difference of a pad's force from the derived one, N and as a share; honest logs have 2.6 N."""
+"""Greatest difference of a pad's force from the derived one, N and as a share; it is 2.6 N in genuine logs."""
 
 
 def check_torques(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
-    """Check the recorded torques against the arm's commands, and those against its motion (inverse dynamics)."""
+    """Check the recorded torques against the arm's commands, and the commands against its motion."""
     name, robot, limits = "torques", world.robot, world.robot.torque_limits
     if len(log.times) < 2:
         return Check(name, True, "the arm did not move")
@@ -46,20 +46,20 @@ def check_torques(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
             words = (
                 f"{robot.joints[joint]} gives {found[frame, joint]:.1f} N m at {log.times[frame + 1]:.2f} s, but its"
             )
-            return Check(name, False, f"{words} {source} take {derived[frame, joint]:.1f} N m")
+            return Check(name, False, f"{words} {source} imply {derived[frame, joint]:.1f} N m")
         worst = max(worst, float(off.max()))
     joint = int(np.argmax(np.mean(greatest, axis=0)))
     factor = float(log.torques[1:, joint] @ greatest[1:, joint] / (greatest[1:, joint] @ greatest[1:, joint]))
     if abs(factor - 1) > SCALE_TOLERANCE:
-        return Check(name, False, f"{robot.joints[joint]} gives {factor:.1%} of the torques that its commands take")
-    return Check(name, True, f"as commands and motion take, within {worst:.0%} of the limits")
+        return Check(name, False, f"{robot.joints[joint]} gives {factor:.1%} of the torques that its commands imply")
+    return Check(name, True, f"as commands and motion imply, within {worst:.0%} of the limits")
 
 
 def check_grip(log: Log, dynamics: Dynamics) -> Check:
     """Check the forces on the pads against the contacts that follow from positions, velocities and commands.
 
-    Forces were recorded a step earlier than the positions, so that the frames beside one count, too. MuJoCo misses a
-    contact for a single step now and then: a force that is too small counts if the next frame's is too small as well.
+    Forces were recorded one step before the positions, so the adjacent frames count, too. MuJoCo sometimes misses a
+    contact for a single step, so a force is too small only if that of the next frame is, too.
     """
     name, forces = "pad forces", log.pad_forces
     derived = dynamics.pad_forces[dynamics.frame >= 0]

@@ -1,4 +1,4 @@
-"""The log of a run: one file to check everything that is said of the run.
+"""The log of a run: one file from which every claim about the run can be checked.
 
 It is a NumPy archive: the arrays of `Log` under their names, most of them packed (second differences of neighbouring
 rows, column by column), and everything else as JSON under `about`.
@@ -31,10 +31,10 @@ from sim.simulation.rollout import FRAME_RATE_HZ, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
 FORMAT = 2
-"""Raised whenever older files can no longer be read."""
+"""Version of the file format; raised when older files can no longer be read."""
 
 ORDER = 2
-"""How often neighbouring rows are subtracted: what moves evenly becomes zeros."""
+"""Order of the differences between neighbouring rows: motion at constant velocity becomes zeros."""
 
 RATES = ("accelerations", "jerks", "torque_rates")
 """Names of the arrays of rates of the joints."""
@@ -55,11 +55,11 @@ MORE_ARRAYS = {"controls": (None,), "interventions": (None,)}
 """Names of the arrays with other rows, and the shape of each row."""
 
 DECIMALS, RATE_DECIMALS = 7, 3
-"""Decimals of recorded values: a tenth of a micrometre. Further ones are noise, and a third of the file."""
+"""Decimals that are kept: a tenth of a micrometre. Further ones are noise, and would be a third of the file."""
 
 PACKED = dict.fromkeys(("qpos", "qvel", "speeds", "torques", "pad_forces"), 10**DECIMALS)
 PACKED |= dict.fromkeys(RATES, 10**RATE_DECIMALS) | {"controls": 1}
-"""Which arrays are packed, and at what scale."""
+"""Scales of the arrays that are packed."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class LoggedAction:
         action: e.g. `transport blue san`.
         start: simulated time at which it began, s.
         end: simulated time at which it ended, s.
-        cost: by the model.
+        cost: in the scenario.
         label: the propositions that were observed afterwards, sorted.
     """
 
@@ -83,7 +83,7 @@ class LoggedAction:
 
 @dataclass(frozen=True)
 class About:
-    """All of a log but its arrays.
+    """Everything in a log except its arrays.
 
     Attributes:
         versions: of prefplan, MuJoCo, NumPy and Python, and the kind of machine that wrote it.
@@ -91,14 +91,14 @@ class About:
         text: the scenario file.
         scenario_sha256: hash of its text.
         model_sha256: hash of the compiled MuJoCo model that was simulated.
-        measured: cost of each (kind, hand before, hand after) where the scenario takes them from measurements.
-        robot: which robot was simulated.
-        meshes: whether it collided with meshes rather than plain shapes.
-        setting: seed, perturbation, faults and whatever else made this run differ from others.
-        joints: name and place in `qpos` of each joint.
+        measured: cost of each (kind, hand before, hand after) if the scenario has measured costs.
+        robot: name of the simulated robot.
+        meshes: whether it had collision meshes rather than primitive shapes.
+        setting: seed, perturbation, faults and other options of the run.
+        joints: index of each joint in `qpos`, by name.
         actions: in order, failed attempts included.
         events: in order of time.
-        claims: what is said to have been achieved.
+        claims: of what was achieved.
         files: contents of the other files that the scenario names, in base64, by path.
     """
 
@@ -179,7 +179,7 @@ def _logged(step: Step) -> LoggedAction:
 
 
 def measured_costs(costs: ActionCosts | None) -> tuple[tuple[str, str, str, int | float], ...]:
-    """Return the first cost of each (kind, hand before, hand after) where costs are measured; nothing otherwise."""
+    """Return each (kind, hand before, hand after) with the first of its costs; nothing if costs are not measured."""
     if not isinstance(costs, MeasuredCosts):
         return ()
     name = cost_names(costs)[0]
@@ -249,11 +249,11 @@ def _about(path: str | Path, data: np.ndarray) -> About:
 
 
 def pack(rows: np.ndarray, *, scale: int = 1) -> np.ndarray:
-    """Return (T, ...) rows, times a scale and rounded, as (..., T) integers that compress well and `unpack` reads.
+    """Return (T, ...) rows, scaled and rounded, as (..., T) integer differences that compress well.
 
     Args:
         rows: numbers whose scaled values are below 2**60.
-        scale: how many units of the integers are one.
+        scale: factor from the numbers to the integers.
     """
     columns = np.rint(rows * scale).astype(np.int64).T
     zeros = np.zeros((*columns.shape[:-1], ORDER), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Motions in a log: gaps of the recording, and joint limits."""
+"""Checks of the motions in a log: gaps of the recording, and joint limits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-6
 """Slack for comparisons of recorded numbers."""
 
 JERK_TOLERANCE = 0.01
-"""Greatest share of its limit by which a derived jerk exceeds the recorded one; in honest logs it never does."""
+"""Greatest share of its limit by which a derived jerk may exceed the recorded one; in genuine logs it never does."""
 
 
 def check_recording(log: Log) -> Check:
@@ -49,7 +49,7 @@ def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
 
     Speeds, accelerations, torques and torque rates are those of the simulated joints, contacts included; accelerations
     and torque rates are differences between two steps of the simulation. Jerks are those of the commanded trajectory,
-    for which a manufacturer states the limit: measured ones show every contact.
+    to which a manufacturer's limit applies: measured jerks show every contact.
     """
     angles, robot = world.arm(), world.robot
     low, high = robot.ranges(world.mujoco).T
@@ -66,7 +66,7 @@ def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
 
 
 def _hidden(log: Log, angles: np.ndarray, robot: Robot) -> Iterator[tuple[str, str]]:
-    """Yield the loads that are recorded as less than their mean by the recorded (T, n) angles, rad, and in words."""
+    """Yield each load whose recorded maximum is below its mean by the (T, n) angles, rad, with an explanation."""
     period = np.diff(log.times)[:, None]
     mean_speeds = np.diff(angles, axis=0) / period
     mean_accelerations = 2 * np.diff(mean_speeds, axis=0) / (period[1:] + period[:-1])
@@ -86,7 +86,7 @@ def _hidden(log: Log, angles: np.ndarray, robot: Robot) -> Iterator[tuple[str, s
 
 
 def _hidden_jerks(log: Log, world: RecordedWorld) -> Iterator[tuple[str, str]]:
-    """Yield the jerks if they are recorded as less than those of the commanded trajectory, and in words.
+    """Yield the jerks if the recorded ones are below those of the commanded trajectory, with an explanation.
 
     A command is the reference r plus the actuator's lag times its rate: u = r + lag r'. The trapezoidal rule gives r,
     and its third difference the jerk.
@@ -107,7 +107,7 @@ def _hidden_jerks(log: Log, world: RecordedWorld) -> Iterator[tuple[str, str]]:
         driven = share * (offsets + np.append(0.0, offsets[:-1]))
         references[:, joint] = first[joint] + solve_banded((1, 0), diagonals, driven, check_finite=False)
     jerks = np.abs(np.diff(np.vstack([[first] * 3, references]), 3, axis=0)) / period**3
-    # A command is logged when the actuator gets it, later than the reference that it was made from.
+    # A command is logged when the actuator gets it, later than its reference by the latency.
     late = round(world.scene.latency / period)
     frames = np.searchsorted(np.rint(log.times / period), np.arange(len(jerks)) - late, side="right")
     during = frames < len(log.times)

@@ -1,4 +1,4 @@
-"""Motions of objects in a log, checked against physics: where they start, how they move, what holds them up."""
+"""Checks of the motions of objects in a log against physics: where they start, how they move, what holds them up."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim.geometry.mjcf import columns, joint_at
 from sim.simulation.rollout import FRAME_RATE_HZ
 
 START_TOLERANCE = 1e-5
-"""Greatest difference of a first position from the one of the seed, m or rad."""
+"""Greatest difference of a first position from the one that the seed gives, m or rad."""
 
 LEAP_TOLERANCE = 0.015
 """Greatest distance that an object or a joint covers between two states beyond what its velocities allow, m or rad;
@@ -24,21 +24,21 @@ FALL_TOLERANCE_M_S = 0.05
 """Greatest difference of a velocity from free fall, between states in which nothing is near an object."""
 
 ENERGY_TOLERANCE_J = 0.005
-"""Greatest energy that objects gain while the robot touches none; contacts give back 0.0007. A block that is lifted by
-10 mm, or moves at 0.4 m/s, has more."""
+"""Greatest energy that objects may gain while the robot touches none; contacts return up to 0.0007. A block that is
+lifted by 10 mm, or moves at 0.4 m/s, has gained more."""
 
 REST_SPEED_M_S = 0.01
-"""Greatest mean speed of an object at the end of a run that is said to be completed."""
+"""Greatest mean speed of an object at the end of a run that is claimed to be completed."""
 
 REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames over which that mean is taken."""
 
 ENERGY_MEMORY_STATES = 12
-"""States for which contacts store energy."""
+"""Number of states after which contacts have returned the energy that they stored."""
 
 
 def check_start(log: Log, world: RecordedWorld, label: Label) -> Check:
-    """Check that the first positions are those of the seed, and every object where the scenario says; see `label`."""
+    """Check that the first positions are those of the seed and that, by the `label`, every object is at its start."""
     off = np.abs(world.qpos[0] - world.start)
     if off.max() > START_TOLERANCE:
         joint, seed = joint_at(world.mujoco, int(off.argmax())), log.about.setting.get("seed")
@@ -50,7 +50,7 @@ def check_start(log: Log, world: RecordedWorld, label: Label) -> Check:
 
 
 def check_rest(log: Log, world: RecordedWorld) -> Check:
-    """Check that nothing on the table moves at the end, if the run is said to be completed."""
+    """Check that nothing on the table moves at the end, if the run is claimed to be completed."""
     name = "rest"
     if not log.about.claims.completed:
         return Check(name, True, "not claimed: the run was not completed")
@@ -74,7 +74,7 @@ def check_motions(world: RecordedWorld, dynamics: Dynamics) -> Check:
 
 
 def _leap(world: RecordedWorld, dynamics: Dynamics) -> str | None:
-    """Return which object or joint covers more than its velocities allow."""
+    """Return which object or joint moves farther than its velocities allow, in a sentence, or None."""
     model, robot = world.mujoco, world.robot
     span = np.diff(dynamics.times)[:, None]
     for name in (*dynamics.objects, *robot.joints, *robot.gripper.joints):
@@ -92,13 +92,13 @@ def _leap(world: RecordedWorld, dynamics: Dynamics) -> str | None:
 
 
 def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
-    """Return which object does not fall freely while nothing touches it."""
+    """Return which object does not fall freely while nothing touches it, in a sentence, or None."""
     span = np.diff(dynamics.times)
     for obj in dynamics.objects:
         rates = columns(world.mujoco, obj)[1]
         gained = np.diff(dynamics.qvel[:, rates][:, :3], axis=0) - span[:, None] * world.mujoco.opt.gravity
         alone = ~dynamics.supported[obj]
-        # Just before or after a state an object may have bounced: the states around both must be free, too.
+        # An object may have bounced just before or after a state, so the states around must be free, too.
         free = alone[:-3] & alone[1:-2] & alone[2:-1] & alone[3:]
         still = np.all(np.stack([dynamics.frame[k : len(alone) - 3 + k] >= 0 for k in range(4)]), axis=0)
         off = np.abs(gained[1:-1]).max(axis=1) * (free & still)
@@ -109,7 +109,7 @@ def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
 
 
 def _push(world: RecordedWorld, dynamics: Dynamics) -> str | None:
-    """Return when objects gain energy that neither the robot nor a fault gives them."""
+    """Return when objects gain energy from neither the robot nor a fault, in a sentence, or None."""
     driven = np.any([*dynamics.touched.values()], axis=0) | (dynamics.frame < 0)
     since = 0
     for k in range(1, len(driven)):
@@ -118,7 +118,7 @@ def _push(world: RecordedWorld, dynamics: Dynamics) -> str | None:
             continue
         stored = dynamics.energy[max(since, k - ENERGY_MEMORY_STATES) : k].max()
         if dynamics.energy[k] - stored > ENERGY_TOLERANCE_J:
-            # The hand may push what it has just let go between two states.
+            # Between two states, the hand may push an object that it has just released.
             if any(world.robot.name in dynamics.may_meet(obj, k - 1) for obj in dynamics.objects):
                 since = k
                 continue

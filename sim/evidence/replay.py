@@ -1,6 +1,6 @@
-"""The world of a logged run, rebuilt from the log alone, and what its recorded frames show.
+"""The world of a logged run, rebuilt from the log alone, and the propositions that its recorded frames show.
 
-This judges `sim.perception`, and shares nothing with it: objects rest on the shapes that they touch, whatever their
+This checks `sim.perception`, and shares nothing with it: objects rest on the shapes that they touch, whatever their
 height, and an object is held if both pads touch and press it.
 """
 
@@ -40,13 +40,13 @@ UPRIGHT_TILT_RAD = np.radians(20)
 """Greatest tilt of an object that stands."""
 
 HOLD_FORCE_N = 0.5
-"""Least contact force of each pad on a held object: its weight."""
+"""Least contact force of each pad on a held object: about the weight of a default cube."""
 
 FAULT_TIME_S = 1e-6
 """Greatest difference between the time of a fault and that of the state it leaves."""
 
 MIN_QUATERNION = 1e-3
-"""A shorter quaternion is no orientation."""
+"""Least norm of a quaternion that gives an orientation."""
 
 MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
@@ -63,12 +63,12 @@ class RecordedWorld:
         model: its manipulation model.
         mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
-        scene: what was simulated, with the friction and masses that the log's setting says.
-        start: (nq,) the positions in which the run begins, by its seed.
-        noise: standard deviation of an observed position along each axis, and its greatest constant error, m.
+        scene: perturbed as the log's setting says.
+        start: (nq,) positions at which the run begins, by its seed.
+        noise: sum of the standard deviation and the greatest constant error of an observed coordinate, m.
         qpos: (T, nq) recorded positions, in the order of this scene.
         qvel: (T, nv) recorded velocities.
-        objects: of the scenario, and those that have appeared.
+        objects: of the scenario, and those that faults added.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
@@ -96,14 +96,14 @@ class RecordedWorld:
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
 
     def action(self, text: str) -> Action | None:
-        """Return the action that a text means, or None if it is none of the arm's."""
+        """Return the action that a text denotes, or None if the model has no such action."""
         try:
             return self.model.action(text)
         except ModelError:
             return None
 
     def disturbed(self, event: Event) -> tuple[str, ...]:
-        """Return the object that an event says a fault to have moved from outside; none if it says no such fault."""
+        """Return the object that a fault moved from outside, according to its event; none for other events."""
         kind, target = fault_of(event)
         if event.kind != "fault" or kind not in ("move", "knock", "foreign"):
             return ()
@@ -206,12 +206,12 @@ class RecordedWorld:
         return np.asarray(sent[steps.clip(0, len(sent) - 1), actuator] / COMMANDS_PER_UNIT)
 
     def _surface(self, location: str) -> list[int]:
-        """Return the shapes on which an object rests at a location: what stands there, else what is below its slots."""
+        """Return the geoms on which an object rests at a location: those of its base, else those below its slots."""
         own = solid_geoms(self.mujoco, f"{location}_base").tolist()
         return own or sorted({self._below(slot.position) for slot in self.scene.slots[location]} - {-1})
 
     def _below(self, point: np.ndarray) -> int:
-        """Return the fixed shape below a (3,) point, m, or -1."""
+        """Return the fixed geom below a (3,) point, m, or -1."""
         model = self.mujoco
         fixed = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
         mujoco.mj_kinematics(model, self._data)
@@ -222,7 +222,7 @@ class RecordedWorld:
         return any(touching(self._data, geom, other) for geom, other in itertools.product(geoms, others))
 
     def _stands(self, obj: str) -> bool:
-        """Return whether an object stands upright; a box may stand on any face with which it is as high as upright."""
+        """Return whether an object stands upright; a box may stand on any face on which it has its upright height."""
         geom = self._geoms[obj][0]
         steep = np.abs(self._data.body(obj).xmat.reshape(3, 3)[2])
         upright = np.array([False, False, True])
@@ -231,7 +231,7 @@ class RecordedWorld:
         return bool(steep[upright].max() > np.cos(UPRIGHT_TILT_RAD))
 
     def _distances(self, obj: str) -> dict[str, float]:
-        """Return how far on the horizontal an object is from the nearest slot of each location, m."""
+        """Return the horizontal distance of an object from the nearest slot of each location, m."""
         centre = self._data.body(obj).xpos[:2]
         return {
             name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
@@ -246,7 +246,7 @@ class RecordedWorld:
 
 
 def touching(data: mujoco.MjData, geom: int, other: int) -> bool:
-    """Return whether two shapes are nearer than `CONTACT_DISTANCE_M`."""
+    """Return whether two geoms are nearer than `CONTACT_DISTANCE_M`."""
     far = mujoco.mj_geomDistance(data.model, data, geom, other, 2 * CONTACT_DISTANCE_M, None)
     return bool(far < CONTACT_DISTANCE_M)
 
@@ -263,7 +263,7 @@ def _built(
 ) -> tuple[Scenario, Scene, str]:
     """Return the scenario of a log, its scene, and which shapes the arm has there.
 
-    As many of the joints as are neither the robot's nor an object's belong to objects the scenario does not have.
+    Joints that are neither the robot's nor an object's belong to objects that faults added.
     """
     try:
         scenario = loads(text, name=name, measured=False)
@@ -288,7 +288,7 @@ def _robot(model: ManipulationModel, name: str) -> Robot:
     """Return the robot of a log: the scenario's own, or one of the catalogue.
 
     Raises:
-        RobotError: it is unknown, or cannot be had here.
+        RobotError: it is unknown, or cannot be loaded here.
     """
     if model.robot_setup.mjcf is not None and name not in ROBOTS:
         own = robot_for(model.robot_setup)
@@ -298,7 +298,7 @@ def _robot(model: ManipulationModel, name: str) -> Robot:
 
 
 def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
-    """Return a scene as the setting of a run changes it, the positions in which the run begins, and its noise, m."""
+    """Return a scene perturbed as the setting of a run says, the (nq,) positions at its start, and its noise, m."""
     seed, text = about.setting.get("seed"), about.setting.get("perturbation")
     try:
         perturbation = read_perturbation(text) if isinstance(text, str) else Perturbation()

@@ -1,4 +1,4 @@
-"""A logged run simulated again: its commands from its first state, and what comes out beside what was recorded."""
+"""A logged run simulated again from its first state and its commands, and compared with what was recorded."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ NAME = "simulated again"
 
 COMPARED = dict.fromkeys(("times", "qpos", "qvel", "speeds", "torques", "pad_forces"), 0.6 * 10**-DECIMALS)
 COMPARED |= dict.fromkeys(("accelerations", "torque_rates"), 0.6 * 10**-RATE_DECIMALS)
-"""Arrays that come out of the simulation, and the greatest difference that rounding makes."""
+"""Arrays that a simulation produces, and the greatest difference due to rounding."""
 
 FRAME_TOLERANCE = 0.001
 """Greatest difference of a recorded position from the one simulated from the frame before it, m or rad."""
 
 EXACT = ("mujoco", "machine")
-"""Two simulations with these in common are equal bit by bit."""
+"""Two simulations with the same versions of these are equal bit by bit."""
 
 
 def resimulate(log: Log, world: RecordedWorld) -> Check:
     """Check a log against a simulation of its commands, from its start and from each of its interventions.
 
-    With the log's version of MuJoCo on its kind of machine, every recorded digit must come out again. Otherwise two
-    simulations drift apart: each frame is then simulated from the one before it, and its positions must agree within
-    `FRAME_TOLERANCE`.
+    With the log's version of MuJoCo on its kind of machine, every recorded digit must be reproduced. Otherwise two
+    simulations would drift apart, so each frame is simulated from the one before it, and its positions must agree
+    within `FRAME_TOLERANCE`.
     """
     objection = _objection(log, world)
     if objection:
@@ -76,11 +76,11 @@ def _objection(log: Log, world: RecordedWorld) -> str | None:
 
 
 def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[dict[str, np.ndarray], str | None]:
-    """Return what is recorded of a simulation of the logged commands, and what an intervention may not change.
+    """Return the recorded arrays of a simulation of the logged commands, and the first unexplained intervention.
 
     Args:
-        log: what was recorded.
-        world: its world.
+        log: of the run.
+        world: rebuilt from it.
         frame_by_frame: begin every frame from the recorded one before it.
     """
     model, data, recorder = world.mujoco, mujoco.MjData(world.mujoco), Recorder(world.scene)
@@ -105,7 +105,7 @@ def _simulate(log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> tuple[
 
 
 def _intruder(world: RecordedWorld, data: mujoco.MjData, before: tuple[np.ndarray, np.ndarray]) -> str | None:
-    """Return what an intervention changed though no recorded fault says so, in a sentence, or None."""
+    """Return what an intervention changed that no recorded fault explains, in a sentence, or None."""
     model = world.mujoco
     dofs = np.flatnonzero(data.qvel != before[1])
     places = np.flatnonzero(data.qpos != before[0])

@@ -1,4 +1,4 @@
-"""The scenario in a log: whether it is the one that was hashed, and whether it is another given one."""
+"""Checks of the scenario in a log: against its hash, and against a given scenario."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def check_scenario(log: Log, scenario: Scenario) -> Check:
 
 
 def _differences(said: Any, given: Any, key: str) -> Iterator[str]:
-    """Yield where two values, as TOML has them, differ, in words."""
+    """Yield each difference of two values read from TOML, in words."""
     if isinstance(said, dict) and isinstance(given, dict):
         for name in {**said, **given}:
             inner = f"{key}.{name}" if key and not key.endswith(" ") else f"{key}{name}"

@@ -24,7 +24,7 @@ SIGNATURE_BYTES = 64
 """Length of an Ed25519 signature."""
 
 COMMENT_LENGTH_BYTES = 2
-"""Length of the last field of an archive without a comment: how long the comment is, little-endian."""
+"""Length of the last field of a ZIP archive without a comment: the length of its comment, little-endian."""
 
 
 def sign(contents: bytes, key: Ed25519PrivateKey) -> bytes:

@@ -1,6 +1,6 @@
-"""What the robot and its load touch in a log, frame by frame and in between.
+"""Check of what the robot and its load touch in a log, frame by frame and in between.
 
-This judges the collision checks that motions are made with (`sim.simulation.collision`), and shares nothing with them.
+This shares nothing with the collision checks used in motion planning (`sim.simulation.collision`).
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ MAX_GAP_M = 0.005
 """Greatest distance that a point of the robot moves between two states that are checked."""
 
 INTERPOLATION_ERROR_M = 0.0005
-"""States between frames are interpolated: what is less deep in one another there does not count."""
+"""States between frames are interpolated: there, contacts less deep than this do not count."""
 
 MOST_BETWEEN = 20
-"""Most states that are checked between two frames: an arm that keeps to its limits needs fewer."""
+"""Greatest number of intervals between two frames: an arm within its speed limits needs fewer."""
 
 REST_TIMEOUT_S = 2.0
-"""An object that a fault moves is at rest after this time."""
+"""For this long after a fault has moved an object, it may touch anything."""
 
 
 def check_contacts(log: Log, world: RecordedWorld, faults: Sequence[Event]) -> Check:
     """Check every frame, and states in between wherever the robot moves by more than `MAX_GAP_M`, for touches.
 
-    The fingers may touch the object of the present action. While both pads press it, that object may touch what it
-    touches as they begin to or let it go: its old and new supports, and what stands next to it. While it is carried
-    it may touch nothing. An object that a fault has just moved may touch anything.
+    The fingers may touch the object of the current action. While both pads press it, the object may touch what it
+    touches when they first or last press it in the action: its supports and neighbours. While it is carried, it may
+    touch nothing. An object that a fault has just moved may touch anything.
 
     Args:
         log: of the run.
         world: rebuilt from it.
-        faults: those that the states show.
+        faults: from `shown_faults`.
     """
     name = "contacts"
     for event in log.about.events:
@@ -80,9 +80,9 @@ def _action_at(log: Log, time: float) -> LoggedAction | None:
 
 
 def _moments(log: Log, world: RecordedWorld) -> Iterator[tuple[int, float]]:
-    """Yield every frame, and the shares of the time up to the next at which the robot is looked at in between.
+    """Yield each frame with 0, and with the shares of the time to the next frame at which to check in between.
 
-    Where frames are missing, or something was moved from outside, it is not known what was in between.
+    Where frames are missing, or something was moved from outside, the states in between are unknown.
     """
     period = np.diff(log.times)
     steps = np.rint(log.interventions[:, 0] * world.mujoco.opt.timestep * 1e6) / 1e6
@@ -110,7 +110,7 @@ def _moments(log: Log, world: RecordedWorld) -> Iterator[tuple[int, float]]:
 
 
 class _Touches:
-    """The scene of a log, in which touches are looked for."""
+    """The scene of a log, in which contacts are detected."""
 
     def __init__(self, log: Log, world: RecordedWorld) -> None:
         self._log, self._world = log, world
@@ -118,7 +118,7 @@ class _Touches:
         self._data = mujoco.MjData(model)
         self._is_robot = world.robot.bodies(model)[model.geom_bodyid]
         self._is_finger = world.robot.fingers(model)
-        # In the simulation the robot's links pass through each other.
+        # The simulation ignores collisions between the robot's own links.
         world.robot.let_links_collide(model)
         self._owner = np.array([_name(model, int(body)) for body in model.geom_bodyid], dtype=object)
         self._neighbours: dict[LoggedAction, set[str]] = {}
@@ -147,7 +147,7 @@ class _Touches:
         return found
 
     def _contacts(self, frame: int, share: float) -> np.ndarray:
-        """Return the (K, 2) pairs of shapes that touch in a state."""
+        """Return the (K, 2) pairs of geoms that touch in a state."""
         data, deep = self._data, INTERPOLATION_ERROR_M if share else 0.0
         data.qpos[:] = self._between(frame, share) if share else self._world.qpos[frame]
         mujoco.mj_kinematics(self._model, data)
@@ -155,7 +155,7 @@ class _Touches:
         return np.asarray(data.contact.geom.reshape(-1, 2)[data.contact.dist < -deep])
 
     def _between(self, frame: int, share: float) -> np.ndarray:
-        """Return the (nq,) positions between two frames: the cubic curve that has their positions and velocities."""
+        """Return the (nq,) positions between two frames, by cubic Hermite interpolation."""
         world, model = self._world, self._model
         span = float(self._log.times[frame + 1] - self._log.times[frame])
         change, now = np.empty(model.nv), world.qpos[frame].copy()
@@ -166,7 +166,7 @@ class _Touches:
         return now
 
     def _neighbours_of(self, obj: str, action: LoggedAction) -> set[str]:
-        """Return the names of what an object touches as the pads begin to press it in an action, and as they end."""
+        """Return the names of what an object touches when the pads first and last press it in an action."""
         if action not in self._neighbours:
             model, data, found = self._model, self._data, set[str]()
             own = np.flatnonzero(self._owner == obj).tolist()
@@ -182,7 +182,7 @@ class _Touches:
         return self._neighbours[action]
 
     def _named(self, pairs: np.ndarray, moves: np.ndarray) -> list[tuple[str, str]]:
-        """Return the names of the bodies of (K, 2) shapes, the one that moves first."""
+        """Return the names of the bodies of (K, 2) geoms, with the one that moves in front."""
         ordered = [(a, b) if moves[a] else (b, a) for a, b in pairs]
         return [(str(self._owner[a]), str(self._owner[b])) for a, b in ordered]
 

@@ -1,1 +1,1 @@
-"""Scenes and runs as files that other programs open."""
+"""Export of scenes as MJCF and of runs as animated glTF."""

@@ -1,4 +1,4 @@
-"""A run as an animation of glTF: channels for the bodies that have joints, and for the lamps that come on."""
+"""A run as a glTF animation: channels for the bodies that have joints, and for the lamps."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from sim.export.keyframes import position_keys, rotation_keys
 from sim.export.names import OFF, ON, body_node, geom_node, lamps
 
 FLOAT = 5126
-"""glTF's number for 32-bit floating point numbers."""
+"""glTF's component type of 32-bit floating point numbers."""
 
 ACCESSOR_TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
-"""glTF's names of rows, by how many numbers they have."""
+"""glTF's accessor types, by the number of components."""
 
 Items = dict[Any, bytes]
-"""Contents of the file's binary part, in order, under names of which each occurs once."""
+"""Buffers of the file's binary part, in order, by unique names."""
 
 
 def local_poses(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where each body is in its parent's frame.
+    """Return the pose of each body in its parent's frame.
 
     Args:
-        model: a scene's.
+        model: of a scene.
         qpos: (T, nq) positions.
 
     Returns:
-        (T, nbody, 3) positions, m, and (T, nbody, 4) unit quaternions, w first, without a change of sign over time.
+        (T, nbody, 3) positions, m, and (T, nbody, 4) unit quaternions, w first, with continuous signs over time.
     """
     data = mujoco.MjData(model)
     positions, quaternions = np.empty((len(qpos), model.nbody, 3)), np.empty((len(qpos), model.nbody, 4))
@@ -55,10 +55,10 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
     """Add a run to a glTF document.
 
     Args:
-        tree: the document, with its nodes; its accessors still have names.
+        tree: the document, with its nodes; `tree["accessors"]` is still a dict, by name.
         items: its binary part.
         name: of the animation.
-        world: the run's.
+        world: rebuilt from the log.
         log: of the run.
     """
     model, times = world.mujoco, log.times
@@ -80,22 +80,17 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
 
 
 class _Channels:
-    """The channels of one animation, and their samplers.
-
-    Attributes:
-        channels: in glTF's words.
-        samplers: the same.
-    """
+    """The channels of one animation, and their samplers, as glTF's JSON has them."""
 
     def __init__(self, tree: dict[str, Any], items: Items, times: np.ndarray) -> None:
-        """Begin with none, for samples at (T,) times, s."""
+        """Start without channels, for samples at (T,) times, s."""
         self.channels: list[dict[str, Any]] = []
         self.samplers: list[dict[str, Any]] = []
         self._tree, self._items, self._times = tree, items, times
         self._nodes = {node["name"]: index for index, node in enumerate(tree["nodes"])}
 
     def add(self, name: str, path: str, keys: np.ndarray, values: np.ndarray, *, interpolation: str = "LINEAR") -> None:
-        """Add a channel with the (T, n) values of a node at some keyframes; its first value is the node's at rest."""
+        """Add a channel with the (T, n) values of a node at keyframes; the first becomes the node's static value."""
         node = self._tree["nodes"][self._nodes[name]]
         _unpack(node)
         node.setdefault(path, values[0].tolist())

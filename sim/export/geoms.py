@@ -21,10 +21,10 @@ TEXTURE_QUALITY = 80
 """JPEG quality of textures."""
 
 UNSET = (0.5, 0.5, 0.5, 1.0)
-"""Colour of a geom for which MuJoCo takes that of its material."""
+"""MuJoCo's default colour of a geom, in place of which it uses that of the material."""
 
 DEFAULT_SHININESS = 0.5
-"""MuJoCo's, of a geom without a material."""
+"""MuJoCo's value for a geom without a material."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Appearance:
     """How the surface of a geom looks.
 
     Attributes:
-        name: of the material; each look has its own.
-        colour: (4,) linear light and opacity.
-        emission: (3,) linear light.
+        name: of the material, unique for each appearance.
+        colour: (4,) linear RGB and opacity.
+        emission: (3,) linear RGB.
         roughness: 0 .. 1.
-        texture: which the colour is multiplied with, or None.
+        texture: multiplied with the colour, or None.
     """
 
     name: str
@@ -46,11 +46,11 @@ class Appearance:
     texture: Image.Image | None = None
 
     def glowing(self, colour: Rgba) -> Appearance:
-        """Return the same with the colour (sRGB) of a light that is on."""
+        """Return the same appearance, glowing in a colour (sRGB)."""
         return replace(self, name=f"{self.name} on", colour=linear(colour), emission=linear(colour)[:3])
 
     def material(self) -> PBRMaterial:
-        """Return the material, with trimesh's default colour."""
+        """Return the material without its colours: `encode_glb` sets those, which trimesh would round."""
         return PBRMaterial(
             name=self.name,
             metallicFactor=0.0,
@@ -61,13 +61,13 @@ class Appearance:
 
 
 def linear(colour: Sequence[float] | np.ndarray) -> tuple[float, ...]:
-    """Return an sRGB colour in linear light, as glTF has it; a fourth value, the opacity, stays (IEC 61966-2-1)."""
+    """Return an sRGB colour as linear RGB, as glTF needs it (IEC 61966-2-1); a fourth value, the opacity, is kept."""
     light = [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in colour[:3]]
     return *map(float, light), *map(float, colour[3:])
 
 
 def appearance_of(model: mujoco.MjModel, geom: int) -> Appearance:
-    """Return how a geom looks."""
+    """Return the appearance of a geom."""
     material, rgba = int(model.geom_matid[geom]), model.geom_rgba[geom]
     if material < 0:
         name = "plain " + " ".join(f"{value:.3g}" for value in rgba)
@@ -88,12 +88,12 @@ def appearance_of(model: mujoco.MjModel, geom: int) -> Appearance:
 
 
 def _roughness(shininess: float) -> float:
-    """Return the roughness with a highlight as wide as by Blinn and Phong; their exponent is 128 times `shininess`."""
+    """Return the roughness whose highlight is as wide as that of the Blinn-Phong exponent, 128 times `shininess`."""
     return float((2 / (2 + 128 * shininess)) ** 0.25)
 
 
 def solid_of(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
-    """Return the mesh of a geom in the geom's frame, m, or None for a type that has none, such as a plane."""
+    """Return the mesh of a geom in the geom's frame, m, or None for unbounded types, such as a plane."""
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         return _compiled(model, int(model.geom_dataid[geom]))
     shape = plain_solid(model, geom)
@@ -111,14 +111,14 @@ def _texture(model: mujoco.MjModel, material: int) -> Image.Image | None:
     size = (model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture])
     start = model.tex_adr[texture]
     pixels = model.tex_data[start : start + np.prod(size)].reshape(size)
-    # MuJoCo's rows begin at the lower edge.
+    # MuJoCo stores rows from the bottom up.
     image, file = Image.fromarray(pixels[::-1, :, :3]), io.BytesIO()
     image.save(file, format="JPEG", quality=TEXTURE_QUALITY)
     return Image.open(file)
 
 
 def _compiled(model: mujoco.MjModel, mesh: int) -> trimesh.Trimesh:
-    """Return a compiled mesh; a vertex with two normals or texture coordinates becomes two."""
+    """Return a compiled mesh; a vertex with several normals or texture coordinates is split."""
 
     def part(values: np.ndarray, starts: np.ndarray, counts: np.ndarray) -> np.ndarray:
         return np.array(values[starts[mesh] : starts[mesh] + counts[mesh]])

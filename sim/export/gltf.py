@@ -1,7 +1,7 @@
 """Runs as animations of one scene, in a binary glTF 2.0 file (Khronos Group, ISO/IEC 12113:2022).
 
-Every body of the MuJoCo model is a node in its parent's frame; bodies with joints are animated. The root node turns
-MuJoCo's z into glTF's y, upwards. Metres stay metres, and a time in the animation is the simulated time in seconds.
+Every body of the MuJoCo model is a node in its parent's frame; bodies with joints are animated. The root node rotates
+MuJoCo's z axis to glTF's upward y axis. Lengths are in metres; times are simulated seconds.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from sim.world.materials import glow_of
 from sim.world.scene import Scene
 
 BASE = "world"
-"""trimesh's name for what holds the root."""
+"""Name of trimesh's base frame, the parent of the root."""
 
 
 def encode_glb(logs: Mapping[str, Log]) -> bytes:
@@ -49,7 +49,7 @@ def encode_glb(logs: Mapping[str, Log]) -> bytes:
     def finish(tree: dict[str, Any]) -> None:
         tree["asset"] = {"version": "2.0", "generator": f"prefplan {version('prefplan')}, with trimesh"}
         for material in tree["materials"]:
-            # trimesh rounds colours to 8 bits, in which dark ones are told apart badly once they are linear.
+            # trimesh rounds colours to 8 bits, too coarse for dark colours in linear RGB.
             look = looks[material["name"]]
             material["pbrMetallicRoughness"]["baseColorFactor"] = look.colour
             if any(look.emission):
@@ -64,7 +64,7 @@ def encode_glb(logs: Mapping[str, Log]) -> bytes:
 
 
 def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, Appearance]]:
-    """Return all that is drawn of a scene, with its bodies where (1, nq) positions put them, and the looks by name."""
+    """Return the visible geoms of a scene, its bodies posed by (1, nq) positions, and their appearances by name."""
     model, looks = scene.mujoco, {}
     stage = trimesh.Scene(base_frame=BASE)
     stage.graph.update(ROOT, BASE, matrix=trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
@@ -94,7 +94,7 @@ def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, App
 
 
 def _add_mesh(stage: trimesh.Scene, model: mujoco.MjModel, geom: int, solid: trimesh.Trimesh, look: Appearance) -> str:
-    """Add the mesh of a geom unless it is there already, as of the second finger, and return its name."""
+    """Add the mesh of a geom unless another geom has added it, and return its name."""
     mesh = int(model.geom_dataid[geom])
     name = f"{model.mesh(mesh).name if mesh >= 0 else geom_node(model, geom)}, {look.name}"
     if name not in stage.geometry:

@@ -1,4 +1,4 @@
-"""A scene as MJCF, MuJoCo's own format: one XML file and the meshes and pictures that it names."""
+"""A scene as MJCF, MuJoCo's own format: one XML file and the meshes and textures that it names."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from PIL import Image
 from sim.world.scene import Scene, initial_state
 
 ASSETS = "assets"
-"""Folder of meshes and pictures."""
+"""Folder of meshes and textures."""
 
 START = "start"
-"""Keyframe with the arm at home and the objects where they start."""
+"""Name of the keyframe with the arm at home and the objects at their start."""
 
 
 def encode_mjcf(scene: Scene) -> dict[str, bytes]:
@@ -51,19 +51,19 @@ def encode_mjcf(scene: Scene) -> dict[str, bytes]:
 
 
 def _move(mesh: mujoco.MjsMesh, path: str) -> None:
-    """Let a mesh come from a file instead of from memory."""
+    """Replace the data of a mesh in memory by the path of a file."""
     mesh.file, mesh.content_type = path, ""
     mesh.uservert, mesh.usernormal, mesh.usertexcoord = [], [], []
     mesh.userface, mesh.userfacenormal, mesh.userfacetexcoord = [], [], []
 
 
 def _plain(name: str) -> str:
-    """Return a name that every file system takes."""
+    """Return a name that is valid in every file system."""
     return "".join(letter if letter.isalnum() else "_" for letter in name) or "part"
 
 
 def _png(texture: mujoco.MjsTexture) -> bytes:
-    """Return a picture from memory."""
+    """Return a texture in memory as a PNG file."""
     pixels = np.frombuffer(texture.data, dtype=np.uint8)
     pixels = pixels.reshape(texture.height, texture.width, texture.nchannel)
     file = io.BytesIO()
@@ -72,14 +72,14 @@ def _png(texture: mujoco.MjsTexture) -> bytes:
 
 
 def _obj(mesh: mujoco.MjsMesh) -> bytes:
-    """Return a mesh from memory as a Wavefront file, with its normals and texture coordinates."""
+    """Return a mesh in memory as a Wavefront OBJ file, with its normals and texture coordinates."""
     vertices, normals = np.reshape(mesh.uservert, (-1, 3)), np.reshape(mesh.usernormal, (-1, 3))
     uv = np.reshape(mesh.usertexcoord, (-1, 2))
     corners = [np.reshape(mesh.userface, (-1, 3)) + 1]
     corners.append(np.reshape(mesh.userfacetexcoord, (-1, 3)) + 1 if len(uv) else np.zeros_like(corners[0]))
     corners.append(np.reshape(mesh.userfacenormal, (-1, 3)) + 1 if len(normals) else np.zeros_like(corners[0]))
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
-    # MuJoCo's texture coordinates have v downwards.
+    # In MuJoCo, v points down.
     lines += [f"vt {u:.9g} {1 - v:.9g}" for u, v in uv]
     lines += [f"vn {x:.7g} {y:.7g} {z:.7g}" for x, y, z in normals]
     for triangle in np.stack(corners, axis=-1):

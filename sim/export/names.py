@@ -1,4 +1,4 @@
-"""Names of the nodes of a glTF file, each of which occurs once."""
+"""Unique names of the nodes of a glTF file."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import mujoco
 from sim.world.scene import Scene
 
 ROOT = "scene"
-"""The node that holds all others."""
+"""Name of the root node."""
 
 ON, OFF = " on", " off"
-"""Ends of the names of the two nodes of a lamp: whichever does not show has the scale 0."""
+"""Suffixes of the names of the two nodes of a lamp, of which the hidden one has the scale 0."""
 
 
 def body_node(model: mujoco.MjModel, body: int) -> str:
@@ -26,7 +26,7 @@ def geom_node(model: mujoco.MjModel, geom: int) -> str:
 
 
 def lamps(scene: Scene) -> dict[int, str]:
-    """Return the geoms that glow while a marking location works, each with the location's name."""
+    """Return the geoms that glow while a marking location is at work, each with the location's name."""
     model = scene.mujoco
     glows = {model.mat(f"{place.name}_glow").id: place.name for place in scene.model.locations if place.marks}
     return {geom: glows[material] for geom, material in enumerate(model.geom_matid) if material in glows}

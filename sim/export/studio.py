@@ -16,10 +16,10 @@ from sim.world.scene import Scene
 LIGHTS = "KHR_lights_punctual"
 
 WHITE_LUX = np.pi
-"""Illuminance under which a white surface is white in the picture, for viewers that have no exposure."""
+"""Illuminance under which a white surface appears white in viewers without an exposure setting."""
 
 ASPECT = (16, 9)
-"""Sides of the video, whose view the camera has."""
+"""Aspect ratio of the exported camera: that of the videos."""
 
 NEAR_M, FAR_M = 0.02, 30.0
 
@@ -29,7 +29,7 @@ def add_studio(tree: dict[str, Any], scene: Scene) -> None:
 
     Args:
         tree: the document, with its nodes.
-        scene: seen in it.
+        scene: of the document.
     """
     model = scene.mujoco
     directional = model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
@@ -56,14 +56,14 @@ def add_studio(tree: dict[str, Any], scene: Scene) -> None:
     _, _, ahead = axes_of(view)
     lens = {"yfov": float(np.radians(model.vis.global_.fovy)), "aspectRatio": ASPECT[0] / ASPECT[1]}
     tree["cameras"] = [{"type": "perspective", "perspective": lens | {"znear": NEAR_M, "zfar": FAR_M}}]
-    # The distance to the middle of the work: what a viewer turns about.
+    # Distance to the point about which an interactive viewer should orbit.
     extras = {"distance": float(view.distance)}
     node = _looking(view.lookat - view.distance * ahead, ahead)
     _add_node(tree, node | {"name": "camera", "camera": 0, "extras": extras})
 
 
 def _looking(position: np.ndarray, ahead: np.ndarray) -> dict[str, Any]:
-    """Return the pose of a node whose -z looks ahead and whose y is upwards, as far as can be."""
+    """Return the pose of a node whose -z axis points ahead and whose y axis points up as far as possible."""
     back = -np.asarray(ahead) / np.linalg.norm(ahead)
     right = np.cross([0.0, 0.0, 1.0], back)
     right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-6 else np.array([1.0, 0.0, 0.0])

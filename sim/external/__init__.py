@@ -1,1 +1,1 @@
-"""What users bring beside a scenario: meshes of objects, a scene of their own, and both packed into logs."""
+"""Files that a user provides with a scenario: meshes of objects, an MJCF scene, and both packed into logs."""

@@ -1,7 +1,7 @@
 """A user's own MJCF as a part of the whole scene.
 
-What belongs to no object is held still: of its joints only the free ones of objects are kept, and no actuators. The
-time step and the solver are those of every scene, whatever options the file has.
+Everything but objects is fixed in place: of the file's joints only the free joints of objects are kept, and no
+actuators. The time step and the solver are those of every scene, whatever options the file has.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from prefplan.models.manipulation.model import Object
 from sim.external.user_scene import UserScene, bounds, scene_files
 
 MODEL_SIZES = ("memory", "nconmax", "njmax", "nstack", "nuserdata")
-"""Sizes of a model that a file may set, and that only the whole scene has."""
+"""Sizes of a model that a file may set; here, those of the whole scene apply."""
 
 
 def add_user_scene(
     spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[Object, np.ndarray]]
 ) -> list[str]:
-    """Add a user's scene to a spec, its bodies that are objects with the objects' names.
+    """Add a user's scene to a spec; its bodies that are objects get the objects' names.
 
     Args:
-        spec: what to add it to.
+        spec: of the whole scene.
         scene: from `read_scene`.
-        objects: those that are bodies of it, with the (3,) half sides of their shapes, by name.
+        objects: those that are bodies of it, with the (3,) half sides of their shapes, m, by name.
 
     Returns:
-        What should be said of it.
+        Warnings for the user.
     """
     world = mujoco.MjSpec.from_file(str(scene.path))
     _find_files(world, scene.path)
@@ -65,16 +65,16 @@ def add_user_scene(
 
 
 def _hold_still(world: mujoco.MjSpec, moving: Collection[str | None]) -> list[str]:
-    """Remove the joints of all but the bodies that move; return what should be said of it."""
+    """Remove the joints of all but the bodies that move; return a warning if there were any."""
     still = [joint for joint in world.joints if joint.parent.name not in moving]
     told = sorted({joint.parent.name or joint.name or "a body without a name" for joint in still})
     for joint in still:
         world.delete(joint)
-    return [f"scene: only what is an object moves; held still: {', '.join(told)}"] if told else []
+    return [f"scene: only objects can move; fixed in place: {', '.join(told)}"] if told else []
 
 
 def _remove_mechanisms(world: mujoco.MjSpec) -> list[str]:
-    """Remove what moves, measures or names parts of a user's scene; return those that were there and are missed."""
+    """Remove actuators, constraints, sensors, keyframes and margins; return the kinds that affected the motion."""
     missed = {"actuators": world.actuators, "tendons": world.tendons, "equality constraints": world.equalities}
     found = [name for name, parts in missed.items() if len(parts)]
     for parts in (world.keys, world.tuples, world.sensors, *missed.values()):
@@ -88,7 +88,7 @@ def _remove_mechanisms(world: mujoco.MjSpec) -> list[str]:
 
 
 def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
-    """Give a user's scene the options of a spec, which it would not keep; return those that the user had set."""
+    """Give a user's scene the options of a spec; return the names of those that the user had set otherwise."""
     usual, changed = mujoco.MjSpec().option, []
     for name in filter(str.islower, vars(type(usual))):
         own = getattr(world.option, name, None)
@@ -104,11 +104,11 @@ def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
 
 
 def _find_files(world: mujoco.MjSpec, path: Path) -> None:
-    """Name the files of meshes and textures by where they are, whatever they are added to."""
+    """Replace the file names of meshes, textures and height fields by absolute paths."""
     known = [part.resolve() for part in scene_files(path)]
 
     def found(file: str, beside: str) -> str:
-        """Return where a file is, which a model within the scene may name from its own folder."""
+        """Return the path of a file, which a nested model may give relative to its own folder."""
         named = Path(os.path.abspath(path.parent / beside / file))
         ends = Path(os.path.normpath(Path(beside) / file)).parts
         inner = (other for other in known if other.parts[-len(ends) :] == ends)
@@ -126,7 +126,7 @@ def _find_files(world: mujoco.MjSpec, path: Path) -> None:
 
 
 def _join(body: mujoco.MjsBody) -> list[str]:
-    """Make all bodies in a body parts of it; return their names."""
+    """Merge all child bodies of a body into it; return their names."""
     names = []
     while len(body.bodies):
         child = body.bodies[0]
@@ -142,7 +142,7 @@ def _centre(body: mujoco.MjsBody, scene: UserScene, half: np.ndarray, *, explici
         body: of the user's scene.
         scene: that scene.
         half: (3,) half sides of the object, m.
-        explicit: the file says what its inertia is, of one of its parts at least.
+        explicit: whether the file gives the inertia of at least one of its parts.
     """
     low, high = bounds(scene, body.name)
     turned = not np.isclose(2 * half[0], high[0] - low[0])
@@ -165,9 +165,9 @@ def _centre(body: mujoco.MjsBody, scene: UserScene, half: np.ndarray, *, explici
 
 
 def _inertia(scene: UserScene, body: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the mass of a free body and those in it, kg, its (3,) centre, m, and its (3, 3) inertia, kg m^2.
+    """Return the mass of a free body and its children, kg, their (3,) centre, m, and (3, 3) inertia, kg m^2.
 
-    Both in the frame of the body; the inertia about the centre.
+    Centre and inertia are in the body's frame; the inertia is about the centre.
     """
     data, number = mujoco.MjData(scene.mujoco), scene.mujoco.body(body).id
     mujoco.mj_kinematics(scene.mujoco, data)
@@ -180,7 +180,7 @@ def _inertia(scene: UserScene, body: str) -> tuple[float, np.ndarray, np.ndarray
 
 
 def _rename(body: mujoco.MjsBody, name: str) -> dict[str, str]:
-    """Give a body, its free joint and its colliding shapes the name of an object; return new names of shapes by old."""
+    """Give a body, its free joint and its colliding geoms the name of an object; return new names of geoms by old."""
     body.name = name
     for joint in body.joints:
         joint.name = name

@@ -1,4 +1,4 @@
-"""Bodies of a user's scene as convex parts, on which a hand finds where to press."""
+"""Bodies of a user's scene as convex parts, on which grasps are sought."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def parts_of(path: Path, body: str) -> MeshParts:
 
 @functools.lru_cache(maxsize=32)
 def _parts_of(path: Path, changed: int, body: str) -> MeshParts:
-    """Return the same; `changed` tells versions of the file apart."""
+    """Return the same; `changed` is the time of the file's last change, so that the cache notices it."""
     scene = read_file(path)
     data, found = scene.data, solids(scene, body)
     turn, at = data.body(body).xmat.reshape(3, 3), data.body(body).xpos

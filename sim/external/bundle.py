@@ -17,7 +17,7 @@ from sim.external.user_scene import scene_files
 
 
 def packed(model: ManipulationModel) -> dict[str, str]:
-    """Return the contents of the files of a model in base64, by their paths from the scenario's folder.
+    """Return the files of a model, encoded in base64, by their paths relative to the scenario's folder.
 
     Raises:
         SimulationError: one of them is missing.
@@ -42,26 +42,26 @@ def in_folder(model: ManipulationModel, folder: Path) -> ManipulationModel:
 
 
 def unpacked(files: Mapping[str, str]) -> Path:
-    """Return a folder in which packed files are where they were from the scenario's folder; it ends with the process.
+    """Return a temporary folder with packed files at their relative paths; it is removed when the process ends.
 
     Raises:
-        LogError: a path or its contents are none.
+        LogError: a path or the contents of a file are invalid.
     """
     return _unpacked(tuple(sorted(files.items())))[1]
 
 
 @functools.lru_cache(maxsize=8)
 def _unpacked(files: tuple[tuple[str, str], ...]) -> tuple[tempfile.TemporaryDirectory[str], Path]:
-    """Return what removes the folder once it is forgotten, and the scenario's folder in it."""
+    """Return the temporary directory, which is removed with its last reference, and the scenario's folder in it."""
     root = tempfile.TemporaryDirectory(prefix="prefplan-")
-    # Files may be beside folders above the scenario's.
+    # A path may begin with `..`.
     above = max((Path(name).parts.count(os.pardir) for name, _ in files), default=0)
     folder = Path(root.name).resolve().joinpath(*["above"] * above)
     folder.mkdir(parents=True, exist_ok=True)
     for name, contents in files:
         path = Path(os.path.normpath(folder / name))
         if not path.is_relative_to(root.name) or "\0" in name:
-            raise LogError(f"the log is broken: the file {name!r} has no place")
+            raise LogError(f"the log is broken: {name!r} is no valid path of a file")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(base64.b64decode(contents, validate=True))

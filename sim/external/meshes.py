@@ -1,4 +1,4 @@
-"""Objects from mesh files: what is drawn of them, and the convex parts that collide."""
+"""Objects from mesh files: their visual meshes, and their convex collision parts."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from sim.geometry.point_cloud import PointCloud
 from sim.geometry.solids import smoothed
 
 FORMATS = (".stl", ".obj")
-"""Endings of mesh files."""
+"""Suffixes of mesh files."""
 
 SIDES_M = 1e-4, 1.0
-"""The longest side of a mesh is between these, m: others are refused before half a minute is spent on their parts."""
+"""Bounds on the longest side of a mesh, m; checked before a decomposition that may take half a minute."""
 
 CONVEX_SHARE = 0.97
-"""Least share of its convex hull that a mesh fills to count as convex."""
+"""Least share of its convex hull that a convex mesh fills."""
 
 MAX_DRAWN_FACES = 20_000
-"""Faces of a mesh that is drawn; one of more is thinned out."""
+"""Greatest number of faces of a visual mesh; larger ones are simplified."""
 
 CONCAVITY, MAX_PARTS, MAX_PART_VERTICES = 0.1, 24, 64
-"""Of the decomposition: greatest concavity that is left (CoACD's threshold), and sizes of what comes out."""
+"""Of the decomposition: greatest remaining concavity (CoACD's threshold), number of parts, and vertices of a part."""
 
 SEARCH = {"mcts_nodes": 8, "mcts_iterations": 30, "mcts_max_depth": 2, "resolution": 1000, "preprocess_resolution": 30}
 """Effort of CoACD's search: a mug takes half a minute on one core, and minutes with its defaults."""
 
 PARTS_VERSION = 1
-"""Raised whenever parts are made in another way, so that kept ones no longer count."""
+"""Version of the decomposition; raised when it changes, so that cached parts are computed again."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeshParts:
-    """A mesh whose bounding box has its middle at the origin, m.
+    """A mesh whose bounding box is centred at the origin, m.
 
     Attributes:
         drawn: its surface.
         parts: convex meshes that together fill it.
-        warning: what is to be said of it, or None.
+        warning: for the user, or None.
     """
 
     drawn: trimesh.Trimesh
@@ -62,18 +62,18 @@ class MeshParts:
 
     @functools.cached_property
     def surface(self) -> PointCloud:
-        """What the parts have of their surfaces on the outside of the whole."""
+        """The parts' surfaces as far as they are on the outside of the whole."""
         return PointCloud.of(self.parts)
 
     @functools.cached_property
     def corners(self) -> np.ndarray:
-        """(K, 3) those of its convex hull, m."""
+        """(K, 3) vertices of its convex hull, m."""
         points = np.concatenate([part.vertices for part in self.parts])
         return points[ConvexHull(points).vertices]
 
     @functools.cached_property
     def turned_back(self) -> MeshParts:
-        """It after a quarter turn about -z."""
+        """The mesh after a quarter turn about -z."""
         turn = trimesh.transformations.rotation_matrix(-np.pi / 2, [0, 0, 1])
         drawn, *parts = (mesh.copy().apply_transform(turn) for mesh in (self.drawn, *self.parts))
         return MeshParts(drawn, tuple(parts), self.warning)
@@ -125,7 +125,7 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
 
 
 def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:
-    """Return the convex parts of a mesh, which are kept on disk: they take from seconds to minutes."""
+    """Return the convex parts of a mesh, cached on disk: to compute them takes seconds to minutes."""
     digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
     path = _kept_parts() / f"{digest}-{PARTS_VERSION}.npz"
     try:
@@ -138,8 +138,8 @@ def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:
 
 
 def _decompose(mesh: trimesh.Trimesh) -> list[np.ndarray]:
-    """Return the (N, 3) corners of each convex part."""
-    import coacd  # only where a mesh needs it: it starts a pool of threads
+    """Return the (N, 3) vertices of each convex part."""
+    import coacd  # imported late, since it starts a pool of threads
 
     coacd.set_log_level("error")
     parts = coacd.run_coacd(
@@ -159,7 +159,7 @@ def _kept_parts() -> Path:
 
 
 def _keep(path: Path, arrays: list[np.ndarray]) -> None:
-    """Write the parts of a mesh; where that is impossible, they are made again the next time."""
+    """Write the parts of a mesh to the cache, if it is writable."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:

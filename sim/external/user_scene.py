@@ -16,7 +16,7 @@ from sim.errors import SimulationError, collecting
 from sim.geometry.mjcf import box_corners, first_met, is_solid, opaque
 
 SEARCH_DEPTH_M = 0.02
-"""A location lies on the surface that is at most so far below or above it, m."""
+"""Greatest distance of a location from the surface below or above it that carries it, m."""
 
 PLAIN = {int(mujoco.mjtGeom.mjGEOM_BOX): "box", int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder"}
 """Kinds of objects by types of geoms."""
@@ -30,8 +30,8 @@ class UserScene:
 
     Attributes:
         path: of the file.
-        mujoco: the file compiled as it is.
-        data: where everything is at its start.
+        mujoco: model compiled from the file alone.
+        data: its initial state, with kinematics computed.
     """
 
     path: Path
@@ -40,7 +40,7 @@ class UserScene:
 
     @property
     def prefix(self) -> str:
-        """What its names begin with in the whole scene."""
+        """Prefix of its names in the whole scene."""
         return f"{self.path.stem}/"
 
     def names(self, kind: str) -> list[str]:
@@ -49,7 +49,7 @@ class UserScene:
         return [name for i in range(number) if (name := getattr(self.mujoco, kind)(i).name) and name != "world"]
 
     def free_bodies(self) -> list[str]:
-        """Return the names of the bodies that a free joint lets move."""
+        """Return the names of the bodies with a free joint."""
         bodies = self.mujoco.jnt_bodyid[self.mujoco.jnt_type == FREE]
         return [name for body in bodies if (name := self.mujoco.body(int(body)).name)]
 
@@ -64,7 +64,7 @@ class UserScene:
 
 
 def read_scene(model: ManipulationModel) -> UserScene | None:
-    """Return the user's scene that a model names, if it names one.
+    """Return the user's scene that a model names, or None.
 
     Raises:
         SimulationError: the file is missing, or MuJoCo refuses it.
@@ -107,7 +107,7 @@ def scene_files(path: Path) -> list[Path]:
 
 
 def resolved(model: ManipulationModel, scene: UserScene) -> ManipulationModel:
-    """Return a model whose locations are where the scene has them, and whose objects are as large as its bodies.
+    """Return a model whose locations have their positions in the scene, and whose objects the sizes of its bodies.
 
     Raises:
         SimulationError: sites or bodies that the scene does not have, bodies without a free joint, and locations that
@@ -133,7 +133,7 @@ def resolved(model: ManipulationModel, scene: UserScene) -> ManipulationModel:
 
 
 def _placed(place: Location, scene: UserScene, heights: Iterable[float]) -> Location:
-    """Return a location at the height of what carries it."""
+    """Return a location at the height of the surface that carries it."""
     where = f"locations.{place.name}"
     if place.site is not None:
         sites = scene.names("site")
@@ -179,7 +179,7 @@ def _measured(obj: Object, scene: UserScene) -> Object:
 
 
 def _kind(scene: UserScene, body: str) -> str:
-    """Return the kind of object that a free body is: a box or a cylinder if it is one upright shape, else a mesh."""
+    """Return the kind of the object that a body is: box or cylinder if it is a single upright geom, else mesh."""
     model, (first, *rest) = scene.mujoco, geoms_of(scene, body).tolist()
     kind = PLAIN.get(int(model.geom_type[first]), "mesh")
     turn = np.abs(scene.data.body(body).xmat.reshape(3, 3).T @ scene.data.geom_xmat[first].reshape(3, 3))
@@ -188,7 +188,7 @@ def _kind(scene: UserScene, body: str) -> str:
 
 
 def _check_each_once(objects: Iterable[Object]) -> None:
-    """Raise `SimulationError` for a body that is two objects."""
+    """Raise `SimulationError` if two objects name the same body."""
     first: dict[str, str] = {}
     for obj in objects:
         if obj.body is not None and first.setdefault(obj.body, obj.name) != obj.name:
@@ -208,7 +208,7 @@ def geoms_of(scene: UserScene, body: str) -> np.ndarray:
 
 
 def bounds(scene: UserScene, body: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (3,) ends of the box round the colliding shapes of a body, in its frame, m."""
+    """Return the (3,) lower and upper corner of the box round the colliding geoms of a body, in its frame, m."""
     frame, corners = scene.data.body(body), box_corners(scene.data, solids(scene, body))
     points = (corners - frame.xpos) @ frame.xmat.reshape(3, 3)
     return points.min(axis=(0, 1)), points.max(axis=(0, 1))

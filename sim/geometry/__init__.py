@@ -1,1 +1,1 @@
-"""Plain geometry: rectangles on the table, and solids with rounded edges."""
+"""Geometry: rectangles on the table, visual meshes, MuJoCo geoms, and places of a surface that a gripper can press."""

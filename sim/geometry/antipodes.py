@@ -15,19 +15,19 @@ from sim.geometry.point_cloud import PointCloud, spread
 DIRECTIONS = np.array(
     [*([np.cos(turn), np.sin(turn), 0.0] for turn in np.radians(np.arange(0, 180, 22.5))), [0.0, 0.0, 1.0]]
 )
-"""(L, 3) directions in which pads are tried to close."""
+"""(L, 3) closing directions that are tried."""
 
 FACING, MEAN_FACING = np.cos(np.radians([25, 8]))
-"""Least cosines of the angles between the closing direction and a patch's normals, and their mean: no pad slips off."""
+"""Least cosines of the angles of a patch's normals, and of their mean, to the closing direction: no pad slips off."""
 
 PATCH_RADIUS_M, MIN_PATCH_POINTS = 0.007, 18
-"""Radius of the patch that a pad presses, and least number of points on it: half of them are on the surface."""
+"""Radius of the patch that a pad presses, and least number of its points: half as many as on a full disc."""
 
 PATCH_DEPTH_M = 0.003
 """Greatest depth of a patch along the closing direction: it is nearly flat."""
 
 GRID_M = 0.006
-"""Distance between the lines on which patches are looked for."""
+"""Distance between the lines along which patches are sought."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +36,8 @@ class Antipodes:
 
     Attributes:
         position: (3,) midway between them, m.
-        direction: (3,) from one to the other.
-        width: between them, m.
+        direction: (3,) unit vector from one to the other.
+        width: distance between them, m.
     """
 
     position: np.ndarray
@@ -47,7 +47,7 @@ class Antipodes:
 
 @lru_cache(maxsize=32)  # a scene is built again for each check of a log
 def antipodes(surface: PointCloud, low: float, high: float) -> tuple[Antipodes, ...]:
-    """Return pairs of patches that are between two widths, m, apart; on parallel lines those nearest to the middle."""
+    """Return pairs of patches from `low` to `high` apart, m; in each direction, a few, nearest to the centre first."""
     found = []
     for direction in DIRECTIONS:
         if pairs := list(_along(surface, direction, low, high)):
@@ -72,7 +72,7 @@ def _along(surface: PointCloud, direction: np.ndarray, low: float, high: float) 
 
 
 def _patches(depths: np.ndarray, normals: np.ndarray, direction: np.ndarray) -> list[np.ndarray]:
-    """Return the depths of the points of each patch that faces along a line, m."""
+    """Return the depths of the points of each patch that faces in a (3,) direction, m."""
     facing = np.flatnonzero(normals @ direction > FACING)
     ordered = facing[np.argsort(depths[facing])]
     groups = np.split(ordered, np.flatnonzero(np.diff(depths[ordered]) > PATCH_DEPTH_M) + 1)

@@ -1,4 +1,4 @@
-"""Geoms of a scene: which are drawn and which only collide, where they are, and what a ray meets of them."""
+"""Geoms of a scene: which are visual and which collide, where they are, and which a ray hits first."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 import trimesh
 
 VISIBLE, HIDDEN = 2, 3
-"""Geom groups: what is drawn, and what only collides."""
+"""Geom groups: drawn, and for collisions only."""
 
 CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(8, 3)
-"""Corners of a box about the origin, in halves of its sides."""
+"""(8, 3) corners of a box about the origin, in halves of its sides."""
 
 
 def yaw_quat(yaw: float) -> np.ndarray:
-    """Return the (4,) quaternion of a turn about z, rad."""
+    """Return the (4,) quaternion, w first, of a rotation about z, rad."""
     return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
 
 
@@ -31,7 +31,7 @@ def solid_geoms(model: mujoco.MjModel, body: str) -> np.ndarray:
 
 
 def columns(model: mujoco.MjModel, joint: str) -> tuple[slice, slice]:
-    """Return where a joint is in the positions of a model, and where in its velocities."""
+    """Return the slices of a joint in a model's qpos and qvel."""
     found = model.joint(joint)
     place, dof = int(found.qposadr[0]), int(found.dofadr[0])
     positions, velocities = (7, 6) if found.type[0] == mujoco.mjtJoint.mjJNT_FREE else (1, 1)
@@ -39,18 +39,18 @@ def columns(model: mujoco.MjModel, joint: str) -> tuple[slice, slice]:
 
 
 def joint_at(model: mujoco.MjModel, place: int) -> str:
-    """Return the name of the joint to which one of a model's positions belongs."""
+    """Return the name of the joint to which an index of a model's qpos belongs."""
     return str(model.joint(int(np.searchsorted(model.jnt_qposadr, place, side="right")) - 1).name)
 
 
 def box_corners(data: mujoco.MjData, geoms: np.ndarray) -> np.ndarray:
-    """Return (G, 8, 3) corners of the boxes round G geoms, m."""
+    """Return the (G, 8, 3) corners of the bounding boxes of G geoms, m."""
     boxes = data.model.geom_aabb[geoms, None, :3] + CORNERS * data.model.geom_aabb[geoms, None, 3:]
     return boxes @ data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1) + data.geom_xpos[geoms, None]
 
 
 def plain_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
-    """Return a geom as a mesh in its own frame, m; None if it is none of the plain shapes."""
+    """Return a geom of a primitive type as a mesh in its own frame, m; None for other types."""
     size = model.geom_size[geom]
     match int(model.geom_type[geom]):
         case mujoco.mjtGeom.mjGEOM_BOX:
@@ -63,13 +63,13 @@ def plain_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
             return trimesh.creation.cylinder(size[0], 2 * size[1])
         case mujoco.mjtGeom.mjGEOM_CAPSULE:
             solid = trimesh.creation.capsule(2 * size[1], size[0], count=[16, 32])
-            # Versions of trimesh differ in where it has its origin.
+            # Its origin differs between versions of trimesh.
             return solid.apply_translation(-solid.bounds.mean(axis=0))
     return None
 
 
 def opaque(model: mujoco.MjModel, geoms: np.ndarray) -> mujoco.MjModel:
-    """Return a copy of a model in which rays meet some of its geoms alone, (ngeom,) bool, and pass through the rest."""
+    """Return a copy of a model in which rays hit only the geoms selected by (ngeom,) bool."""
     copied = copy.copy(model)
     copied.geom_matid[:], copied.geom_rgba[:, 3] = -1, geoms
     return copied
@@ -78,9 +78,9 @@ def opaque(model: mujoco.MjModel, geoms: np.ndarray) -> mujoco.MjModel:
 def first_met(
     model: mujoco.MjModel, data: mujoco.MjData, start: np.ndarray, direction: np.ndarray, *, without: int = -1
 ) -> tuple[int, float]:
-    """Return the first geom that a ray meets from a (3,) point, m, and how far from there, in lengths of the direction.
+    """Return the first geom that a ray from a (3,) point, m, hits, and the distance in lengths of `direction`.
 
-    Both are -1 where it meets none; it passes through the body `without`.
+    Both are -1 if it hits none; it passes through the body `without`.
     """
     geom = np.array([-1], dtype=np.int32)
     distance = mujoco.mj_ray(model, data, start, direction, None, True, without, geom)
@@ -88,7 +88,7 @@ def first_met(
 
 
 def add_solid(spec: mujoco.MjSpec, name: str, solid: trimesh.Trimesh) -> None:
-    """Add a mesh that is drawn with the solid's own normals."""
+    """Add a visual mesh with the solid's own normals."""
     mesh = spec.add_mesh(name=name, uservert=solid.vertices.ravel(), userface=solid.faces.ravel())
     mesh.usernormal, mesh.userfacenormal = solid.vertex_normals.ravel(), solid.faces.ravel()
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
@@ -104,11 +104,11 @@ def draw_solid(
     xy: np.ndarray | tuple[float, float] = (0.0, 0.0),
     z: float = 0.0,
 ) -> None:
-    """Give a body a solid at (xy, z) of its frame, m, that collides with nothing and weighs nothing.
+    """Add a visual geom to a body at (xy, z) of its frame, m; it has neither collisions nor mass.
 
     The geom and its mesh bear the name.
     """
     add_solid(spec, name, solid)
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[*xy, z])
     geom.contype = geom.conaffinity = geom.mass = 0
-    geom.group, geom.rgba = VISIBLE, [0.5, 0.5, 0.5, 1]  # MuJoCo's own colour, for which the material's counts
+    geom.group, geom.rgba = VISIBLE, [0.5, 0.5, 0.5, 1]  # MuJoCo's default, in place of which it uses the material's

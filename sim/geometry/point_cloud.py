@@ -9,10 +9,10 @@ import numpy as np
 import trimesh
 
 POINT_DISTANCE_M = 0.002
-"""Usual distance between neighbouring points of a surface."""
+"""Approximate distance between neighbouring points of a surface."""
 
 INSIDE_M = 0.0003
-"""A point so far inside another part is not on the surface of the whole."""
+"""A point deeper than this inside another part is not on the surface of the whole."""
 
 
 APART_M, MOST_PLACES = 0.012, 8
@@ -20,7 +20,7 @@ APART_M, MOST_PLACES = 0.012, 8
 
 
 def spread(places: np.ndarray, centre: np.ndarray) -> list[int]:
-    """Return the numbers of some of (N, 3) places, m, `APART_M` apart: those nearest to a (3,) centre come first."""
+    """Return the indices of up to `MOST_PLACES` of (N, 3) points, `APART_M` apart, the nearest to a centre first."""
     kept: list[int] = []
     for i in np.argsort(np.linalg.norm(places - centre, axis=-1), kind="stable").tolist():
         if len(kept) < MOST_PLACES and all(np.linalg.norm(places[i] - places[k]) > APART_M for k in kept):
@@ -40,7 +40,7 @@ class PointCloud:
     Attributes:
         points: (N, 3), m.
         normals: (N, 3) unit vectors out of the solid.
-        centre: (3,) of mass, m.
+        centre: (3,) centre of mass of the solid, m.
     """
 
     points: np.ndarray
@@ -49,7 +49,7 @@ class PointCloud:
 
     @staticmethod
     def of(parts: Sequence[trimesh.Trimesh]) -> PointCloud:
-        """Return what convex parts have of their surfaces on the outside of the whole."""
+        """Return points on the surface of the union of convex parts."""
         points, normals = [], []
         for part in parts:
             number = int(part.area / POINT_DISTANCE_M**2) + 1

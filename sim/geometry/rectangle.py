@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Rectangle:
-    """A turned rectangle.
+    """A rotated rectangle.
 
     Attributes:
         centre: (2,) m.
@@ -23,22 +23,22 @@ class Rectangle:
 
     @property
     def axes(self) -> np.ndarray:
-        """(2, 2) unit vectors along its sides, one a row."""
+        """(2, 2) rows: unit vectors along its sides."""
         c, s = np.cos(self.yaw), np.sin(self.yaw)
         return np.array([[c, s], [-s, c]])
 
     @property
     def corners(self) -> np.ndarray:
-        """(4, 2) its corners in turn, m."""
+        """(4, 2) corners in order, m."""
         return self.centre + np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * self.half @ self.axes
 
     def grown(self, margin: float) -> Rectangle:
-        """Return it with every side moved outwards, m."""
+        """Return the rectangle with every side moved outwards by a margin, m."""
         return Rectangle(self.centre, self.half + margin, self.yaw)
 
 
 def overlap(a: Rectangle, b: Rectangle) -> bool:
-    """Return whether two rectangles overlap (a side of one separates any two that do not)."""
+    """Return whether two rectangles overlap (separating axis theorem)."""
     for axis in (*a.axes, *b.axes):
         reach = sum(float(np.abs(r.axes @ axis) @ r.half) for r in (a, b))
         if abs(float((b.centre - a.centre) @ axis)) >= reach:
@@ -47,5 +47,5 @@ def overlap(a: Rectangle, b: Rectangle) -> bool:
 
 
 def contains(outer: Rectangle, inner: Rectangle) -> bool:
-    """Return whether one rectangle lies within another; a common side counts as within."""
+    """Return whether `inner` lies within `outer`; sides may touch."""
     return bool((np.abs((inner.corners - outer.centre) @ outer.axes.T) <= outer.half + 1e-9).all())

@@ -13,13 +13,13 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from sim.geometry.point_cloud import centre_of_mass, spread
 
 GRID_M = 0.002
-"""Distance between the lines along which the surface is looked at."""
+"""Distance between the lines along which the surface is sampled."""
 
 FLAT_M = 0.0005
-"""Greatest difference of heights under the lip: its rubber gives way by more."""
+"""Greatest difference in height under the lip: its rubber yields by more."""
 
 NO_HEIGHT_M = -1.0
-"""Stands for the height where there is no surface."""
+"""Marks lines that do not meet the surface."""
 
 SAME_FACE = np.cos(np.radians(3))
 """Least cosine of the angle between the normals of triangles that belong to one face."""
@@ -42,13 +42,13 @@ class Seat:
 def seats(
     parts: tuple[trimesh.Trimesh, ...], *, half_width: float, hand_half_width: float, hand_height: float
 ) -> tuple[Seat, ...]:
-    """Return where a cup fits on what convex parts make up together, those of a face that are near its middle first.
+    """Return seats on the union of convex parts: by face, the largest first, and near the centre of mass first.
 
     Args:
-        parts: Convex meshes, m.
-        half_width: Of the square that must be flat, m.
-        hand_half_width: Of the hand behind the cup, m, as it stands square to the cup.
-        hand_height: Over the lip, m: nothing of the parts may be higher there.
+        parts: convex meshes, m.
+        half_width: of the square that must be flat, m.
+        hand_half_width: of the hand behind the cup, aligned with the cup, m.
+        hand_height: of the hand over the lip, m: below the hand, no part may be higher.
     """
     found = []
     centre = centre_of_mass(parts)
@@ -84,9 +84,9 @@ def _normals(parts: Sequence[trimesh.Trimesh], area: float) -> list[np.ndarray]:
 
 
 def _heights(part: trimesh.Trimesh, points: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Return how far along a (3,) normal a convex part reaches on the lines through (..., 3) points, m.
+    """Return the greatest height of a convex part along a (3,) normal on the lines through (..., 3) points, m.
 
-    A line is inside while it is inside every face's half-space. What never is has `NO_HEIGHT_M`.
+    A line is inside the part where it is inside every face's half-space. Lines that never are get `NO_HEIGHT_M`.
     """
     slopes = part.face_normals @ normal
     with np.errstate(divide="ignore", invalid="ignore"):

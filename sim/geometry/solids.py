@@ -1,4 +1,4 @@
-"""Solids with rounded edges, which catch the light as real objects do: each a stack of round-cornered rectangles."""
+"""Solids with rounded edges, which reflect light as real objects do: each a stack of round-cornered rectangles."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ CREASE_RAD = np.radians(40)
 """Faces that meet at a smaller angle are shaded as one smooth surface."""
 
 CORNER_STEPS, EDGE_STEPS = 12, 3
-"""Facets of a round corner seen from above, and of a round edge."""
+"""Number of facets of a round corner seen from above, and of a round edge."""
 
 
 def smoothed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a mesh with vertices doubled along creases, so that its normals are smooth in between only."""
+    """Return a mesh with vertices doubled along creases, so that normals are not smoothed across them."""
     return trimesh.graph.smooth_shade(mesh, angle=CREASE_RAD, facet_minarea=None)
 
 
 def rounded(half: np.ndarray, *, corner: float, edge: float) -> trimesh.Trimesh:
-    """Return a box of (3,) half sides, m, its middle at the origin; with `corner` half its sides a cylinder.
+    """Return a box of (3,) half sides, m, centred at the origin; if `corner` is half its sides, a cylinder.
 
     `corner` is the radius of the upright edges, `edge` that of the others, m.
     """
@@ -32,9 +32,9 @@ def rounded(half: np.ndarray, *, corner: float, edge: float) -> trimesh.Trimesh:
 
 
 def tray(half: np.ndarray, *, wall: float, corner: float) -> trimesh.Trimesh:
-    """Return walls with a round brim and corners of an inner radius, m, standing on z = 0, without a floor.
+    """Return walls without a floor, on z = 0, with a round brim; `corner` is the inner radius of their corners, m.
 
-    `half` is (3,): half the sides inside, and the walls' whole height; `wall` is their thickness, m.
+    `half` is (3,): half the inner sides, and the full height of the walls, m; `wall` is their thickness, m.
     """
     x, y, z = half
     angles = np.linspace(0, np.pi, 2 * EDGE_STEPS + 1)
@@ -44,7 +44,7 @@ def tray(half: np.ndarray, *, wall: float, corner: float) -> trimesh.Trimesh:
 
 
 def dish(half: np.ndarray, *, floor: float, rim: float) -> trimesh.Trimesh:
-    """Return a dish of (2,) half sides, as round as they allow, standing on z = 0; floor and rim are heights, m."""
+    """Return a dish of (2,) half sides, m, on z = 0, round or with round ends; `floor` and `rim` are heights, m."""
     least = float(half.min())
     foot = [(0.40 * least, 0.0), (0.37 * least, 0.35 * floor)]
     lip = [(0.0, rim - 0.0016), (0.0, rim - 0.0006), (0.0008, rim), (0.0022, rim - 0.0002)]
@@ -52,11 +52,11 @@ def dish(half: np.ndarray, *, floor: float, rim: float) -> trimesh.Trimesh:
     return _lofted(tuple((*(half - inset), least - inset, height) for inset, height in [*foot, *lip, *middle]))
 
 
-@lru_cache(maxsize=256)  # many parts of a scene look the same, and so do many scenes of a process
+@lru_cache(maxsize=256)  # within and across scenes, many parts are equal
 def _lofted(loops: tuple[tuple[float, float, float, float], ...], *, closed: bool = False) -> trimesh.Trimesh:
-    """Return the surface through round-cornered rectangles (half x, half y, corner radius, height) in turn.
+    """Return the surface through round-cornered rectangles (half x, half y, corner radius, height) in order.
 
-    They run from the outer foot upwards. Both ends are filled, unless the last leads back to the first (`closed`).
+    The order is from the outer foot upwards. Both ends are filled, unless the profile is `closed`.
     """
     rings = [_ring(x, y, max(radius, 1e-4), height) for x, y, radius, height in loops]
     count = len(rings[0])
@@ -72,7 +72,7 @@ def _lofted(loops: tuple[tuple[float, float, float, float], ...], *, closed: boo
         last, bottom, top = count * (len(rings) - 1), *(np.full(count, len(vertices) - end) for end in (2, 1))
         faces += [np.stack([beside, here, bottom], -1), np.stack([last + here, last + beside, top], -1)]
     solid = trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
-    # Round all the way round, the quarters of a ring share their ends: left apart they show as upright lines.
+    # Where rings are circles, their quarters share end points, which would show as vertical lines if not merged.
     solid.merge_vertices()
     solid.update_faces(solid.nondegenerate_faces())
     return smoothed(solid)

@@ -1,1 +1,1 @@
-"""Perception: sensors, contact monitoring, and the symbolic state grounded in them."""
+"""Perception: sensors, contact monitoring, grounding of observed poses in symbolic states, and the world model."""

@@ -1,4 +1,4 @@
-"""Grounding: the symbolic state of observed poses, and how it differs from the predicted one."""
+"""Grounding: the symbolic state that observed poses imply, and how it differs from the predicted one."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import Scene
 
 AT_HEIGHT_M = 0.008
-"""Greatest vertical distance of its underside from what it rests on."""
+"""Greatest vertical distance of an object's underside from what it rests on."""
 
 POINTING_M, POINTING_SAMPLES = 0.12, 7
-"""How far from the tool the hand points at something, m, and number of points looked at."""
+"""How far ahead of the tool the hand points, m, and number of points that are checked on that line."""
 
 NOWHERE = "no location"
-"""The hand's location when it is over none: not a valid name of a location."""
+"""The hand's location when it is over none; no location can have this name."""
 
 
 def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
     """Return the slot of every object that rests in one.
 
-    Where there are more objects than the capacity, only the nearest to their slots count. An object is at a temporary
-    location only if it is at none of the scenario's: where it is does not depend on where it once lay.
+    If there are more objects than a location's capacity, only those nearest to their slots count. The scenario's
+    locations come first: an object counts as at a temporary location only if it is at none of them.
     """
     found = {obj: slot for obj in poses if (slot := slot_of(scene, poses, obj)) is not None}
 
@@ -46,9 +46,10 @@ def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
 def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
     """Return the slot in which an object rests, whatever the location's capacity, or None.
 
-    It rests there when it is upright, near the slot's centre, and its underside as high as what carries it. Where a
-    location lies on others, that is an object that stands on one of those, and the centre is over where they are now.
-    Slots are those of the scenario's locations, or of the temporary ones, where an object may lie, too.
+    It rests there if it is upright, near the slot's centre, and its underside is level with the surface there. At a
+    location on others, that surface is the top of an object at one of those, and the centre follows these objects.
+    Slots are those of the scenario's locations, or with `temporary` those of temporary ones, where an object need not
+    be upright.
     """
     pose = poses[name]
     if pose.posture != Posture.UPRIGHT and not temporary:
@@ -72,7 +73,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
 
 
 def middle_of_supports(scene: Scene, poses: Poses, under: Mapping[str, str], supports: Sequence[str]) -> np.ndarray:
-    """Return the (2,) middle of the locations that carry another, m, each where the object is that lies there."""
+    """Return the (2,) middle of the locations that carry another, m: of the objects there, or of empty slots."""
     where = [poses[under[name]].position if name in under else scene.slots[name][0].position for name in supports]
     return np.asarray(np.mean(where, axis=0)[:2])
 
@@ -94,7 +95,7 @@ def carriers(poses: Poses, name: str) -> list[str]:
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     """Return whether the hand is over a location: over its row of slots or between two of them.
 
-    A tilted hand is over what it points at, if that is within `POINTING_M`.
+    A tilted hand is over what it points at within `POINTING_M`.
     """
     tool, row = data.site(scene.robot.tool), scene.slots[location]
     first, last = row[0].position, row[-1].position
@@ -121,17 +122,17 @@ def observe(
     held: str | None,
     marks: frozenset[tuple[str, str]] = frozenset(),
 ) -> ManipulationState:
-    """Return the symbolic state that is observed.
+    """Return the observed symbolic state.
 
     An object that neither rests in a slot nor is held has no place in it.
 
     Args:
-        scene: the scene.
-        data: its state, of which the robot knows its own part.
+        scene: of the execution.
+        data: simulated state, of which only the robot's own configuration is used.
         poses: of every observed object of the model.
         hand: where the hand was last sent; another location is reported only if it is not there.
         held: the object that the pads hold, from their latest contact forces.
-        marks: of the objects, which no sensor shows.
+        marks: of the objects, which no sensor observes.
     """
     if hand in scene.slots and not (held and _is_over(scene, poses[held], hand)):
         hand = hand_location(scene, data, (hand, *scene.slots))
@@ -141,20 +142,19 @@ def observe(
 
 
 def _is_over(scene: Scene, pose: ObjectPose, location: str) -> bool:
-    """Return whether an object is over a location: a hand that carries it by one side need not be."""
+    """Return whether an object is over a location; the hand need not be, if it holds the object off its middle."""
     return any(np.hypot(*(pose.position - slot.position)[:2]) < AT_RADIUS_M for slot in scene.slots[location])
 
 
 def present_marks(marks: frozenset[tuple[str, str]], poses: Poses) -> frozenset[tuple[str, str]]:
-    """Return the marks of the objects that did not fall from the table: no task is done with what is gone."""
+    """Return the marks without those of objects that fell from the table."""
     return frozenset((obj, mark) for obj, mark in marks if obj not in poses or on_table(poses[obj]))
 
 
 def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observed: ManipulationState) -> str | None:
-    """Return how an observed state differs from the predicted one, in words, or None.
+    """Return the first difference of an observed state from the predicted one, in words, or None.
 
-    The first difference among the objects is returned, else that of the hand or the marks, else an observed object
-    that is not in the model.
+    The places of objects are compared first, then the hand, the marks, and objects that are not in the model.
     """
     for obj in (known.name for known in scene.model.objects):
         expected, found = _where(predicted, obj), _where(observed, obj)
@@ -177,7 +177,7 @@ def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observ
 
 
 def spelled(position: np.ndarray) -> str:
-    """Return a position in words."""
+    """Return a position, m, as text."""
     return f"({', '.join(f'{x:.2f}' for x in position)}) m"
 
 
@@ -189,7 +189,7 @@ def _where(state: ManipulationState, obj: str) -> str | None:
 
 
 def _standing_on(scene: Scene, poses: Poses, objects: Iterable[str], locations: Sequence[str]) -> dict[str, str]:
-    """Return which of several objects stands at each of several locations."""
+    """Return which of some objects stands at each of some locations."""
     found = {}
     for obj, temporary in itertools.product(objects, (False, True)):
         slot = slot_of(scene, poses, obj, temporary=temporary)

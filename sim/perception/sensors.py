@@ -1,4 +1,4 @@
-"""Sensors: observed poses of objects, the only source of skills and grounding."""
+"""Sensors: observed poses of objects, all that skills and grounding know of them."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ OBSERVATION_TIMEOUT_S = 5.0
 """How long to wait for an observation of an object."""
 
 NOISY_SAMPLES = 10
-"""Observations of a noisy sensor in a measurement, one a control period: their average has a third of the noise."""
+"""Number of observations that a measurement averages, one per control period: it has a third of the noise."""
 
 NOISE_LEVER_M = 0.0225
-"""Noise of the yaw, rad, is noise of the position divided by this distance: half a cube's edge."""
+"""The noise of the yaw, rad, is that of the position, m, divided by this distance: half a cube's edge."""
 
 
 UPRIGHT_TILT_RAD = np.radians(20)
-"""Greatest tilt of an object that stands or lies flat on its base."""
+"""Greatest tilt of an object that stands."""
 
 LEANING_TILT_RAD = np.radians(45)
-"""Greatest tilt of an object that leans on something: one that is tilted by more lies on another of its faces."""
+"""Greatest tilt of an object that leans on something; if it is tilted by more, it lies on its side."""
 
 DIAGONAL = np.sqrt(0.5)
-"""Vertical component of an axis that is as steep as it is level."""
+"""Vertical component of an axis at 45 degrees."""
 
 
 class ObservationTimeoutError(SimulationError):
@@ -50,12 +50,12 @@ class Posture(StrEnum):
 
 @dataclass(frozen=True)
 class ObjectPose:
-    """Where an object is.
+    """The pose of an object.
 
     Attributes:
         shape: of the object.
-        position: (3,) of its centre, m, robot base frame.
-        rotation: (3, 3) of its axes in the base frame.
+        position: (3,) of its centre in the world frame, m.
+        rotation: (3, 3) of its axes in the world frame.
     """
 
     shape: ObjectShape
@@ -74,24 +74,24 @@ class ObjectPose:
 
     @cached_property
     def tilt(self) -> float:
-        """Angle of its vertical axis to the vertical, rad, up to its shape's symmetry: a cube stands on any face."""
+        """Angle of its z axis to the vertical, rad, up to its shape's symmetry: a cube stands on any face."""
         return float(np.arccos(min(1.0, float(self._upright[2, 2]))))
 
     @property
     def posture(self) -> Posture:
-        """How it stands; the hand takes nothing that lies."""
+        """Whether it stands, leans or lies, by its tilt."""
         if self.tilt <= UPRIGHT_TILT_RAD:
             return Posture.UPRIGHT
         return Posture.LEANING if self.tilt <= LEANING_TILT_RAD else Posture.LYING
 
     @property
     def below(self) -> float:
-        """How far below its middle it reaches as it stands or lies, m."""
+        """How far it reaches below its middle, m."""
         return float(self.shape.half[2]) if self.posture == Posture.UPRIGHT else self.shape.depth(self.rotation)
 
     @property
     def above(self) -> float:
-        """How far above its middle it reaches, m: a mesh is not the same both ways."""
+        """How far it reaches above its middle, m; that of a mesh may differ from `below`."""
         return float(self.shape.half[2]) if self.posture == Posture.UPRIGHT else self.shape.support(self.rotation[2])
 
     @property
@@ -106,18 +106,18 @@ class ObjectPose:
 
     @property
     def footprint(self) -> Rectangle:
-        """What it covers of the table, however it lies."""
+        """Its outline seen from above: the rectangle along its yaw that bounds its box."""
         heading = np.array([np.cos(self.yaw), np.sin(self.yaw)])
         sides = np.array([heading, [-heading[1], heading[0]]])
         return Rectangle(self.position[:2], np.abs(sides @ self.rotation[:2]) @ self.shape.half, self.yaw)
 
 
 Poses = Mapping[str, ObjectPose]
-"""Objects by name."""
+"""Poses by the objects' names."""
 
 
 class Sensor(Protocol):
-    """Observes poses of objects; a camera could stand behind it."""
+    """Interface of a sensor that observes poses of objects, such as a camera."""
 
     @property
     def samples(self) -> int:
@@ -139,7 +139,7 @@ class ExactSensor:
     error: float = 0.0
 
     def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
-        """Return the true pose; None for what is stored below the table."""
+        """Return the true pose; None for a spare object in store."""
         return None if stored(scene, data, obj) else object_pose(scene, data, obj)
 
 
@@ -152,12 +152,12 @@ class NoisySensor:
     """
 
     def __init__(self, noise: float, *, seed: int) -> None:
-        """Take the standard deviation of a position along each axis, m, and the seed that the errors are drawn by."""
+        """Set the standard deviation of a position along each axis, m, and the seed of the errors."""
         self.samples, self.error = NOISY_SAMPLES, noise / np.sqrt(NOISY_SAMPLES)
         self._noise, self._rng = noise, np.random.default_rng(seed)
 
     def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
-        """Return the true pose with noise; None for what is stored below the table."""
+        """Return the true pose with noise; None for a spare object in store."""
         if stored(scene, data, obj):
             return None
         true = object_pose(scene, data, obj)
@@ -166,14 +166,14 @@ class NoisySensor:
 
 
 class BiasedSensor:
-    """A sensor whose observed positions are all off by the same, as those of a badly calibrated camera are.
+    """A sensor whose observed positions all have the same error, as with a badly calibrated camera.
 
     Attributes:
-        samples, error: as of the sensor it wraps.
+        samples, error: those of the sensor that it wraps.
     """
 
     def __init__(self, sensor: Sensor, *, bias: np.ndarray) -> None:
-        """Wrap a sensor; `bias` is (3,) what is added to every position, m."""
+        """Wrap a sensor; `bias`, (3,) m, is added to every position."""
         self.samples, self.error = sensor.samples, sensor.error
         self._sensor, self._bias = sensor, bias
 
@@ -184,7 +184,7 @@ class BiasedSensor:
 
 
 def on_table(pose: ObjectPose | None) -> bool:
-    """Return whether an object is observed that did not fall from the table."""
+    """Return whether an object is observed, and above the table top."""
     return pose is not None and bool(pose.position[2] > 0)
 
 

@@ -12,23 +12,23 @@ from sim.geometry.mjcf import solid_geoms
 from sim.world.scene import Scene
 
 WORLD, HANDLED, ALOFT, ROBOT = range(4)
-"""Roles of geoms. The handled object may touch the fingers and the world; aloft, the fingers alone."""
+"""Roles of geoms. The handled object may touch the fingers and the world; while carried (aloft), only the fingers."""
 
 HOLD_FORCE_N = 0.5
-"""Least contact force of each pad on a held object: its weight; a firm grip has 15 N."""
+"""Least contact force of each pad on a held object: about the weight of a default cube; the Panda grips with 15 N."""
 
 
 class ContactMonitor:
-    """Roles of the bodies, and their latest contacts.
+    """Forces on the gripper's pads, and unwanted contacts by the roles of geoms.
 
     Attributes:
         handled: the object that the fingers may touch, or None.
-        pad_forces: N, of each of the gripper's pads on it at the last update.
-        pressed: when all pads last pressed it and the gripper was commanded to hold it, s; -inf if they have not.
+        pad_forces: (pads,) force of each pad on it at the last update, N.
+        pressed: time at which all pads last pressed it and the gripper was commanded to hold, s; -inf for never.
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Assign its own bodies to the robot, and all others to the world."""
+        """Give the robot's geoms the role `ROBOT`, and all others `WORLD`."""
         self._model = model = scene.mujoco
         self._gripper = gripper = scene.robot.gripper
         self._motor = model.actuator(gripper.actuator).id
@@ -43,7 +43,7 @@ class ContactMonitor:
 
     @property
     def aloft(self) -> bool:
-        """Whether the handled object hangs in the air."""
+        """Whether the handled object may touch nothing but the fingers."""
         return ALOFT in self._roles
 
     def handle(self, obj: str | None, *, aloft: bool = False) -> None:
@@ -58,7 +58,7 @@ class ContactMonitor:
 
     @contextmanager
     def handling(self, obj: str) -> Iterator[None]:
-        """Let the fingers touch an object while something is tried out, without simulating."""
+        """Let the fingers touch an object within the context, in which nothing is simulated."""
         before = self.handled, self.aloft, self.pressed
         self.handle(obj)
         try:
@@ -68,7 +68,7 @@ class ContactMonitor:
             self.pressed = before[2]
 
     def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
-        """Update from a state just simulated; return the unwanted contacts as `touches` does."""
+        """Update the pad forces from the latest simulated state; return the unwanted contacts as `touches` does."""
         presses, touches = self._sort(data)
         pressed = [0.0] * len(self._pads)
         if presses:
@@ -92,7 +92,7 @@ class ContactMonitor:
     def _sort(self, data: mujoco.MjData) -> tuple[list[tuple[int, int]], list[tuple[str, str]]]:
         """Return (pad, contact) for every contact of a pad with the handled object, and the unwanted contacts."""
         pairs = data.contact.geom
-        # From one step to the next the pairs seldom change.
+        # The pairs seldom change between steps.
         if (seen := pairs.tobytes()) != self._sorted_pairs:
             self._sorted_pairs, self._sorted = seen, self._sorted_by_role(pairs)
         return self._sorted

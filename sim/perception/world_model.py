@@ -1,8 +1,8 @@
 """World model: a planning model and a scene that agree with an observation.
 
-An object off every location gets a temporary location of its own: it can be taken from there, upright or not, and
+An object off every location gets a temporary location of its own: it can be grasped there, upright or not, and
 nothing can be put there. It also obstructs others: nothing is released at a location that it overlaps, and an
-object below it cannot be taken first.
+object below it cannot be grasped first.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from sim.world.scene import Scene
 from sim.world.shapes import extent
 
 STRAY_GAP_M = 0.006
-"""Least gap between an object that is put down and one that lies beside its slot."""
+"""Least gap between an object that is put down and one beside its slot."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Regrounded:
     """The world as it is observed.
 
     Attributes:
-        scene: the scene with its model, which begins here; it may have more locations and objects, and has none that
-            fell from the table.
-        state: where everything is.
-        lost: why the arm cannot take an object, by its name.
+        scene: with a model that starts in `state`. It may have additional locations and objects, and lacks the objects
+            that fell from the table.
+        state: observed.
+        lost: why the arm cannot grasp an object, by the object's name.
     """
 
     scene: Scene
@@ -59,12 +59,12 @@ def reground(
 ) -> Regrounded:
     """Return a scene and a state that agree with observed poses, also of objects that the model does not have.
 
-    The scene is as it was built from the scenario; `why_lost` says why the hand cannot take an object, or None, and the
+    The scene is as it was built from the scenario; `why_lost` returns why the hand cannot grasp an object, or None. The
     other arguments are those of `observe`.
     """
     model = scene.model
     known = [obj.name for obj in model.objects]
-    # What fell before is not observed any more.
+    # Objects that fell earlier are no longer observed.
     gone = [name for name in dict.fromkeys([*known, *poses]) if not on_table(poses.get(name))]
     seen = {name: pose for name, pose in poses.items() if name != held and name not in gone}
     rests = resting(scene, seen)
@@ -112,7 +112,7 @@ def _obstructed(
 ) -> Location:
     """Return a location with the locations that must be empty before an object is released there.
 
-    It is closed if the arm cannot take an object that is in the way.
+    It is closed if the arm cannot grasp an object that obstructs it.
     """
     own = [obj for obj, slot in rests.items() if slot.location == place.name]
     free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, slot, poses[obj]) for obj in own)]
@@ -127,7 +127,7 @@ def _obstructed(
 
 
 def _is_free_beside(scene: Scene, slot: Slot, pose: ObjectPose) -> bool:
-    """Return whether open fingers can release an object in a slot beside another, in one of two closing directions."""
+    """Return whether open fingers can release an object in a slot beside one at a pose, in either closing direction."""
     size, other = extent(scene.shapes.values()), pose.footprint
     if pose.underside[2] > slot.position[2] + size.high or pose.top < slot.position[2] + STRAY_GAP_M:
         return True

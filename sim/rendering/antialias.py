@@ -1,6 +1,6 @@
-"""Smooth edges and no specks, for a quarter of the price of multisampling on a software renderer.
+"""Antialiasing and removal of specks, at a quarter of the cost of multisampling on a software renderer.
 
-After Lottes, "FXAA" (NVIDIA white paper, 2009), in the short form: blend each pixel on an edge with others along it.
+After Lottes, "FXAA" (NVIDIA white paper, 2009), simplified: blend each pixel on an edge with others along the edge.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ REACH_PX = 8
 """Greatest length along an edge over which pixels are blended."""
 
 SPECK = 6
-"""A pixel darker than all its neighbours but one by more than this is a speck, as shadow maps leave them."""
+"""A pixel darker than all its neighbours but one by more than this is a speck, an artefact of shadow maps."""
 
 
 def smooth_edges(frame: np.ndarray) -> np.ndarray:
-    """Return a frame with smooth edges, its specks filled with the median of what is around them.
+    """Return a frame with smooth edges and each speck replaced by the median of its neighbours.
 
     Args:
         frame: (height, width, 3) uint8.
@@ -42,7 +42,7 @@ def smooth_edges(frame: np.ndarray) -> np.ndarray:
 
 
 def fill_specks(frame: np.ndarray) -> np.ndarray:
-    """Return a frame with its specks filled only, so that the mean of several has none.
+    """Return a frame without specks, its edges unchanged: for a mean of several frames.
 
     Args:
         frame: (height, width, 3) uint8.
@@ -51,7 +51,7 @@ def fill_specks(frame: np.ndarray) -> np.ndarray:
 
 
 def _without_specks(frame: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return (N, 3) pixels and (N,) shades without specks, the indices of edges, and steps to a pixel's neighbours."""
+    """Return (N, 3) pixels and (N,) greys without specks, the indices of edges, and offsets to a pixel's neighbours."""
     width = frame.shape[1]
     pixels = frame.reshape(-1, 3).copy()
     shades = np.asarray(Image.fromarray(frame).convert("L")).ravel().copy()

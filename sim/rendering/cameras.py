@@ -17,22 +17,22 @@ from sim.world.scene import WRIST, Scene
 from sim.world.shapes import extent
 
 CAMERAS = ("fixed", "orbit", WRIST, "top")
-"""In front of the table; around its front, once to and fro in a video; on the hand; straight above."""
+"""In front of the table; swinging around the front, once left and right in a video; on the hand; straight above."""
 
 AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
 """Heading and pitch of `fixed`: from the right in front of a robot that looks along x, down onto the table."""
 
 HEADINGS_DEG = (0.0, 48.0, -46.0, 94.0, -86.0, 134.0, -112.0, 160.0, -138.0)
-"""Turns of that heading to try in turn, for the one from which fixtures hide least."""
+"""Offsets of that heading to try, for the one from which fixtures hide least."""
 
 SEEN_CORNERS = 4
 """Least number of visible corners of the box round an object that counts as seen."""
 
 SWING_DEG = 70.0
-"""How far `orbit` goes to either side: beyond, the arm hides what it does."""
+"""How far `orbit` swings to either side: beyond, the arm hides its own work."""
 
 ORBIT_VIEWS = 36
-"""Views of `orbit` in which labels are kept apart: one in four degrees."""
+"""Number of views of `orbit` in which labels are kept apart: one every four degrees."""
 
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
@@ -41,11 +41,11 @@ NEAREST_M = 1e-3
 """Least distance ahead of the camera at which a point is projected."""
 
 REST_S, REST_DISTANCE_M = 0.5, 0.001
-"""An object that moves by less in such a time is at rest."""
+"""An object is at rest if it moves by less than this distance in this time."""
 
 
 class Camera:
-    """A view of a scene; `fixed` and `orbit` have all that is handled, and the hand at work, in the picture.
+    """A view of a scene; all objects, locations and the hand at work fit into that of `fixed`, `orbit` and `top`.
 
     Attributes:
         name: as given.
@@ -53,13 +53,13 @@ class Camera:
     """
 
     def __init__(self, scene: Scene, name: str, size: tuple[int, int], *, opening: float = 0.0) -> None:
-        """Find out what has to be in the picture.
+        """Compute what has to fit into the picture.
 
         Args:
-            scene: what it looks at.
+            scene: to look at.
             name: one of `camera_names`, or a text for `read_view`.
             size: (width, height) of the picture in pixels.
-            opening: share of the video in which the camera draws near, from where it sees the hand at home, too.
+            opening: share of the video in which the camera moves in from a view that includes the hand at home.
 
         Raises:
             RenderingError: the name is neither.
@@ -91,7 +91,7 @@ class Camera:
         axes = axes_of(view)
         eye = self._eye(axes, self._points)
         if share < self._opening:
-            # What both ends of the way see, all of it sees: the points behind a side of the picture are a half-space.
+            # A point in view at both ends of a straight path is in view all along: a view frustum is convex.
             wide = self._eye(axes, np.concatenate([self._points, self._home]))
             eye = wide + _eased(share / self._opening) * (eye - wide)
         view.distance = (axes @ (view.lookat - eye))[2]
@@ -99,7 +99,7 @@ class Camera:
         return view
 
     def _eye(self, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the (3,) nearest point, m, from which (N, 3) points are in the picture, given the camera's axes."""
+        """Return the (3,) nearest camera position, m, from which (N, 3) points are in the picture."""
         slopes = (1 - 2 * MARGIN) * self._slope * self._size / self._size[1]
         return np.asarray(_nearest_eye(points @ axes.T, slopes) @ axes)
 
@@ -119,14 +119,14 @@ class Camera:
         return best
 
     def shares(self) -> np.ndarray:
-        """Return (V,) shares of the video at which the view differs, evenly from one end of its way to the other."""
+        """Return (V,) shares of the video whose views cover the camera's whole motion evenly."""
         return np.linspace(0.25, 0.75, ORBIT_VIEWS) if self.name == "orbit" else np.zeros(1)
 
     def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
-        """Return where (N, 3) points, m, are in the picture of any camera that is not mounted.
+        """Return where (N, 3) points, m, are in the picture of a camera that is not mounted.
 
         Returns:
-            (N, 2) pixels from the left and from the top; of a point behind the camera, far outside.
+            (N, 2) pixels from the left and from the top, far outside for a point behind the camera.
         """
         view = self.view(share)
         right, up, ahead = (axes_of(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
@@ -135,18 +135,18 @@ class Camera:
 
 
 def camera_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of a scene's cameras: `CAMERAS`, then those that its MJCF has besides."""
+    """Return the names of a scene's cameras: `CAMERAS`, then others in its MJCF."""
     model = scene.mujoco
     return tuple(dict.fromkeys([*CAMERAS, *(name for i in range(model.ncam) if (name := model.camera(i).name))]))
 
 
 def read_view(text: str) -> tuple[float, float, float]:
-    """Return azimuth and elevation, degrees, and distance, m, of a camera that is given as `az,el,dist`.
+    """Return azimuth and elevation, degrees, and distance, m, of a camera given as `az,el,dist`.
 
     Azimuth 180 looks towards the robot from in front of it, elevation -90 straight down.
 
     Raises:
-        RenderingError: the text says something else.
+        RenderingError: the text is not of this form, or a number is out of range.
     """
     try:
         azimuth, elevation, distance = map(float, text.split(","))
@@ -158,10 +158,10 @@ def read_view(text: str) -> tuple[float, float, float]:
 
 
 def work_points(scene: Scene) -> np.ndarray:
-    """Return (N, 3) points about all that is handled, the locations, their names and the hand at work, m.
+    """Return (N, 3) points that bound the objects, locations, fixtures, names and the hand at work, m.
 
-    Not the hand at home, which it leaves in a second: with it, a cube of Case Study 3 would be 40 pixels wide in a
-    video of 1280 x 720 instead of 66.
+    The hand at home is left out, where it stays for a second only: with it, a cube of Case Study 3 would be 40 pixels
+    wide in a video of 1280 x 720 instead of 66.
     """
     parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
     model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
@@ -179,20 +179,20 @@ def _of_fixtures(scene: Scene) -> np.ndarray:
 
 
 def _fixtures(scene: Scene) -> mujoco.MjData:
-    """Return the scene with rays meeting its fixtures alone."""
+    """Return the scene with only its fixtures visible to rays."""
     data = mujoco.MjData(opaque(scene.mujoco, is_solid(scene.mujoco) & _of_fixtures(scene)))
     mujoco.mj_kinematics(data.model, data)
     return data
 
 
 def _visible(fixtures: mujoco.MjData, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return (N,) bool: which of (N, 3) points, m, no fixture hides from a (3,) eye, m."""
+    """Return (N,) bool: which of (N, 3) points, m, no fixture hides from a camera at a (3,) position, m."""
     met = [first_met(fixtures.model, fixtures, eye, point - eye)[1] for point in points]
     return np.array([not 0 <= distance < 1 for distance in met])
 
 
 def home_points(scene: Scene) -> np.ndarray:
-    """Return (N, 3) points about the hand at home, m."""
+    """Return (N, 3) points that bound the hand at home, m."""
     return box_corners(*_hand_at_home(scene)).reshape(-1, 3)
 
 
@@ -214,12 +214,12 @@ def label_targets(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the (3,) point at which each of these locations' names is best written, m: where the table has it."""
+    """Return the preferred (3,) point of the name of each of these locations, m: where it is printed, if it is."""
     return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
 
 
 def label_offsets(scene: Scene, camera: Camera, *, inset: PixelBox | None = None) -> dict[str, np.ndarray]:
-    """Return the (2,) pixels from each anchor to its name that keep the names clear in all views of a camera."""
+    """Return the (2,) offsets in pixels from each anchor to its name that keep the names clear in all views."""
     shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
     points = np.stack([camera.pixels(np.array([*anchors.values()]), share) for share in shares], axis=1)
     boxes = np.stack([camera.pixels(corners, share).reshape(-1, 8, 2) for share in shares])
@@ -228,10 +228,10 @@ def label_offsets(scene: Scene, camera: Camera, *, inset: PixelBox | None = None
 
 
 def hand_corners(scene: Scene) -> np.ndarray:
-    """Return (S, 8, 3) corners of a box round the hand over each of the S slots, m: as high as it goes to and fro."""
+    """Return (S, 8, 3) corners of a box round the hand over each of the S slots, at its transfer height, m."""
     half, slots = _object_half(scene), _slots(scene)
     low, high = _hand_box(scene)
-    # The tool points down: what is behind it is above.
+    # The tool's z axis points down.
     box = (low + high) / 2 * [1.0, 1.0, -1.0] + CORNERS * (high - low) / 2
     tools = np.array([slot.position for slot in slots]) + [0.0, 0.0, half[2] + HOVER_HEIGHT_M]
     top = max(slot.position[2] for slot in slots) + 2 * half[2]
@@ -240,11 +240,11 @@ def hand_corners(scene: Scene) -> np.ndarray:
 
 
 def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
-    """Return a scene that has temporary locations where objects lie off every slot, as faults may leave them.
+    """Return a scene with temporary locations where objects come to rest off every slot, for instance after faults.
 
     Args:
-        scene: the scene.
-        qpos: (T, nq) recorded states, one in `REST_S`: what has not moved since the one before is at rest.
+        scene: of the run.
+        qpos: (T, nq) recorded states, one every `REST_S`.
     """
     slots = np.array([slot.position[:2] for slot in _slots(scene)])
     found = {}
@@ -262,7 +262,7 @@ def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
 
 
 def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (3,) ends of the hand and its open fingers in the tool's frame, m."""
+    """Return the (3,) lower and upper corner of the box round the open hand, in the tool's frame, m."""
     data, geoms = _hand_at_home(scene)
     points = box_corners(data, geoms).reshape(-1, 3)
     tool = data.site(scene.robot.tool)
@@ -271,7 +271,7 @@ def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _hand_at_home(scene: Scene) -> tuple[mujoco.MjData, np.ndarray]:
-    """Return the arm at home, its fingers open, and the (G,) geoms of the hand."""
+    """Return the state with the arm at home and its fingers open, and the (G,) geoms of the hand."""
     model, robot = scene.mujoco, scene.robot
     data = mujoco.MjData(model)
     robot.put(data, robot.home, width=robot.gripper.opening_m)
@@ -290,13 +290,13 @@ def _object_half(scene: Scene) -> np.ndarray:
 
 
 def _turned(points: np.ndarray, yaws: list[float]) -> np.ndarray:
-    """Return (N, 3) points turned about z by each of S yaws, rad: (S, N, 3)."""
+    """Return (N, 3) points rotated about z by each of S yaws, rad: (S, N, 3)."""
     matrices = [[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]] for c, s in zip(np.cos(yaws), np.sin(yaws), strict=True)]
     return points @ np.array(matrices)
 
 
 def axes_of(view: mujoco.MjvCamera) -> np.ndarray:
-    """Return (3, 3) unit vectors to the right, up and ahead, one a row."""
+    """Return the (3, 3) rows to the right, up and ahead, unit vectors."""
     heading, pitch = np.radians([view.azimuth, view.elevation])
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])
     ahead = np.array([np.cos(pitch) * np.cos(heading), np.cos(pitch) * np.sin(heading), np.sin(pitch)])
@@ -304,19 +304,19 @@ def axes_of(view: mujoco.MjvCamera) -> np.ndarray:
 
 
 def _eased(share: float) -> float:
-    """Return a share of a way after a share of the time, at rest at both ends."""
+    """Return the share of a path after a share of the time, with zero speed at both ends."""
     return share * share * (3 - 2 * share)
 
 
 def _nearest_eye(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """Return the position nearest to points from which all of them are in the picture, the tighter side full.
+    """Return the nearest camera position from which all points are in the picture.
 
-    Each of the four planes that bound the picture touches a point; seen along an axis of the picture, two of them meet
-    at the eye or, on the side that is not full, behind it.
+    Move each of the four planes of the view frustum until it touches a point. The planes of the tighter direction,
+    horizontal or vertical, meet at the camera; the other two meet behind it.
 
     Args:
         points: (N, 3) to the right, up and ahead, m.
-        slopes: (2,) tangent of half the angle of view across and upwards.
+        slopes: (2,) tangent of half the horizontal and vertical field of view.
 
     Returns:
         (3,) in the axes of the points, m.

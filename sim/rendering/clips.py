@@ -1,4 +1,4 @@
-"""Videos made of finished ones: side by side, quicker, smaller, as MP4, GIF or WebP."""
+"""Videos made from finished ones: side by side, faster, smaller, as MP4, GIF or WebP."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ GAP_PX = 4
 """Gap between two videos side by side."""
 
 HEADING = 0.055
-"""Height of a heading's letters, in heights of the video."""
+"""Height of a heading's letters, as a share of the video's height."""
 
 STRIP_COLOUR = "0x090b0f"
-"""Of the strip behind headings."""
+"""Colour of the strip behind headings."""
 
 ENCODERS = {
     ".mp4": "-c:v libx264 -crf 21 -preset veryfast -pix_fmt yuv420p -movflags +faststart -f mp4",
     ".gif": "-loop 0 -f gif",
     ".webp": "-c:v libwebp_anim -quality 70 -loop 0 -f webp",
 }
-"""ffmpeg's options for each ending of the file to write."""
+"""ffmpeg's options for each suffix of the file to write."""
 
 
 def compose(
@@ -39,15 +39,15 @@ def compose(
     fps: int = 30,
     speed: float = 1.0,
 ) -> Path:
-    """Write a video of others side by side; those that end before the longest one rest on their last frame.
+    """Write a video of others side by side; those that end before the longest one hold their last frame.
 
     Args:
-        videos: the others; a single one is only made smaller or quicker.
-        path: the file to write; its ending is one of `ENCODERS`. It appears only when it is complete.
+        videos: to show; a single one is only scaled and sped up.
+        path: the file to write, with a suffix in `ENCODERS`. It appears only when it is complete.
         headings: text in a strip above each video; none for no strip.
         height: of the videos in pixels, even; a strip adds to it.
         fps: frames a second.
-        speed: how many times as quick.
+        speed: factor of the playback speed.
 
     Returns:
         The path.
@@ -109,7 +109,7 @@ def _duration(video: Path) -> float:
 
 
 def _heading(text: str, height: int) -> Image.Image:
-    """Return white text without a background."""
+    """Return an image of white text on a transparent background."""
     font = ImageFont.load_default(size=HEADING * height)
     label = Image.new("RGBA", (round(font.getlength(text)), round(HEADING * height * 1.7)), (0, 0, 0, 0))
     centre = (label.width / 2, label.height / 2)

@@ -1,4 +1,4 @@
-"""A small second view of the scene, in the corner of the picture where it covers least."""
+"""A small second view of the scene, in the corner of the picture where it hides least."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ INSETS = ("wrist", "top")
 """Views that an inset may have; written after the camera, such as `fixed+wrist`."""
 
 SHARE = 0.2
-"""Width of an inset, in widths of the picture; its sides are 16 to 9."""
+"""Width of an inset, as a share of the picture's; its aspect ratio is 16 to 9."""
 
 FRAME = (245, 246, 248)
 """Colour of the line round an inset."""
 
 
 def inset_box(scene: Scene, camera: Camera) -> PixelBox:
-    """Return where an inset covers least of what is handled and of the hand, in all views of a camera."""
+    """Return the box in a corner where an inset hides least of the objects and the hand, in all views of a camera."""
     width = round(SHARE * camera.size[0])
     free = np.array(camera.size) - (width, height := round(width * 9 / 16))
     corners = np.array([(free[0], free[1]), (0, free[1]), (free[0], 0), (0, 0)])
     if camera.mounted:
-        left, top = corners[0]  # the palm and the fingers are above
+        left, top = corners[0]  # the palm and the fingers are in the upper half
     else:
         points = np.concatenate([object_corners(scene), hand_corners(scene)]).reshape(-1, 3)
         seen = np.stack([camera.pixels(points, share).reshape(-1, 8, 2) for share in camera.shares()])
@@ -40,7 +40,7 @@ def with_inset(picture: np.ndarray, small: np.ndarray, box: PixelBox) -> np.ndar
     Args:
         picture: (height, width, 3) uint8.
         small: (bottom - top, right - left, 3) uint8.
-        box: where.
+        box: of the small picture.
     """
     left, top, right, bottom = box
     line = max(1, round(picture.shape[0] / 360))

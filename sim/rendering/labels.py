@@ -12,23 +12,23 @@ PixelBox = tuple[int, int, int, int]
 """Left, top, right and bottom, pixels."""
 
 LETTERS = 0.037
-"""Height of the letters' type, in heights of the picture."""
+"""Size of the font, as a share of the picture's height."""
 
 PADDING = 0.3
-"""Free space around the letters, in heights of their type."""
+"""Free space around the letters, in sizes of the font."""
 
 INK = (250, 244, 232)
 PLATE = (24, 20, 18, 205)
 """Colour and opacity of the plate behind a name."""
 
 OVERSAMPLING = 3
-"""Factor by which plates are drawn larger and then reduced, for smooth edges."""
+"""Supersampling factor of plates, for smooth edges."""
 
 ROUNDING_PX = 1.0
-"""Names stand at whole pixels: their distance from what they name varies by up to this as the camera moves."""
+"""Names are drawn at whole pixels, so their offsets vary by up to this as the camera moves."""
 
 STEPS, DIRECTIONS = 7, 16
-"""A name that finds no free place is tried farther away: in steps of half its height, and in directions."""
+"""Number of distances, in steps of half its height, and of directions from its anchor at which a name is tried."""
 
 
 def place_labels(
@@ -36,10 +36,10 @@ def place_labels(
 ) -> dict[str, np.ndarray]:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
-    Each keeps one distance from its anchor in all views of a video, so that none ever jumps.
+    Each keeps one offset from its anchor in all views of a video, so that it never jumps.
 
     Args:
-        anchors: (V, 2) pixel at which each name is best written, in each of V views.
+        anchors: (V, 2) preferred pixel of each name, in each of V views.
         obstacles: (V, M, 4) boxes to keep clear: left, top, right, bottom.
         size: (width, height) of the picture.
         inset: a box that no name may overlap either.
@@ -49,12 +49,12 @@ def place_labels(
     """
     offsets = dict[str, np.ndarray]()
     taken = np.tile(np.array([inset] if inset else [], dtype=float).reshape(-1, 4), (len(obstacles), 1, 1))
-    # From the front to the back: in front, there is more to cover.
+    # From the front to the back, since names in front can hide more.
     for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][:, 1].mean()):
         possible = _offsets(_extent(name, size))
         boxes = _boxes(anchor[:, None] + possible, _extent(name, size), size)
         boxes[~_inside(anchor, size)] = 0.0
-        # In this order: other names, objects, the distance. The candidates are in the order of their distance.
+        # Other names matter most, then objects, then distance, by which the candidates are ordered.
         cost = (1e6 * overlaps(boxes, taken) + overlaps(boxes, obstacles)).sum(axis=0)
         best = int(cost.argmin())
         offsets[name] = possible[best]
@@ -80,12 +80,12 @@ def draw_labels(
     anchors: Mapping[str, np.ndarray],
     targets: Mapping[str, np.ndarray],
 ) -> np.ndarray:
-    """Return a frame with names, and a thin line to the location from each that is far from its anchor.
+    """Return a frame with names, and a thin line from each name that is far from its anchor to its location.
 
     Args:
         frame: (height, width, 3) uint8.
-        placed: what `label_boxes` returned.
-        anchors: (2,) what it was given.
+        placed: from `label_boxes`.
+        anchors: (2,) pixel by name, as given to `label_boxes`.
         targets: (2,) pixel in the middle of each location.
     """
     picture = Image.fromarray(frame)
@@ -121,15 +121,15 @@ def _inside(points: np.ndarray, size: tuple[int, int]) -> np.ndarray:
 def _offsets(extent: np.ndarray) -> np.ndarray:
     """Return (N, 2) pixels from an anchor to the middle of a name of an extent, the shortest first."""
     angles = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    # Below first: what is in front of a location seldom belongs to another.
+    # Below first, where a name is seldom taken for that of another location.
     ring = np.stack([np.sin(angles), np.cos(angles)], axis=1)
-    # Beside the anchor, however wide the name is.
+    # Names are wide: scale the ring with their extent.
     rings = [ring * (extent / 2 + step * extent[1] / 2) for step in range(1, STEPS + 1)]
     return np.concatenate([np.zeros((1, 2)), *rings])
 
 
 def _boxes(middles: np.ndarray, extent: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Return (..., 4) boxes of an extent about (..., 2) middles, moved into the picture."""
+    """Return (..., 4) boxes of an extent, centred at (..., 2) middles and then moved into the picture."""
     corner = np.clip(np.round(middles - extent / 2), 0, np.array(size) - extent)
     return np.concatenate([corner, corner + extent], axis=-1)
 

@@ -1,4 +1,4 @@
-"""OpenGL for pictures: which backend, whether it works here, and what mends it. It loads no more than MuJoCo."""
+"""OpenGL: which backend is used, whether it works here, and how to repair it. Imports nothing beyond MuJoCo."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import mujoco
 from sim.errors import RenderingError
 
 CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
-"""What mends a machine without OpenGL (names of Debian's packages)."""
+"""How to repair a machine without OpenGL (names of Debian's packages)."""
 
 
 def check_rendering() -> None:
-    """Set up rendering in a process of its own, which a faulty driver may end without harm.
+    """Check that rendering works, in a process of its own, which a faulty driver may crash without harm.
 
     Raises:
-        RenderingError: it cannot be done; the message says why and what mends it, in one sentence.
+        RenderingError: it does not work; the message says why and how to repair it, in one sentence.
     """
     call = f"import sys; sys.path = {sys.path}; from sim.rendering.opengl import probe; probe()"
     done = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True)
@@ -31,7 +31,7 @@ def check_rendering() -> None:
 
 
 def probe() -> None:
-    """Set up rendering in the smallest size, or fail as the libraries do."""
+    """Create and free a small OpenGL context, or raise whatever the libraries raise."""
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     gl = gl_context(16, 16)
     gl.make_current()
@@ -41,21 +41,21 @@ def probe() -> None:
 
 
 def no_gl(why: str) -> str:
-    """Return the sentence that says why there is no OpenGL, and what mends it."""
+    """Return the sentence that says why there is no OpenGL, and how to repair that."""
     chosen = os.environ.get("MUJOCO_GL")
     other = f", or unset MUJOCO_GL, which is {chosen!r}" if chosen else ""
     return f"no OpenGL here ({why}); {CURE}{other}"
 
 
 def gl_backend() -> str:
-    """Return the OpenGL backend that MUJOCO_GL names, else `egl` where there is no display, or nothing."""
+    """Return the OpenGL backend that MUJOCO_GL names, else `egl` on Linux without a display, else ""."""
     displays = ("DISPLAY", "WAYLAND_DISPLAY")
     headless = sys.platform == "linux" and not any(os.environ.get(name) for name in displays)
     return os.environ.get("MUJOCO_GL", "").lower().strip() or ("egl" if headless else "")
 
 
 def gl_context(width: int, height: int) -> Any:
-    """Return an OpenGL context. MuJoCo reads MUJOCO_GL once, as it is imported; here it may still be chosen."""
+    """Return an OpenGL context. MuJoCo reads MUJOCO_GL only when it is imported; this reads it at each call."""
     if gl_backend() in ("egl", "osmesa"):
         return importlib.import_module(f"mujoco.{gl_backend()}").GLContext(width, height)
     if not hasattr(mujoco, "GLContext"):

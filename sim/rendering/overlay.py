@@ -19,25 +19,25 @@ GROUND = (9, 11, 15)
 TRACK = (52, 56, 63)
 
 STRIP = 0.15
-"""Height of the strip, in heights of the whole frame."""
+"""Height of the strip, as a share of the frame's."""
 
 TASKS_LEFT = 0.42
-"""Where the tasks begin, in widths of the frame."""
+"""Left edge of the tasks, as a share of the frame's width."""
 
 ROWS = 3
-"""Tasks below each other in one column; with more, there are two columns, of smaller type if need be."""
+"""Greatest number of tasks in one column; with more, there are two columns, in a smaller font if need be."""
 
 LEAST_LETTERS_PX = 15
-"""Size of the letters of tasks below which their texts are cut rather, pixels of a frame 720 high."""
+"""Least font size of tasks, below which their texts are cut instead, pixels of a frame 720 high."""
 
 MARGIN_PX = 36
 """Free space to the left and right of the text, pixels of a frame 720 high."""
 
 MARK = 0.42
-"""Radius of the mark before a task, in sizes of its letters."""
+"""Radius of the mark before a task, in sizes of its font."""
 
 OVERSAMPLING = 2
-"""Factor by which captions are drawn larger and then reduced, for smooth curves."""
+"""Supersampling factor of captions, for smooth curves."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class TaskStatus:
 
     Attributes:
         name: the task's name.
-        text: what it asks for.
+        text: its formula in words.
         state: `satisfied` or still `open`.
     """
 
@@ -57,16 +57,16 @@ class TaskStatus:
 
 @dataclass(frozen=True)
 class Caption:
-    """What is shown over a stretch of the video.
+    """The text below the picture during an interval of the video.
 
     Attributes:
-        start: simulated time from which it is shown, until the next caption's, s.
+        start: simulated time from which it is shown, until the next caption starts, s.
         end: simulated time at which its action ends, s.
         action: the running action.
         cost: spent so far.
         total: cost of the whole plan.
         tasks: every task, in the order to show.
-        preference: preference penalty mu as far as it is settled; None to leave it out.
+        preference: preference penalty mu so far; None to leave it out.
         preference_total: mu of the whole plan.
     """
 
@@ -81,13 +81,13 @@ class Caption:
 
 
 def caption_at(captions: Sequence[Caption], time: float) -> Caption | None:
-    """Return the caption to show at a time: the last to have started, if any. They are in order of `start`."""
+    """Return the caption to show at a time, s, from captions in order of `start`: the last that has started, if any."""
     index = bisect.bisect_right(captions, time, key=lambda caption: caption.start)
     return captions[index - 1] if index else None
 
 
 def strip_height(height: int) -> int:
-    """Return the height of the strip of a frame of a height, pixels; both are even."""
+    """Return the (even) height of the strip for an even height of the frame, pixels."""
     return 2 * round(STRIP * height / 2)
 
 
@@ -118,7 +118,7 @@ def _strip(caption: Caption | None, width: int, height: int) -> np.ndarray:
 
 
 def _draw_progress(draw: ImageDraw.ImageDraw, caption: Caption, width: int, unit: float) -> None:
-    """Draw the action and what was spent; `unit` is the length of a pixel of a frame 720 high."""
+    """Draw the action and the costs so far; `unit` is the length of a pixel of a frame 720 high."""
     share = min(1.0, caption.cost / caption.total) if caption.total else 1.0
     draw.rectangle((0, 0, width, 3 * unit), fill=TRACK)
     draw.rectangle((0, 0, share * width, 3 * unit), fill=ACCENT)
@@ -142,7 +142,7 @@ def _draw_tasks(draw: ImageDraw.ImageDraw, tasks: Sequence[TaskStatus], width: i
     across = (right - TASKS_LEFT * width) / columns
     space, letters = across - 12 * unit, 0.6 * pitch
     longest = max((_task_width(task, letters) for task in tasks), default=space)
-    # Widths of letters are rounded: a little less than what would just fit.
+    # 2 % smaller than the exact fit, since widths of letters are rounded.
     letters = min(letters, max(LEAST_LETTERS_PX * unit, 0.98 * letters * space / longest))
     for i, task in enumerate(tasks):
         column, row = divmod(i, rows)
@@ -158,7 +158,7 @@ def _task_width(task: TaskStatus, letters: float) -> float:
 def _draw_task(
     draw: ImageDraw.ImageDraw, task: TaskStatus, left: float, middle: float, right: float, letters: float
 ) -> None:
-    """Draw a mark, the name and the meaning of a task about a line, in letters of a size."""
+    """Draw the mark, the name and the text of a task in one line, vertically centred at `middle`."""
     radius = MARK * letters
     circle = (left, middle - radius, left + 2 * radius, middle + radius)
     if task.state == "satisfied":
@@ -176,7 +176,7 @@ def _draw_task(
 
 
 def _fitting(text: str, font: ImageFont.FreeTypeFont, width: float) -> str:
-    """Return the text, shortened with an ellipsis where it is too long."""
+    """Return the text, shortened with an ellipsis if it is wider than `width`."""
     if font.getlength(text) <= width:
         return text
     kept = bisect.bisect_right(range(len(text)), width, lo=1, key=lambda end: font.getlength(f"{text[:end]}...")) - 1

@@ -1,4 +1,4 @@
-"""How much work a video's pictures are worth."""
+"""Settings for the quality of a video: resolution, sampling, shadows and encoding."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from typing import TypedDict
 
 @dataclass(frozen=True)
 class Quality:
-    """What a picture is made of.
+    """Quality settings of a picture or video.
 
     Attributes:
         size: (width, height) in pixels, both even.
-        samples: number of pictures of which each is the mean, each through another point of every pixel and in the
-            light of another point of the key light: edges are smooth then, and shadows soft. With one, edges are
-            smoothed afterwards.
+        samples: number of renderings that are averaged, each with other subpixel offsets and another point of the key
+            light, for smooth edges and soft shadows. With one, edges are smoothed afterwards.
         shadow_pixels: side of the shadow map.
-        rate: constant rate factor of x264: lower is better, 18 is said to look lossless.
+        rate: constant rate factor of x264: lower is better, and 18 is considered visually lossless.
         preset: of x264.
     """
 
@@ -27,7 +26,7 @@ class Quality:
     preset: str
 
 
-# A draft takes 60 ms of one core a picture, both videos of Case Study 3 a minute and a half on two cores.
+# 60 ms on one core per picture; a minute and a half on two cores for both videos of Case Study 3.
 DRAFT = Quality((1280, 720), samples=1, shadow_pixels=1024, rate=20, preset="veryfast")
 # Nearly ten times the work.
 FINAL = Quality((1920, 1080), samples=5, shadow_pixels=2048, rate=17, preset="medium")
@@ -35,11 +34,11 @@ QUALITIES = {"draft": DRAFT, "final": FINAL}
 
 
 class Look(TypedDict, total=False):
-    """How a video looks.
+    """Options of a video.
 
     Attributes:
-        quality: of its pictures; a draft unless it is said.
-        camera: that it is seen from; `fixed` unless it is said.
+        quality: `DRAFT` by default.
+        camera: as for `Painter`; `fixed` by default.
     """
 
     quality: Quality

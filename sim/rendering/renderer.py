@@ -23,20 +23,20 @@ from sim.world.scene import WRIST, Scene
 from sim.world.tabletop import TABLE_TOP, picture
 
 LAMP_RADIUS_RAD = 0.02
-"""Radius of the key light, seen from what it lights. With a larger one the shadows of its few points are told apart."""
+"""Angular radius of the key light. With a larger one, the shadows of its few sample points would be distinguishable."""
 
 WRIST_SHADOW_SCALE = 2
-"""How many times as fine shadows are drawn for the camera on the hand, to which they come near."""
+"""Factor by which the shadow map is finer for the camera on the hand, which is close to the shadows."""
 
 GOLDEN_ANGLE_RAD = np.pi * (3 - np.sqrt(5))
-"""Points on a spiral that are turned by this angle each lie evenly on a disc."""
+"""Angle between successive points of a spiral that covers a disc evenly."""
 
 
 class Painter:
-    """Renders states of one scene; one for a process, closed after use.
+    """Renders states of one scene. Use it as a context manager, and one at a time per process.
 
     Raises:
-        RenderingError: (on construction) there is no OpenGL; the message says what mends it.
+        RenderingError: (on construction) there is no OpenGL; the message says how to repair that.
     """
 
     def __init__(
@@ -48,14 +48,14 @@ class Painter:
         camera: str,
         opening: float = 0.0,
     ) -> None:
-        """Make the OpenGL context.
+        """Create the OpenGL context.
 
         Args:
-            scene: the scene.
+            scene: to render.
             size: (width, height) in pixels.
-            quality: how much work a picture is worth.
-            camera: name of a `sim.rendering.cameras.Camera`; with `+` and one of `sim.rendering.inset.INSETS` after
-                it, that view is in a corner.
+            quality: settings; its own size is ignored.
+            camera: name of a `sim.rendering.cameras.Camera`, optionally with `+` and one of
+                `sim.rendering.inset.INSETS` for a second view in a corner.
             opening: as for `sim.rendering.cameras.Camera`.
         """
         name, _, inset = camera.partition("+")
@@ -94,7 +94,7 @@ class Painter:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Free the OpenGL context, without which Mesa complains when the process ends."""
+        """Free the OpenGL context; otherwise, Mesa complains when the process ends."""
         self._context.free()
         self._gl.free()
 
@@ -103,7 +103,7 @@ class Painter:
 
         Args:
             qpos: (nq,) positions of the scene's MuJoCo model.
-            glow: for marking locations at work, how brightly their lamp glows, 0 .. 1.
+            glow: brightness of the lamp of each marking location at work, 0 .. 1.
             share: of the video that has passed, 0 .. 1.
 
         Returns:
@@ -141,7 +141,7 @@ class Painter:
         return draw_labels(bare, label_boxes(anchors, self._offsets, size), anchors, targets)
 
     def _bare(self, camera: Camera, share: float) -> np.ndarray:
-        """Return a picture of the present state with smooth edges."""
+        """Return a picture of the current state with smooth edges, without labels."""
         view, size = camera.view(share), camera.size
         samples = self._quality.samples
         if samples == 1:
@@ -156,7 +156,7 @@ class Painter:
     def _painted(
         self, view: mujoco.MjvCamera, size: tuple[int, int], *, shift: tuple[float, float] = (0.0, 0.0)
     ) -> np.ndarray:
-        """Return the present state upside down, the picture's points shifted to the right and up, in pixels."""
+        """Return a rendering of the current state, upside down, shifted to the right and up by fractions of a pixel."""
         pixels, area = np.empty((size[1], size[0], 3), dtype=np.uint8), mujoco.MjrRect(0, 0, *size)
         mujoco.mj_camlight(self._model, self._data)
         mujoco.mjv_updateScene(
@@ -172,7 +172,7 @@ class Painter:
         return pixels
 
     def _move_key_light(self, k: int, samples: int) -> None:
-        """Let the light come from the k-th of several points of a round lamp."""
+        """Move the key light to the k-th of several sample points of a round lamp."""
         across = np.cross(self._key_direction, [0.0, 0.0, 1.0])
         across /= np.linalg.norm(across)
         radius, angle = LAMP_RADIUS_RAD * np.sqrt((k + 0.5) / samples), k * GOLDEN_ANGLE_RAD

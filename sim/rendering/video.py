@@ -1,4 +1,4 @@
-"""Video of an execution: its recorded states rendered in parallel, part by part, and joined without encoding again."""
+"""Video of an execution: its recorded states are rendered in parallel parts, which are joined without re-encoding."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from sim.simulation.rollout import FRAME_RATE_HZ, Rollout
 from sim.world.scene import Scene
 
 LAST_FRAME_S = 1.5
-"""How long the last state stays on the screen, s."""
+"""How long the last state is held, s."""
 
 OPENING_S = 2.0
-"""Time in which the camera draws near, s; the hand needs as long to come from home to what it handles."""
+"""Time in which the camera moves in, s; the hand needs as long to come down from home."""
 
 LAMP_TIME_CONSTANT_S = 0.15
-"""Time constant with which a lamp comes on and goes off, s."""
+"""Time constant of a lamp that is switched on or off, s."""
 
 PART_FRAMES = 100
-"""Frames of a part, about: six seconds' work, a fortieth of which sets up the renderer."""
+"""Approximate number of frames of a part: six seconds of work, a fortieth of it to set up the renderer."""
 
 
 @dataclass(frozen=True)
@@ -67,16 +67,16 @@ def render_video(
     camera: str = "fixed",
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Render an execution as an H.264 MP4 file, in one process a core.
+    """Render an execution as an H.264 MP4 file, with one process per core.
 
     Args:
-        scene: the scene that was played in.
-        rollout: what happened in it.
-        captions: shown below the picture, in order of `start`; none for a picture of the whole size.
+        scene: in which it was carried out.
+        rollout: the recorded execution.
+        captions: shown below the picture, in order of `start`; without any, the picture fills the frame.
         path: the file to write; it appears only when it is complete.
         fps: frames a second.
         size: (width, height) in pixels, both even; None for the quality's.
-        quality: how much work a picture is worth.
+        quality: rendering and encoding settings.
         camera: as for `Painter`.
         progress: called with the number of frames done and of all frames, after each part.
 
@@ -84,7 +84,7 @@ def render_video(
         The path.
 
     Raises:
-        RenderingError: no OpenGL, or a process failed.
+        RenderingError: there is no OpenGL, or a process failed.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -101,7 +101,7 @@ def render_video(
         camera=camera,
         opening=opening,
     )
-    # joblib would do the work of a single process in this one, which has to survive a faulty driver.
+    # At least two: joblib would run a single worker in this process, which a faulty driver must not crash.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
     count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
     bounds = [len(frames) * i // count for i in range(count + 1)]
@@ -132,14 +132,14 @@ def render_frame(
     Args:
         scene: the scene.
         qpos: (nq,) positions of its MuJoCo model.
-        caption: text below the picture, which is the less high.
+        caption: shown below the picture, within the size.
         glow: marking locations at work.
         size: (width, height) in pixels; None for the quality's.
-        quality: how much work the picture is worth.
+        quality: rendering settings.
         camera: as for `Painter`.
 
     Raises:
-        RenderingError: no OpenGL.
+        RenderingError: there is no OpenGL.
     """
     width, height = size or quality.size
     above = height - strip_height(height) if caption else height
@@ -149,7 +149,7 @@ def render_frame(
 
 
 def _frames(scene: Scene, rollout: Rollout, fps: int) -> list[_Frame]:
-    """Return every frame: the nearest recorded state, and at the end the last one held."""
+    """Return every frame, with the nearest recorded state; the last state is held at the end."""
     duration = rollout.times[-1] - rollout.times[0]
     times = rollout.times[0] + np.arange(round((duration + LAST_FRAME_S) * fps) + 1) / fps
     rows = np.searchsorted(rollout.times, times - 0.5 / FRAME_RATE_HZ).clip(max=len(rollout.times) - 1)
@@ -162,7 +162,7 @@ def _frames(scene: Scene, rollout: Rollout, fps: int) -> list[_Frame]:
 
 
 def _eased(on: np.ndarray, fps: int) -> np.ndarray:
-    """Return the brightness of a lamp that is switched on and off, (F,) in 0 .. 1."""
+    """Return the (F,) brightness, 0 .. 1, of a lamp that is switched on and off."""
     level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * LAMP_TIME_CONSTANT_S))
     for i in range(1, len(on)):
         level[i] = level[i - 1] + share * (on[i] - level[i - 1])
@@ -170,13 +170,13 @@ def _eased(on: np.ndarray, fps: int) -> np.ndarray:
 
 
 def _in_processes(jobs: Sequence[Any], workers: int) -> Iterator[int]:
-    """Carry jobs of joblib out in other processes, and yield what they return as they come.
+    """Run joblib jobs in other processes, and yield their results as they finish.
 
     Raises:
-        RenderingError: one of them failed, or its process ended without an answer.
+        RenderingError: one of them failed, or its process crashed.
     """
     pool = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")
-    # Started with Ctrl-C blocked: this process ends the others.
+    # The workers start with Ctrl-C blocked, since this process ends them.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         results = pool(jobs)
@@ -203,10 +203,10 @@ def _render_part(
     camera: str,
     opening: float,
 ) -> int:
-    """Render consecutive frames into a video of their own, with one thread, and return how many there are."""
+    """Render consecutive frames into a video of their own, with one thread, and return their number."""
     os.environ["LP_NUM_THREADS"] = "1"
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    import mediapy  # loads matplotlib's pyplot: 0.4 s that only videos need
+    import mediapy  # imported late: it loads matplotlib's pyplot, which takes 0.4 s
 
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     encoding = f"-preset {quality.preset} -threads 1"
@@ -227,7 +227,7 @@ def _render_part(
 
 
 def _join(parts: Iterable[Path], whole: Path) -> None:
-    """Join videos of the same encoding."""
+    """Concatenate videos of the same encoding."""
     index = whole.with_suffix(".txt")
     index.write_text("".join(f"file '{part.name}'\n" for part in parts))
     options = ["-f", "concat", "-i", str(index), "-c", "copy", "-movflags", "+faststart", str(whole)]

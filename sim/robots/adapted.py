@@ -1,4 +1,4 @@
-"""MJCF of other origin, adapted to what a scene needs of a robot: its own names, contacts, motors and weight."""
+"""MJCF from other sources, adapted for scenes: unique names, contacts, position actuators and gravity compensation."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from sim.errors import RobotError
 from sim.robots.robot import check_parts
 
 PREFIX = "robot:"
-"""Of all names of an adapted MJCF, which would else clash with those of a scenario."""
+"""Prefix of all names of an adapted MJCF, which could otherwise clash with those of a scenario."""
 
 STIFFNESS_PER_TORQUE, DAMPING_TIME_S = 60.0, 0.1
-"""Gains of a motor that the MJCF lacks: stiffness for each N m of its limit, 1/rad, and damping over stiffness: about
-those of the Panda."""
+"""Gains of an actuator that the MJCF lacks, about those of the Panda: stiffness over torque limit, 1/rad, and damping
+over stiffness."""
 
 WHOLE_TURN_RAD = 2 * np.pi
-"""Joints without ends turn here so far each way: nothing is wound up."""
+"""Range, either way, that a joint without limits gets."""
 
 DRIVEN = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT, mujoco.mjtTrn.mjTRN_TENDON
 """Kinds of actuators that drive joints and tendons."""
@@ -29,18 +29,18 @@ COUPLED = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON
 
 
 def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> mujoco.MjSpec:
-    """Return a robot without the rest of its MJCF: the body that carries the first joint, and all that hangs on it.
+    """Return the robot in an MJCF without the rest: the top-level body above the first joint, and its descendants.
 
-    Names get a prefix. Joints that are neither the arm's nor behind its last one are fixed where they are. Each joint
-    of the arm has a position motor of its name.
+    Names get a prefix. Joints that are neither the arm's nor beyond its last one are fixed. Each joint of the arm gets
+    a position actuator with the joint's name.
 
     Args:
         spec: the MJCF.
         joints: of the arm, n in number, from base to wrist.
-        torques: (n,) greatest ones, N m or N.
+        torques: (n,) limits, N m or N.
 
     Raises:
-        RobotError: joints are missing, or not in a row from base to wrist.
+        RobotError: joints are missing, or not in order from base to wrist.
     """
     check_parts(spec, joint=joints)
     _check_row(spec, joints)
@@ -67,19 +67,19 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
 
 
 def base_of(spec: mujoco.MjSpec) -> str:
-    """Return the first body of an adapted robot."""
+    """Return the name of the root body of an adapted robot."""
     return str(spec.worldbody.first_body().name)
 
 
 def _check_row(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
-    """Raise RobotError unless each joint is behind the one before it."""
+    """Raise RobotError unless each joint moves the next one."""
     for before, name in zip(joints, joints[1:], strict=False):
         if spec.joint(name).name not in {joint.name for joint in _joints_below(spec.joint(before).parent)}:
             raise RobotError(f"the joint {name!r} is not behind {before!r}; name the joints from base to wrist")
 
 
 def _joints_below(body: mujoco.MjsBody) -> list[mujoco.MjsJoint]:
-    """Return the joints of all bodies that a body carries, without its own."""
+    """Return the joints of all descendants of a body, without its own."""
     return [joint for child in body.bodies for joint in child.find_all("joint")]
 
 
@@ -90,7 +90,7 @@ def _root(body: mujoco.MjsBody, spec: mujoco.MjSpec) -> mujoco.MjsBody:
 
 
 def _fix(spec: mujoco.MjSpec, joint: mujoco.MjsJoint) -> None:
-    """Remove a joint, and with it what drives or couples it."""
+    """Remove a joint and the actuators, tendons and equality constraints on it."""
     name, wrapped = joint.name, mujoco.mjtWrap.mjWRAP_JOINT
     tendons = [
         tendon
@@ -105,7 +105,7 @@ def _fix(spec: mujoco.MjSpec, joint: mujoco.MjsJoint) -> None:
 
 
 def _let_turn(spec: mujoco.MjSpec, link: mujoco.MjsBody) -> None:
-    """Let the first link never collide with what carries it: MuJoCo sees to this only where that moves, too."""
+    """Exclude collisions of the first link with its ancestors: MuJoCo does so only for ancestors that move."""
     below = link.parent
     while below.name != spec.worldbody.name:
         spec.add_exclude(bodyname1=below.name, bodyname2=link.name)
@@ -113,7 +113,7 @@ def _let_turn(spec: mujoco.MjSpec, link: mujoco.MjsBody) -> None:
 
 
 def _name(spec: mujoco.MjSpec) -> None:
-    """Give every body, joint and geom a name, and let shapes that collide touch the world and not each other."""
+    """Give every body, joint and geom a name, and let colliding geoms touch the world and not each other."""
     numbers = count(1)
     for body in spec.bodies[1:]:
         body.name = body.name if body.name.removeprefix(PREFIX) else f"{PREFIX}link {next(numbers)}"
@@ -128,9 +128,9 @@ def _name(spec: mujoco.MjSpec) -> None:
 
 
 def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
-    """Give a joint a position motor of its name; one that the MJCF has keeps its stiffness.
+    """Give a joint a position actuator of its name, with the stiffness of the MJCF's own if it has one.
 
-    What the joint is damped by becomes the motor's, whose damping the controller makes up for.
+    The joint's damping becomes the actuator's, for which the controller compensates.
     """
     joint = spec.joint(name)
     if not np.any(joint.range):
@@ -150,7 +150,7 @@ def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
 
 
 def set_pad(pad: mujoco.MjsGeom, *, friction: float) -> None:
-    """Let a pad touch objects stiffly and without turning on them; `friction` is the sliding one."""
+    """Give a pad stiff contacts with torsional friction; `friction` is the sliding friction."""
     pad.condim, pad.priority, pad.friction = 4, 1, [friction, 0.02, 0.0005]
     pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
 
@@ -168,13 +168,13 @@ def add_servo(
     """Add a position servo.
 
     Args:
-        spec: the robot.
+        spec: of the robot.
         name: of the servo, and of its joint.
-        reach: least and greatest command.
+        reach: least and greatest command, rad or m.
         limit: greatest force, N m or N.
         stiffness: N m/rad or N/m.
         damping: N m s/rad or N s/m.
-        tendon: which it drives instead of a joint.
+        tendon: driven instead of a joint.
     """
     motor = spec.add_actuator(name=name, target=tendon or name)
     motor.trntype = mujoco.mjtTrn.mjTRN_TENDON if tendon else mujoco.mjtTrn.mjTRN_JOINT

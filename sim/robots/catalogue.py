@@ -26,14 +26,14 @@ DEFAULT = RobotSetup.name
 """The robot of a scenario that names none."""
 
 OLD_NAMES = {"default": DEFAULT}
-"""Names that logs written by earlier versions use, and those of today."""
+"""Names in logs of earlier versions, and their current names."""
 
 
 def robot_named(name: str) -> Robot:
     """Return one of `ROBOTS`.
 
     Raises:
-        RobotError: it is unknown, or cannot be had.
+        RobotError: it is unknown, or cannot be loaded.
     """
     name = OLD_NAMES.get(name, name)
     if name not in ROBOTS:
@@ -42,12 +42,12 @@ def robot_named(name: str) -> Robot:
 
 
 def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
-    """Return the robot that a scenario sets up, or one of another name in its place.
+    """Return the robot that a scenario sets up, or the one called `name` in its place.
 
     Raises:
-        RobotError: the other name is unknown, or the robot cannot be had.
-        SimulationError: the scenario's is unknown, or one of one's own is not as its table says; the message begins
-            with the key.
+        RobotError: `name` is unknown, or the robot cannot be loaded.
+        SimulationError: the scenario's robot is unknown, or its MJCF does not fit its table; the message begins with
+            the key.
     """
     if setup.mjcf is not None and name is None:
         own = own_robot(setup)

@@ -1,4 +1,4 @@
-"""What is to be known of a gripper of two fingers, derived from its MJCF: pads, linkage, forces and dimensions."""
+"""The constants of a gripper, derived from its MJCF: pads, linkage, forces and dimensions."""
 
 from __future__ import annotations
 
@@ -14,42 +14,49 @@ from sim.robots.adapted import set_pad
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, Gripper, Linkage, SuctionGripper
 
 COMMANDS = 25
-"""Number of commands, from the least to the greatest, at which the fingers are looked at."""
+"""Number of commands, from the least to the greatest, at which the fingers are measured."""
 
 SETTLE_S = 0.6
-"""How long the fingers get to come to rest at each."""
+"""How long the fingers may take to come to rest at each command."""
 
 MIN_TRAVEL_M = 0.005
-"""Least difference of the widths at both ends of the commands."""
+"""Least difference between the widths at the least and the greatest command."""
 
 WIDTH_TOLERANCE_M = 0.002
-"""Greatest difference of the widths at both ends from those that are said."""
+"""Greatest shortfall of the range of widths from the specified one."""
 
 SHAPE_MARGIN_M = 0.002
-"""Kept from all shapes of the hand."""
+"""Clearance added to all shapes of the hand."""
 
 SQUEEZES_M = 0.006, 0.020
-"""Limits of how much narrower than a held object the command of the fingers is."""
+"""Bounds on how much narrower than a held object the fingers are commanded."""
 
 FIRM_SHARE, FIRM_FORCE_N = 1 / 3, 5.0
-"""Share of its force that a firm grip has at least, but no more than this is asked."""
+"""Least force of a firm grip: this share of the gripper's force, but no more than this force is required."""
 
 CLOSING_COSINE = 0.98
 """Least cosine of the angle between the tool's y axis and the closing direction of the fingers."""
 
 MAX_PALM_M = 0.06
-"""Greatest half width of a palm: what is wider is the arm."""
+"""Greatest half width of a palm; wider shapes are parts of the arm."""
 
 USUAL_PALM_M = 0.05
-"""Height of the palm over the tool of a hand without shapes above."""
+"""Height of the palm over the tool if the hand has no shapes there."""
 
 RIGID_PRESS_M = 0.0003
-"""How far the hand goes on after the lip of a cup without a spring has met an object: a millimetre throws it off."""
+"""How far a cup without a spring moves on after its lip has touched an object: a millimetre pushes the object away."""
 
 
 @dataclass(frozen=True)
 class HandState:
-    """The hand at rest at a command: fingers' positions, geoms in the tool's frame."""
+    """The hand at rest at a command.
+
+    Attributes:
+        command: of the actuator.
+        positions: (k,) of the fingers' joints, rad or m.
+        length: of the actuator's transmission.
+        data: with the kinematics of this state.
+    """
 
     command: float
     positions: np.ndarray
@@ -70,16 +77,16 @@ def derived_gripper(
     """Return a gripper of two fingers.
 
     Args:
-        spec: the adapted robot; its pads get the contacts of pads, and its actuator the force.
-        arm: each joint of the arm, and where it is at home, rad or m.
-        tool: site between the pads, z out of the hand, y along the line on which the fingers close.
-        actuator: drives the fingers.
+        spec: the adapted robot; the contacts of its pads and the force of its actuator are set.
+        arm: home position of each joint of the arm, rad or m.
+        tool: site between the pads, z out of the hand; the fingers close along y.
+        actuator: of the fingers.
         opening_m: greatest width to use.
-        closed_m: least width that the fingers reach; for a check.
+        closed_m: width that the fingers must be able to close to.
         force_n: of each pad.
 
     Raises:
-        RobotError: the fingers do not close along the tool's y axis, or not from the one width to the other.
+        RobotError: the fingers do not close along the tool's y axis, or not from `opening_m` to `closed_m`.
     """
     model = spec.compile()
     joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
@@ -93,7 +100,7 @@ def derived_gripper(
         )
     if widths.max() < opening_m - WIDTH_TOLERANCE_M or widths.min() > closed_m + WIDTH_TOLERANCE_M:
         found = f"{widths.min():.3f} to {widths.max():.3f} m"
-        raise RobotError(f"the fingers open from {closed_m:g} to {opening_m:g} m by the table, but here {found}")
+        raise RobotError(f"the fingers should open from {closed_m:g} to {opening_m:g} m, but their range is {found}")
     _check_axis(model, states[order[-1]].data, pads, tool)
     kept = order[np.concatenate([[True], np.diff(widths[order]) > 1e-5])]
     linkage = Linkage(
@@ -137,7 +144,7 @@ def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str, joints:
 
 
 def _pads(states: list[HandState], model: mujoco.MjModel, joints: tuple[str, ...], tool: str) -> tuple[str, str]:
-    """Return the shapes of either finger between which an object is held: those nearest to the tool."""
+    """Return the geoms of the left and the right finger that are nearest to the tool: these hold objects."""
     moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in joints})
     shapes = [i for i in range(model.ngeom) if int(model.geom_bodyid[i]) in moving and model.geom_contype[i]]
     narrow = states[len(states) // 2].data
@@ -155,10 +162,10 @@ def _pads(states: list[HandState], model: mujoco.MjModel, joints: tuple[str, ...
 def suction_gripper(
     spec: mujoco.MjSpec, arm: dict[str, float], *, tool: str, actuator: str, force_n: float
 ) -> SuctionGripper:
-    """Return a gripper with one suction cup, an adhesion actuator on a body with one shape; see `derived_gripper`.
+    """Return a gripper with one suction cup, an adhesion actuator on a body with one geom; see `derived_gripper`.
 
     Raises:
-        RobotError: the actuator is of another kind, or the body has another number of shapes.
+        RobotError: the actuator is of another kind, or the body has another number of colliding geoms.
     """
     motor = spec.actuator(actuator)
     if motor.trntype != mujoco.mjtTrn.mjTRN_BODY:
@@ -185,7 +192,7 @@ def suction_gripper(
 
 
 def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
-    """Return bodies and all that they carry."""
+    """Return bodies and all their descendants."""
     found = set(bodies)
     for body in range(1, model.nbody):
         if int(model.body_parentid[body]) in found:
@@ -194,13 +201,13 @@ def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
 
 
 def _width(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, ...], tool: str) -> float:
-    """Return the width between the pads, by the boxes round them in the tool's frame, m."""
+    """Return the width between the pads, measured by their bounding boxes in the tool's frame, m."""
     left, right = (_box(data, model.geom(name).id, tool)[:, 1] for name in pads)
     return float(left.min() - right.max())
 
 
 def _check_axis(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, str], tool: str) -> None:
-    """Raise RobotError unless the open fingers are apart along the tool's y axis."""
+    """Raise RobotError unless the shortest line between the open pads is along the tool's y axis."""
     ends = np.zeros(6)
     left, right = (model.geom(name).id for name in pads)
     mujoco.mj_geomDistance(model, data, left, right, 1.0, ends)
@@ -211,9 +218,9 @@ def _check_axis(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, str
 
 
 def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np.ndarray, force_n: float) -> float:
-    """Limit the actuator so that a pad presses with a force; return how much narrower to close for that, m.
+    """Limit the actuator so that each pad presses with a force; return the `squeeze_m` for that, m.
 
-    By virtual work, a pad's force is the actuator's times how much that one's length changes with the width.
+    By virtual work, a pad's force is the actuator's times the derivative of its transmission length by the width.
     """
     motor = spec.actuator(actuator)
     slope = float(np.abs(np.polyfit(linkage.widths, lengths, 1)[0]))
@@ -226,7 +233,7 @@ def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np
 
 
 def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gripper, tool: str) -> dict[str, Any]:
-    """Return the dimensions of the hand over several states, by their names in `Gripper`, from its shapes' boxes."""
+    """Return the dimensions of the hand over several states, by their names in `Gripper`, from its bounding boxes."""
     fingers = {int(model.geom(name).bodyid[0]) for name in gripper.pads}
     moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in gripper.joints})
     hand = _carried(model, {int(model.site(tool).bodyid[0])}) - fingers - moving
@@ -252,6 +259,6 @@ def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gri
 
 
 def _box(data: mujoco.MjData, geom: int, tool: str) -> np.ndarray:
-    """Return the (8, 3) corners of the box round a geom in the tool's frame, m."""
+    """Return the (8, 3) corners of a geom's bounding box in the tool's frame, m."""
     corners = box_corners(data, np.array([geom]))[0]
     return np.asarray((corners - data.site(tool).xpos) @ data.site(tool).xmat.reshape(3, 3))

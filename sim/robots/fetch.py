@@ -18,35 +18,35 @@ from sim.robots.meshes import asset_folder
 from sim.robots.robot import Robot
 
 FETCH_PREFIX = "robot0:"
-"""Of all names in the MJCF."""
+"""Prefix of all names in the MJCF."""
 
 TABLE_HEIGHT_M = 0.72
-"""From the floor, on which the base stands, to the table top."""
+"""Height of the table top above the floor, on which the base stands."""
 
 TORSO_LIFT_M = 0.3861
-"""How far the torso is raised: fully, so that the forearm is well above the table."""
+"""Joint position of the torso: fully raised, so that the forearm is well above the table."""
 
 HEAD_PAN_RAD = np.pi / 2
-"""The head looks aside: looking ahead, it would be in the way of the upper arm, raised for what is near."""
+"""The head is turned aside: otherwise, it would obstruct the upper arm, which is raised to reach near objects."""
 
 SHOULDER_M = 0.0326
-"""From the middle of the base to the axis of the shoulder, which is the axis of the robot here."""
+"""Distance from the middle of the base to the shoulder's axis, which is the axis of the robot here."""
 
 TOOL_M = 0.026
-"""From the gripper's frame to the tool: 12.5 mm short of the finger tips."""
+"""Distance from the gripper's frame to the tool: 12.5 mm short of the fingertips."""
 
 CLOSED_GAP_M = 0.0018
-"""Between the pads of the closed gripper in the MJCF; here they meet."""
+"""Gap between the pads of the closed gripper in the MJCF; here, they meet."""
 
 FINGER_MASS_KG, FINGER_INERTIA_KG_M2 = 0.0798, 2e-5
-"""Of a finger, as in Fetch Robotics' URDF, and of a box of that mass and its size: the MJCF has 4 kg."""
+"""Mass of a finger, from Fetch Robotics' URDF (the MJCF has 4 kg), and inertia of a box of that mass and its size."""
 
 ARMATURE_KG_M2, DAMPING_N_M_S = 0.1, 1.0
-"""Of an arm's joint. The armature is not published, and that of the Panda; the MJCF has 1 and 2.75, and dampings of 50,
-to follow a mocap body. The damping is that of most joints in the URDF."""
+"""Of a joint of the arm. The armature is not published; this is the Panda's. The damping is that of most joints in the
+URDF. The MJCF has armatures of 1 and 2.75 and dampings of 50, to follow a mocap body."""
 
 FINGER_ARMATURE_KG, FINGER_DAMPING_N_S_M = 0.1, 1.0
-"""Of a finger: those of the Panda's."""
+"""Of a finger: those of the Panda's fingers."""
 
 GRIP_FORCE_N = 60.0
 """Greatest force of a finger, as in the URDF."""
@@ -64,7 +64,7 @@ COLOURS = {
     **dict.fromkeys(("shoulder_lift_link", "elbow_flex_link", "wrist_flex_link"), "blue"),
     "estop_link": "red",
 }
-"""Of each link that is not white."""
+"""Colour of each link that is not white."""
 
 FETCH_MJCF = """<mujoco>
   <compiler angle="radian" meshdir="{meshes}"/>
@@ -74,16 +74,16 @@ FETCH_MJCF = """<mujoco>
 
 
 def fetch_spec(meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot, its shoulder's axis over the origin; it has its own meshes, whatever is asked for.
+    """Return the robot, its shoulder's axis over the origin; it has its own meshes, whatever `meshes` is.
 
-    Bodies, arm inertias and shapes are the MJCF's. Ours are motors, dampings and the grip.
+    Bodies, arm inertias and shapes are the MJCF's. Actuators, dampings and the grip are set here.
 
     Raises:
         RobotError: gymnasium-robotics is not installed.
     """
     folder, stl = asset_folder("fetch"), asset_folder("stls/fetch")
     if folder is None or stl is None:
-        raise RobotError(f"the robot `fetch` cannot be had here: {hindrance()}; the robot `panda` can")
+        raise RobotError(f"the robot `fetch` is not available here: {hindrance()}; the robot `panda` is")
     return _spec(folder, stl).copy()
 
 
@@ -101,19 +101,19 @@ def _spec(folder: Path, stl: Path) -> mujoco.MjSpec:
 
 
 def hindrance() -> str | None:
-    """Return why it cannot be had on this machine; None if it can."""
+    """Return why the robot is not available on this machine; None if it is."""
     return None if asset_folder("fetch") else "it needs the package gymnasium-robotics: pip install gymnasium-robotics"
 
 
 def _strip(spec: mujoco.MjSpec) -> None:
-    """Take away what belongs to the task of another simulation: a mocap body that pulls the hand, cameras, textures."""
+    """Remove the parts for gymnasium-robotics' own tasks: a mocap body that pulls the hand, cameras, textures."""
     spec.delete(spec.body(f"{FETCH_PREFIX}mocap"))
     for element in (*spec.equalities, *spec.cameras, *spec.textures, *spec.materials):
         spec.delete(element)
 
 
 def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
-    """Let links collide as their hulls, and draw them smooth and coloured."""
+    """Use the links' convex hulls for collisions, and add smooth, coloured visual meshes."""
     for name, rgba in PALETTE.items():
         spec.add_material(name=f"fetch_{name}", rgba=rgba, specular=0.35, shininess=0.4)
     for geom in spec.geoms:
@@ -136,7 +136,7 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
 
 
 def _fix_base(spec: mujoco.MjSpec) -> None:
-    """Stand the base on the floor, raise the torso and let nothing but the arm and the fingers move."""
+    """Put the base on the floor, raise the torso and fix every joint but those of the arm and the fingers."""
     spec.body(f"{FETCH_PREFIX}base_link").pos = [-SHOULDER_M, 0.0, -TABLE_HEIGHT_M]
     spec.body(f"{FETCH_PREFIX}torso_lift_link").pos[2] += TORSO_LIFT_M
     spec.body(f"{FETCH_PREFIX}head_pan_link").quat = yaw_quat(HEAD_PAN_RAD)
@@ -158,10 +158,10 @@ def _set_motors(spec: mujoco.MjSpec) -> None:
 
 
 def _set_gripper(spec: mujoco.MjSpec) -> None:
-    """Give the gripper one motor for the width between the pads, which are the whole fingers, and the tool's site."""
+    """Give the gripper one actuator for the width between the pads (the whole fingers), and add the tool's site."""
     hand, gripper = spec.body(f"{FETCH_PREFIX}gripper_link"), FETCH.gripper
     hand.gravcomp = 1
-    # The tool's z points along the hand's x, and its y along the hand's y, in which the fingers close.
+    # The tool's z axis is the hand's x axis; both have the same y axis, along which the fingers close.
     hand.add_site(name=FETCH.tool, pos=[TOOL_M, 0, 0], quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0])
     width = spec.add_tendon(name="gripper_width")
     for name, pad in zip(gripper.joints, gripper.pads, strict=True):
@@ -202,8 +202,8 @@ FETCH = Robot(
     # Fetch Robotics, fetch_description/robots/fetch.urdf: `velocity` and `effort` of each joint.
     velocity_limits=np.array([1.256, 1.454, 1.571, 1.521, 1.571, 2.268, 2.268]),
     torque_limits=np.array([33.82, 131.76, 76.94, 66.18, 29.35, 25.7, 7.36]),
-    # Fetch Robotics, fetch_moveit_config/config/joint_limits.yaml: what movements are planned with. What the arm bears
-    # is not published, nor are jerks and torque rates.
+    # Fetch Robotics, fetch_moveit_config/config/joint_limits.yaml: limits for planning. Peak accelerations, jerks and
+    # torque rates are not published.
     acceleration_limits=np.array([1.5, 1.0, 1.5, 1.5, 1.5, 2.5, 2.5]),
     peak_acceleration_limits=np.inf,
     # The tool 0.5 m from the shoulder's axis and 0.4 m above the table.
@@ -217,16 +217,16 @@ FETCH = Robot(
         opening_m=0.10,
         squeeze_m=0.015,
         firm_force_n=5.0,
-        # Of the shapes, with 1.5 to 2 mm of clearance.
+        # From the shapes, with 1.5 to 2 mm of clearance.
         finger_depth_m=0.016,
         finger_half_width_m=0.0155,
         fingertip_m=0.014,
         palm_height_m=0.056,
         palm_half_width_m=0.042,
     ),
-    # The table that suits a Panda at the origin begins there: farther back it is all within reach.
+    # Farther back than a Panda at the origin, so that all of a table laid out for the Panda is within reach.
     position=np.array([-0.12, 0.0, 0.0]),
-    # Of the round base, with 6 mm of clearance.
+    # The round base, with 6 mm of clearance.
     floor_front_m=0.26,
     nearest_m=0.32,
     # The shoulder turns 92 degrees.

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 SUCTION_OPENING_M, SUCTION_SQUEEZE_M = 0.03, 0.015
-"""Commanded width at which a suction cup does not draw; and how far the command is below the width of its object, which
-counts as 0, when it draws."""
+"""Commanded width at which the vacuum of a suction cup is off; and how far the command is below the width of the held
+object, which counts as 0, when it is on."""
 
 USUAL_LOAD_KG = 1.5
-"""What is heavier is pressed harder in proportion. With 15 N, a box of 3 kg slides between the Panda's pads."""
+"""Heavier objects are pressed harder in proportion. With 15 N, a box of 3 kg slips between the Panda's pads."""
 
 PAD_CLEARANCE_M = 0.0075
 """Least distance from an object to either pad of the open hand where there is space, m."""
@@ -24,13 +24,13 @@ MAX_LENGTH_M = 0.120
 """Greatest length of an object across the closing direction: a longer one turns between the fingers."""
 
 MAX_LIFT_M = 0.022
-"""Greatest distance of the pads' middle from an object's, m: half of the pads hold a usual cube, 2 mm over a bin's rim,
-and it is not so far from the tool that it would not count as held."""
+"""Greatest distance of the pads' middle from an object's, m. At this distance, half of the pads hold a default cube,
+2 mm over a bin's rim, and the object is near enough to the tool to count as held."""
 
 
 @dataclass(frozen=True, eq=False)
 class Linkage:
-    """How fingers follow their actuator, where not each slides by an equal share of the width: a table of K rows.
+    """Table of K rows for fingers that do not each slide by an equal share of the width.
 
     Attributes:
         widths: (K,) between the pads, m, ascending.
@@ -52,7 +52,7 @@ class Gripper:
         joints: of the fingers; without a linkage each slides by an equal share of the width.
         pads: geoms of the left and the right pad, which hold an object.
         opening_m: greatest width between the pads.
-        squeeze_m: how much narrower than a held object of usual weight the command is.
+        squeeze_m: how much narrower than a held object the command is, up to `USUAL_LOAD_KG`.
         firm_force_n: least contact force on each pad in a firm grip.
         finger_depth_m: of a finger, from its pad outwards along y, clearance included.
         finger_half_width_m: of a finger along x, clearance included.
@@ -77,28 +77,28 @@ class Gripper:
 
     @property
     def held_widths(self) -> tuple[float, float]:
-        """The least and the greatest width of what it takes, m."""
+        """The least and the greatest width of an object that it can grasp, m."""
         return self.squeeze_m + MIN_HELD_WIDTH_M, self.opening_m - 2 * PAD_CLEARANCE_M
 
     @property
     def held_heights(self) -> tuple[float, float]:
-        """The least and the greatest height of what it takes from above, m."""
-        # A lower object has the finger tips touch the surface below it, a higher one touches the palm.
+        """The least and the greatest height of an object that it can grasp from above, m."""
+        # The fingertips would touch the surface below a lower object, and the palm a higher one.
         return 2 * self.fingertip_m, 2 * (self.palm_height_m + MAX_LIFT_M)
 
     def command(self, width: float) -> float:
-        """Return what the actuator is sent for a width between the pads, m."""
+        """Return the actuator's command for a width between the pads, m."""
         return width if self.linkage is None else _between(self.linkage.widths, self.linkage.commands, width)
 
     def width(self, command: float) -> float:
-        """Return the width between the pads that a command of the actuator asks for, m."""
+        """Return the width between the pads that corresponds to an actuator command, m."""
         if self.linkage is None:
             return command
         order = np.argsort(self.linkage.commands)
         return _between(self.linkage.commands[order], self.linkage.widths[order], command)
 
     def pressing(self, width: float, mass: float) -> float:
-        """Return the width that is asked for to press an object of a width, m, and a mass, kg, firmly."""
+        """Return the width to command, m, to hold an object of a width, m, and a mass, kg, firmly."""
         return max(0.0, width - self.squeeze_m * max(1.0, mass / USUAL_LOAD_KG))
 
     def positions(self, width: float) -> np.ndarray:
@@ -118,7 +118,7 @@ class Gripper:
         return float(np.interp(positions[leader], known[order], self.linkage.widths[order]))
 
     def holds(self, command: float) -> bool:
-        """Return whether pads that press an object hold it, while the actuator is sent a command."""
+        """Return whether the gripper can hold an object at an actuator command, given that the pads press it."""
         return True
 
 
@@ -126,23 +126,23 @@ class Gripper:
 class SuctionGripper(Gripper):
     """A suction cup, its lip at the tool frame, which holds an object by a face of it.
 
-    Its width is a way to speak of it as of fingers: what it holds is 0 wide, and it draws while it is commanded to be
-    narrower than that. The actuator is MuJoCo's adhesion; its command is 1 to draw, else 0.
+    It is commanded in widths like fingers: a held object counts as 0 wide, and the vacuum is on while the commanded
+    width is negative. The actuator is MuJoCo's adhesion; its command is 1 for vacuum, else 0.
 
     Attributes:
-        joints: of the spring on which the cup gives way when it is pressed on an object.
+        joints: of the spring that yields when the cup is pressed on an object.
         pads: the geom of the lip.
-        opening_m: width for not drawing.
+        opening_m: commanded width without vacuum.
         finger_depth_m: half the cup along y, clearance included.
         finger_half_width_m: half the cup along x, clearance included.
-        press_m: how far the hand goes on after the lip has met an object.
+        press_m: how far the hand moves on after the lip has touched an object.
     """
 
     press_m: float = 0.003
 
     @property
     def held_widths(self) -> tuple[float, float]:
-        """See `Gripper.held_widths`: what is as wide as its lip."""
+        """See `Gripper.held_widths`: at least as wide as its lip."""
         return 2 * self.finger_half_width_m, MAX_LENGTH_M
 
     @property
@@ -159,7 +159,7 @@ class SuctionGripper(Gripper):
         return -self.squeeze_m if self.holds(command) else self.opening_m
 
     def pressing(self, width: float, mass: float) -> float:
-        """See `Gripper.pressing`; its vacuum does not depend on the mass."""
+        """See `Gripper.pressing`; the vacuum does not depend on the mass."""
         return width - self.squeeze_m
 
     def positions(self, width: float) -> np.ndarray:
@@ -172,7 +172,7 @@ class SuctionGripper(Gripper):
 
 
 def _between(known: np.ndarray, values: np.ndarray, at: float) -> float:
-    """Return a value between those known at ascending points, and beyond them along the nearest straight piece."""
+    """Return a linear interpolation between values at ascending points, and an extrapolation beyond them."""
     i = int(np.clip(np.searchsorted(known, at) - 1, 0, len(known) - 2))
     share = (at - known[i]) / (known[i + 1] - known[i])
     return float(values[i] + share * (values[i + 1] - values[i]))

@@ -1,4 +1,4 @@
-"""The Panda's surface: the installed STL files, parted by finish, thinned out and smoothed."""
+"""The Panda's visual meshes: the installed STL files, split by finish, simplified and smoothed."""
 
 from __future__ import annotations
 
@@ -22,33 +22,33 @@ FINISHES = {
     "hand": ("shell", "metal"),
     "finger": ("metal", "rubber"),
 }
-"""Finish of each link's connected parts, largest first; the rest are `trim`. The links are the files' names."""
+"""Finishes of each link's connected parts, largest first; the rest are `trim`. Links have the files' names."""
 
 LINKS = tuple(FINISHES)
 
 FACES_KEPT = {"link6": 0.2, "link7": 0.2, "hand": 0.4, "finger": 1.0}
-"""Share of a link's faces that is kept, 0.08 for the others: 134 thousand become 20. The wrist has fine curves."""
+"""Share of a link's faces that is kept, 0.08 for the others: 134,000 become 20,000. The wrist has fine curves."""
 
 DETAIL_AREA_M2, DETAIL_FACES = 3e-3, 80
-"""A part of less surface, such as a plug, keeps no more faces than this."""
+"""A part with a smaller surface, such as a plug, keeps no more faces than this."""
 
 MIN_AREA_M2 = 1e-5
-"""Parts of less surface are specks of the original drawing and left out."""
+"""Parts with a smaller surface are artefacts of the original files and left out."""
 
 SEAMS_M = {"link1": -0.1925, "link2": 0.0, "link3": -0.1215, "link4": 0.0, "link5": -0.2595}
-"""Height in a link's frame at which it meets the link before, both round about its joint's axis and 0.5 mm short of it:
-a slit in which a picture shows their ends as a dotted line. A sleeve covers it."""
+"""Height in a link's frame of the gap of 1 mm between it and the previous link, both round about the joint's axis. The
+gap would be rendered as a dotted line; a sleeve covers it."""
 
 SLEEVE_M = [(0.0543, -0.008), (0.0553, -0.001), (0.0553, 0.001), (0.0543, 0.008)]
-"""Outline of a sleeve, radius and height: its edges lie within the links, whose radius is 55 mm and, once they are
-polygons of few corners, 54.4 to 55.3."""
+"""Outline of a sleeve, radius and height: its edges lie inside the links, whose radius is 55 mm, or 54.4 to 55.3 mm
+after simplification."""
 
 SLEEVE_SIDES = 96
 
 
 @dataclass(frozen=True)
 class Surface:
-    """All parts of one link that share a finish, in the link's frame."""
+    """The mesh of all parts of one link that share a finish, in the link's frame, m."""
 
     link: str
     finish: str
@@ -56,7 +56,7 @@ class Surface:
 
 
 def asset_folder(name: str) -> Path | None:
-    """Return a folder of gymnasium-robotics' assets, or None when they are not installed."""
+    """Return a folder of gymnasium-robotics' assets, or None if they are not installed."""
     found = importlib.util.find_spec("gymnasium_robotics")
     if found is None or not found.submodule_search_locations:
         return None
@@ -65,13 +65,13 @@ def asset_folder(name: str) -> Path | None:
 
 
 def mesh_folder() -> Path | None:
-    """Return the folder with the Panda's `visual` and `collision` STL files, or None when they are not installed."""
+    """Return the folder with the Panda's `visual` and `collision` STL files, or None if they are not installed."""
     return asset_folder("kitchen_franka/franka_assets/meshes")
 
 
 @functools.cache
 def surfaces(folder: Path) -> tuple[Surface, ...]:
-    """Return what to draw of every link; takes about a second, once a process."""
+    """Return the surfaces of every link; takes about a second, once per process."""
     return tuple(surface for link in LINKS for surface in _surfaces(folder / "visual" / f"{link}.stl"))
 
 
@@ -91,7 +91,7 @@ def _surfaces(path: Path) -> list[Surface]:
 
 
 def _sleeve(height: float) -> trimesh.Trimesh:
-    """Return a sleeve round the z axis, its middle at a height, m, with the normals of a cylinder."""
+    """Return a sleeve round the z axis, centred at a height, m, with the normals of a cylinder."""
     sleeve = trimesh.creation.revolve(SLEEVE_M, sections=SLEEVE_SIDES)
     return trimesh.Trimesh(
         sleeve.vertices + [0, 0, height],

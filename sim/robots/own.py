@@ -1,4 +1,4 @@
-"""Robots of one's own: a table in a scenario, and an MJCF beside it."""
+"""A user's own robot: a table in a scenario, and an MJCF beside it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def own_robot(setup: RobotSetup) -> Robot:
     """Return the robot that a scenario describes.
 
     Raises:
-        SimulationError: the MJCF cannot be read, or does not have what the table says; the message begins with the key.
+        SimulationError: the MJCF cannot be read, or does not fit the table; the message begins with the key.
     """
     spec, gripper = _prepared(setup, _changed(setup))
     model = spec.compile()
@@ -66,7 +66,7 @@ def own_robot(setup: RobotSetup) -> Robot:
 def _links_inside_each_other(robot: Robot, model: mujoco.MjModel) -> tuple[str, str] | None:
     """Return the names of two links that overlap at home, the hand open or closed; None if there are none.
 
-    A log of such a robot is refuted from the start. Neighbours may overlap, and so may the fingers.
+    Every log of such a robot would be refuted. Neighbours may overlap, and so may the fingers.
     """
     robot.let_links_collide(model)
     is_robot, is_finger = robot.bodies(model)[model.geom_bodyid], robot.fingers(model)
@@ -83,12 +83,16 @@ def _links_inside_each_other(robot: Robot, model: mujoco.MjModel) -> tuple[str, 
 
 
 def _spec(setup: RobotSetup, meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the adapted robot; it has its own meshes, whatever is asked for."""
+    """Return the adapted robot; it has its own meshes, whatever `meshes` is."""
     return _prepared(setup, _changed(setup))[0].copy()
 
 
 def _changed(setup: RobotSetup) -> int:
-    """Return when the MJCF was last written, ns."""
+    """Return when the MJCF was last written, ns.
+
+    Raises:
+        SimulationError: there is no such file.
+    """
     path = setup.folder / str(setup.mjcf)
     if not path.is_file():
         raise SimulationError(f"robot.mjcf: {path}: no such file")
@@ -97,7 +101,7 @@ def _changed(setup: RobotSetup) -> int:
 
 @cache
 def _prepared(setup: RobotSetup, changed: int) -> tuple[mujoco.MjSpec, Gripper]:
-    """Return the adapted robot, and its gripper as derived from it; `changed` tells versions of the file apart."""
+    """Return the adapted robot and the gripper derived from it; `changed` lets the cache notice a changed file."""
     path = setup.folder / str(setup.mjcf)
     try:
         source = mujoco.MjSpec.from_file(str(path))
@@ -151,9 +155,9 @@ def _check_named(spec: mujoco.MjSpec, key: str, kind: str, names: tuple[str, ...
 
 
 def _check_kept(part: mujoco.MjsSite | mujoco.MjsActuator | None, key: str, setup: RobotSetup) -> None:
-    """Raise SimulationError if a part went with what does not belong to the arm."""
+    """Raise SimulationError if `adapted` removed a part, since it does not belong to the arm."""
     if part is None:
-        raise SimulationError(f"robot.{key}: it does not belong to what {setup.joints[-1]!r}, the last joint, moves")
+        raise SimulationError(f"robot.{key}: {setup.joints[-1]!r}, the last joint, does not move it")
 
 
 def _plain(text: str) -> str:

@@ -1,4 +1,4 @@
-"""The Franka Panda, and its MJCF dressed with meshes where they are installed."""
+"""The Franka Panda, with meshes if they are installed."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     """Return the robot, its base frame at the origin.
 
     Args:
-        meshes: dress it with meshes, or leave it its capsules; None for meshes where they are installed.
+        meshes: use meshes instead of capsules; None to do so if they are installed.
             Kinematics, inertia, fingers and pads are the same either way.
 
     Raises:
-        FileNotFoundError: meshes are asked for and not installed.
+        FileNotFoundError: `meshes` is true, and they are not installed.
     """
     folder = mesh_folder()
     if meshes and folder is None:
@@ -35,7 +35,7 @@ def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
 
 @cache
 def _spec(folder: Path | None) -> mujoco.MjSpec:
-    """Return the robot, dressed with the meshes in a folder unless that is None."""
+    """Return the robot with the meshes in a folder, or with capsules if that is None."""
     spec = mujoco.MjSpec.from_file(str(MJCF))
     if folder is not None:
         _dress(spec, folder)
@@ -106,7 +106,7 @@ PANDA = Robot(
     ),
     # Its foot reaches 0.155 m behind the axis, by the mesh of link0; the rest is kept free.
     foot_m=0.22,
-    # Nearer to the axis the hand meets the robot's foot.
+    # Nearer to the axis, the hand would touch the robot's foot.
     nearest_m=0.32,
     # The base turns 166 degrees, part of which the wrist needs.
     max_bearing_rad=np.radians(150),

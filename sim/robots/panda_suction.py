@@ -1,4 +1,4 @@
-"""The Panda with a suction cup on its hand in the place of the fingers."""
+"""The Panda with a suction cup on its hand instead of fingers."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, SuctionGrip
 from sim.robots.panda import PANDA, panda_spec
 
 CUP_DIAMETER_M, VACUUM_PA = 0.024, 60e3
-"""Of the cup's lip, and how far below the air's pressure the air in it is: usual for an ejector."""
+"""Diameter of the cup's lip, and pressure in it below that of the air: typical of an ejector."""
 
 FORCE_N = VACUUM_PA * np.pi * CUP_DIAMETER_M**2 / 4
-"""With which the cup is drawn to an object, 27 N."""
+"""Suction force, 27 N."""
 
 LIP_HALF_M = CUP_DIAMETER_M * np.sqrt(np.pi) / 4
-"""Half the side of the square that stands for the lip, of the same area: MuJoCo finds all its corners' contacts."""
+"""Half the side of a square of the lip's area, used as its geom: MuJoCo finds contacts at all four corners."""
 
 TRAVEL_M, STIFFNESS_N_M, PRELOAD_M = 0.008, 500.0, 0.004
-"""How far the cup gives way on its spring, the spring's stiffness, and how far it is compressed at rest."""
+"""Travel of the cup on its spring, the spring's stiffness, and its compression at rest."""
 
 CUP_MASS_KG, CUP_INERTIA_KG_M2 = 0.03, 5e-6
-"""Of the cup and the spring's moving part."""
+"""Of the cup and the moving part of the spring."""
 
 HAND_BOTTOM_M = 0.0661
-"""From the hand's frame to its lower side, where the fingers' rail is."""
+"""Distance from the hand's frame to its lower side, where the rail of the fingers is."""
 
 
 def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
@@ -46,7 +46,7 @@ def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     spring = cup.add_joint(name="suction_cup", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], range=[-TRAVEL_M, 0.0])
     spring.stiffness[0], spring.springref, spring.damping[0], spring.armature = STIFFNESS_N_M, PRELOAD_M, 5.0, 0.0
     spring.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-    # As hard as the lip: MuJoCo's usual stop gave way by 5 mm under 1 kg, so light is the cup.
+    # As stiff as the lip: with so light a cup, MuJoCo's default stop yielded by 5 mm under 1 kg.
     spring.solref_limit, spring.solimp_limit[:3] = [0.004, 1], [0.95, 0.99, 0.001]
     lip = cup.add_geom(
         name="suction_cup", type=mujoco.mjtGeom.mjGEOM_BOX, size=[LIP_HALF_M, LIP_HALF_M, 0.005], pos=[0, 0, -0.005]
@@ -81,7 +81,7 @@ SUCTION = SuctionGripper(
     squeeze_m=SUCTION_SQUEEZE_M,
     # A fifth of its force.
     firm_force_n=5.0,
-    # Of the lip, with 2 mm of clearance.
+    # The lip, with 2 mm of clearance.
     finger_depth_m=0.014,
     finger_half_width_m=0.014,
     fingertip_m=0.0,

@@ -1,4 +1,4 @@
-"""What the simulation has to know of a robot: its joints, limits and gripper, and where its MJCF comes from."""
+"""The description of a robot: its joints, limits and gripper, and the source of its MJCF."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sim.geometry.mjcf import yaw_quat
 from sim.robots.gripper import Gripper
 
 LINK_BITS = [1 << bit for bit in range(2, 31)]
-"""Bits of contypes that no geom of a scene has."""
+"""Bits of `contype` that no geom of a scene uses."""
 
 
 def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
@@ -25,41 +25,41 @@ def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
 
 
 def no_hindrance() -> None:
-    """Return None: nothing keeps a robot from being had on this machine."""
+    """Return None: the robot is available on every machine."""
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot arm with a gripper; its base is at the origin of its MJCF and looks along x, the table top is at z = 0.
+    """A robot arm with a gripper; its base is at the origin of its MJCF and faces +x, the table top is at z = 0.
 
     Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. Its MJCF has its
     defaults in a class of its own, since the main class applies to the whole scene.
 
     Attributes:
-        name: as in logs.
-        title: what it is, in words.
-        mjcf: a function of a module, which returns its MjSpec; the argument says whether it has meshes, None for where
-            they are installed.
-        base: its first body.
+        name: in scenarios and logs.
+        title: description in words.
+        mjcf: module-level function that returns its MjSpec; the argument says whether to use meshes, None if they are
+            installed.
+        base: its root body.
         joints: of the arm, n in number, from base to wrist. Position actuators bear the same names.
         velocity_limits: (n,) rad/s, m/s for a sliding joint.
         torque_limits: (n,) N m, N for a sliding joint.
-        acceleration_limits: (n,) rad/s^2, of movements; infinite where none is known, as are the next three.
-        peak_acceleration_limits: (n,) rad/s^2, which a blow may reach; None for those of movements.
+        acceleration_limits: (n,) rad/s^2, of planned motions; infinite if unknown, as are jerk and torque rate.
+        peak_acceleration_limits: (n,) rad/s^2, which an impact may reach; None for `acceleration_limits`.
         jerk_limits: (n,) rad/s^3.
         torque_rate_limits: (n,) N m/s.
         home: (n,) rad or m: the tool points down in front of the base.
         tool: site between the pads: z points out of the hand, the fingers close along y.
         gripper: its hand.
         nearest_m: least distance of the tool from the axis of the base.
-        max_bearing_rad: greatest bearing of the tool from where the base looks.
-        wrist_joints: how many of the last joints are its wrist.
-        foot_m: half the square of the table on which the base of a robot stands, with what is kept free round it.
-        floor_front_m: how far the base of a robot on the floor reaches ahead of its axis; None for one on the table.
-        payload_kg: greatest mass that it may carry, by its data sheet; None where that is not known.
-        find_gripper: derives the gripper from the MJCF, where that must be fetched first; None if it is known.
-        hindrance: says why it cannot be had on this machine, and what would mend that; None if it can.
-        position: (3,) of its base in the scene, m: where it usually stands, unless a scenario says otherwise.
+        max_bearing_rad: greatest bearing of the tool from the heading of the base.
+        wrist_joints: number of its wrist's joints, the last ones.
+        foot_m: half side of the square of the table that is kept free for the base.
+        floor_front_m: how far the base of a robot on the floor extends ahead of its axis; None for one on the table.
+        payload_kg: greatest mass that it may carry, by its data sheet; None if unknown.
+        find_gripper: derives the gripper from an MJCF that must be downloaded first; None if `gripper` is known.
+        hindrance: returns why it is not available on this machine and how to change that, or None.
+        position: (3,) of its base in the scene, m.
         yaw: heading of its base in the scene, rad.
     """
 
@@ -90,7 +90,7 @@ class Robot:
 
     @property
     def load_limits(self) -> dict[str, np.ndarray | float]:
-        """The (n,) limits of what `sim.simulation.rollout.Frames` records of every joint, by its names."""
+        """The (n,) limits of every joint's loads, by the names of their arrays in `sim.simulation.rollout.Frames`."""
         peak = self.peak_acceleration_limits
         return {
             "speeds": self.velocity_limits,
@@ -101,18 +101,18 @@ class Robot:
         }
 
     def completed(self) -> Robot:
-        """Return it with the gripper that its MJCF has.
+        """Return the robot with its gripper derived, if it is not known yet.
 
         Raises:
-            RobotError: its MJCF cannot be had.
+            RobotError: its MJCF cannot be loaded.
         """
         return self if self.find_gripper is None else replace(self, gripper=self.find_gripper(), find_gripper=None)
 
     def spec(self, *, meshes: bool | None = None) -> mujoco.MjSpec:
-        """Return the robot, with motors that carry the arm's weight within their torque limits, as real ones do.
+        """Return the robot's MJCF, with actuators that compensate gravity within their torque limits.
 
         Raises:
-            RobotError: its MJCF cannot be had, or lacks what is named here.
+            RobotError: its MJCF cannot be loaded, or lacks a part that is named here.
         """
         spec, gripper = self.mjcf(meshes), self.gripper
         try:
@@ -136,7 +136,7 @@ class Robot:
         return spec
 
     def polar(self, position: np.ndarray) -> tuple[float, float]:
-        """Return how far a point is from the axis of the base, m, and its bearing from where the base looks, rad."""
+        """Return the distance of a point, (2,) or (3,) m, from the axis of the base, m, and its bearing, rad."""
         x, y = (np.asarray(position) - self.position[: len(position)])[:2]
         bearing = float(np.arctan2(y, x)) - self.yaw
         return float(np.hypot(x, y)), float((bearing + np.pi) % (2 * np.pi) - np.pi) if self.yaw else bearing
@@ -146,11 +146,11 @@ class Robot:
         spec = self.spec(meshes=False)
         for name in self.gripper.joints:
             joint = spec.joint(name)
-            if joint is not None:  # it went with the finger that carries it
+            if joint is not None:  # else it was deleted with its parent finger
                 spec.delete(joint.parent)
         for element in (*spec.geoms, *spec.meshes):
             spec.delete(element)
-        # MuJoCo takes inertias from the geoms where there are no others, and refuses moving bodies without.
+        # Without geoms, bodies whose inertia is not explicit have none, which MuJoCo refuses.
         for body in spec.bodies[1:]:
             if not body.explicitinertial:
                 body.mass, body.inertia, body.explicitinertial = 1.0, np.ones(3), True
@@ -164,15 +164,15 @@ class Robot:
         """Let MuJoCo find contacts between the robot's own links in a scene, except between a link and the next.
 
         Args:
-            model: of the scene.
-            apart_from: pairs of bodies between which none need be found, for speed.
+            model: of the scene; changed in place.
+            apart_from: pairs of bodies between which contacts need not be found, for speed.
         """
         moved = self.bodies(model)
         links = moved[model.geom_bodyid] & (model.geom_contype != 0)
         model.geom_conaffinity[links] |= model.geom_contype[links]
         model.body_conaffinity[moved] |= model.body_contype[moved]
         pairs = {frozenset(pair) for pair in apart_from if moved[list(pair)].all()}
-        # Such links get a bit each, as long as there are any, by which they know one another.
+        # Each link of these pairs gets a bit of its own while there are any, and the bits of the links it may touch.
         bits = dict(zip(sorted(frozenset().union(*pairs)), LINK_BITS, strict=False))
         for body, bit in bits.items():
             known = sum(bits[other] for other in bits if other != body and {body, other} not in pairs)
@@ -188,15 +188,15 @@ class Robot:
         return np.isin(model.geom_bodyid, moved + padded)
 
     def qpos(self, model: mujoco.MjModel) -> np.ndarray:
-        """Return the (n,) places of the arm's joints in the scene's positions."""
+        """Return the (n,) indices of the arm's joints in the scene's qpos."""
         return np.array([model.joint(name).qposadr[0] for name in self.joints])
 
     def dofs(self, model: mujoco.MjModel) -> np.ndarray:
-        """Return the (n,) places of the arm's joints in the scene's velocities."""
+        """Return the (n,) indices of the arm's joints in the scene's qvel."""
         return np.array([model.joint(name).dofadr[0] for name in self.joints])
 
     def ranges(self, model: mujoco.MjModel) -> np.ndarray:
-        """Return the (n, 2) ends of the ranges of the arm's joints, rad or m."""
+        """Return the (n, 2) lower and upper limits of the arm's joints, rad or m."""
         return np.array([model.joint(name).range for name in self.joints])
 
     def put(self, data: mujoco.MjData, q: np.ndarray, *, width: float) -> None:

@@ -18,7 +18,7 @@ from sim.world.shapes import CUBE_EDGE_M
 
 
 def collisions(stations: Sequence[Station]) -> dict[frozenset[str], str]:
-    """Return for each two locations whose objects, walls or plates would collide what is to be said of them."""
+    """Return an error message for each pair of locations whose objects, walls or plates would collide."""
     return {
         frozenset((station.name, other.name)): (
             f"locations.{station.name}: {np.hypot(*(station.outline.centre - other.outline.centre)):.3f} m from "
@@ -30,20 +30,20 @@ def collisions(stations: Sequence[Station]) -> dict[frozenset[str], str]:
 
 
 def _level(station: Station, other: Station) -> bool:
-    """Return whether what lies at two stations is partly equally high, rather than one above the other."""
+    """Return whether objects at two stations overlap in height, rather than lie one above the other."""
     low, high = sorted((station, other), key=lambda at: at.height)
     return high.height < low.height + _top(low)
 
 
 def _top(station: Station) -> float:
-    """Return how high the objects and walls at a station reach over what carries it, m."""
+    """Return the greatest height of objects and walls at a station above the surface that carries it, m."""
     return max(FLOOR[station.kind] + station.size.high, BIN_HEIGHT_M if station.kind == "bin" else 0.0)
 
 
 def check_surroundings(station: Station, model: ManipulationModel) -> None:
     """Raise `SimulationError` unless a station lies on the table or on a fixture, with room for its objects.
 
-    What carries it in a user's own scene has been looked for already.
+    `resolved` has checked already what carries it in a user's scene.
     """
     outline, blocks = station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0), blocks_of(model.fixtures)
     if model.scene is None:
@@ -52,7 +52,7 @@ def check_surroundings(station: Station, model: ManipulationModel) -> None:
 
 
 def _least_distance(station: Station, other: Station) -> float:
-    """Return how far apart two stations must be in the direction in which they lie, m, to the millimetre."""
+    """Return the distance along the line between two stations at which they no longer touch, m, to the millimetre."""
     moved, fixed = covered(station), covered(other)
     apart = station.outline.centre - other.outline.centre
     distance = float(np.hypot(*apart))
@@ -67,7 +67,7 @@ def blocked(
 ) -> bool:
     """Return whether the fingers at a station would collide with a fixture or another station, or the reverse.
 
-    What the fingers at other stations would do is left out for one station alone.
+    With `alone`, the fingers at other stations are ignored.
     """
     level = [other for other in others if _level(station, other)]
     if any(_fingers_meet(station, other, gripper) for other in level):
@@ -83,12 +83,12 @@ def _fingers_meet(station: Station, other: Station, gripper: Gripper) -> bool:
 
 
 def _fingers(station: Station, gripper: Gripper) -> list[Rectangle]:
-    """Return what the open fingers cover at each slot of a station."""
+    """Return the outline of the open fingers at each slot of a station."""
     half = np.array([station.size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
     return [Rectangle(slot.position[:2], half, slot.yaw) for slot in station.slots]
 
 
 def covered(station: Station) -> Rectangle:
-    """Return what the objects at a station may reach over, with half of the gap to others."""
+    """Return the area that objects at a station may cover, with half of the gap to others."""
     swing = float(np.sin(START_TURN_RAD)) * max(0.0, float(station.size.half.max()) - CUBE_EDGE_M / 2)
     return station.outline.grown(LOCATION_GAP_M / 2 + swing)

@@ -1,8 +1,8 @@
 """Friction of objects: in a contact with the table, with a pad or with another object, that of both partners counts.
 
-MuJoCo takes the larger friction of two geoms, or that of the one with priority: the other one's would not matter. So
-contacts of objects with pads and with one another are declared pairs, which have a friction of their own; and what
-objects lie on has none, so that in these contacts the friction of the object's geom is that of the contact.
+MuJoCo takes the larger friction of two geoms, or that of the one with the higher priority, and ignores the other. So
+contacts of objects with pads and with one another are declared as pairs with a friction of their own. The surfaces
+that objects lie on have zero friction, so that the object's decides.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ OBJECT_FRICTION = 0.8
 """Sliding friction of two objects."""
 
 HEAVY_IMPEDANCE = 0.85
-"""Impedance (`solimp[0]`) of contacts of heavy objects with pads. The heavier an object, the less deep a contact of the
-same impedance: at the pads' 0.95 contacts are lost now and then for a step, while the other pad pushes the hand aside,
-and torque rates of the Panda reach 114 % of their limit with 0.5 kg and 225 % with 3 kg; at this, 29 % and 49 %. At
-0.8, what weighs 3 kg creeps so far down in the hand that it touches down too early."""
+"""Impedance (`solimp[0]`) of contacts of heavy objects with pads. At the same impedance, a heavier object penetrates
+less: at the pads' 0.95, a contact is sometimes lost for a step while the other pad pushes the hand aside, and torque
+rates of the Panda reach 114 % of their limit with 0.5 kg and 225 % with 3 kg; at 0.85, 29 % and 49 %. At 0.8, an
+object of 3 kg slips so far down in the hand that it touches down too early."""
 
 
 def declare_contacts(
@@ -42,8 +42,8 @@ def declare_contacts(
         spec: of the scene.
         objects: names of their bodies.
         pads: names of the gripper's pads.
-        supports: what objects may lie on.
-        heavy: the objects that are heavy.
+        supports: bodies that objects may lie on.
+        heavy: objects whose contacts with pads get `HEAVY_IMPEDANCE`.
     """
     for body in supports:
         for geom in body.geoms:
@@ -66,7 +66,7 @@ def scale_friction(
         model: of the scene.
         objects: factors by object.
         pads: factors by pad.
-        table: factor of the table and of what stands there.
+        table: factor of every surface that objects lie on.
     """
     factors = np.ones(model.ngeom)
     for name, factor in objects.items():
@@ -80,7 +80,7 @@ def scale_friction(
 
 
 def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:
-    """Find contacts between geoms that are no farther apart than the sum of their (ngeom,) margins, m."""
+    """Make MuJoCo report contacts of geoms no farther apart than the sum of their (ngeom,) margins, m."""
     model.geom_margin[:] = margins
     model.body_margin[:] = margins.max()
     model.pair_margin[:] = model.geom_margin[model.pair_geom1] + model.geom_margin[model.pair_geom2]
@@ -94,7 +94,7 @@ def _declare(
     slide: float | None = None,
     impedance: float | None = None,
 ) -> None:
-    """Declare a contact with the physics that MuJoCo would give it, but for sliding friction and impedance if given.
+    """Declare a contact pair with the parameters that MuJoCo would give it, except those that are passed.
 
     See "Contact parameters" in MuJoCo's documentation; geoms of the same priority must be equally stiff.
     """

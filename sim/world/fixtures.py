@@ -1,4 +1,4 @@
-"""Fixtures: the blocks that they are made of, the surfaces that they offer, and what they leave room for."""
+"""Fixtures: the blocks that they are made of, the surfaces that they offer, and the space that they leave free."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ FIXTURE_EDGE_M = 0.0015
 """Radius of the edges of fixtures."""
 
 SAME_HEIGHT_M = 0.001
-"""A location lies on a surface if its height differs by less, m."""
+"""Greatest difference in height between a location and the surface that it lies on, m."""
 
 MAX_CONTACT_M = 1e-6
-"""Bodies that overlap by less only touch, m."""
+"""Greatest overlap of two bodies that counts as mere contact, m."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Block:
     carries: bool = False
 
     def meets(self, outline: Rectangle, low: float, high: float) -> bool:
-        """Return whether it reaches into the space over an outline between two heights, m."""
+        """Return whether the block reaches into the space over an outline between two heights, m."""
         return self.low < high - MAX_CONTACT_M and low + MAX_CONTACT_M < self.high and overlap(self.outline, outline)
 
 
@@ -64,7 +64,7 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
             _outline(fixture, PANEL_M / 2, side * (dy - PANEL_M) / 2, dx - PANEL_M, PANEL_M) for side in (-1.0, 1.0)
         ]
         found += [Block(fixture.name, outline, z, z + dz) for outline in (back, *sides)]
-        # A board in the table top is the table top.
+        # Where a board would be in or below the table top, the table carries.
         tops = [z + board for board in fixture.boards if z + board > 0]
         found += [Block(fixture.name, _between(fixture), max(0.0, top - PANEL_M), top, carries=True) for top in tops]
     return found
@@ -81,7 +81,7 @@ def check_shelves(fixtures: Iterable[Fixture]) -> None:
 
 
 def check_carried(name: str, outline: Rectangle, height: float, blocks: Sequence[Block]) -> None:
-    """Raise `SimulationError` unless a location above the table top lies as a whole on a block that carries it."""
+    """Raise `SimulationError` unless a location above the table top lies entirely on a block that carries it."""
     if height <= SAME_HEIGHT_M:
         return
     surfaces = [block for block in blocks if block.carries and block.high > 0]
@@ -128,7 +128,7 @@ def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:
 
 
 def body_name(fixture: str) -> str:
-    """Return the name of a fixture's body, which no object can have."""
+    """Return the name of a fixture's body; no object's name contains a space."""
     return f"fixture {fixture}"
 
 
@@ -140,6 +140,6 @@ def _outline(fixture: Fixture, x: float, y: float, dx: float, dy: float) -> Rect
 
 
 def _between(fixture: Fixture) -> Rectangle:
-    """Return what the sides and the back of a shelf leave free."""
+    """Return the outline of the space inside the walls of a shelf."""
     dx, dy, _ = fixture.size
     return _outline(fixture, PANEL_M / 2, 0.0, dx - PANEL_M, dy - 2 * PANEL_M)

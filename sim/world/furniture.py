@@ -1,4 +1,4 @@
-"""Table, bins, sanitizers and objects as MuJoCo bodies."""
+"""The table, the robot's pedestal, and the bins, pads, stoves, plates and lamps at locations, as MuJoCo bodies."""
 
 from __future__ import annotations
 
@@ -18,37 +18,38 @@ from sim.world.places import FLOOR, LAMP_HALF_M, Station
 from sim.world.tabletop import TABLE_TOP, Marking, picture, text_size
 
 TABLE_THICKNESS_M = 0.045
-"""Thickness of the table's board."""
+"""Thickness of the table's board, m."""
 
 PLINTH_HEIGHT_M, PLINTH_INSET_M = 1.0, 0.05
-"""Of what carries the board: it leaves the picture below, which spares drawing a floor (a quarter of the time)."""
+"""Height of the block that carries the board, and its inset, m: it extends below the picture, so that no floor has to
+be rendered (a quarter of the time)."""
 
 TABLE_MARGIN_M = 0.10
-"""Distance from what stands on the table to its edge."""
+"""Least distance from what stands on the table to its edge, m."""
 
 MIN_TABLE_SIDE_M = 0.35
-"""Half the table's width at least."""
+"""Least half width of the table, m."""
 
 PEDESTAL, PEDESTAL_HALF_M = "robot pedestal", 0.14
-"""What carries a base above the table, a name that no object can have, and half its width, m."""
+"""Name of the body that carries a base above the table (no object's name contains a space), and its half width, m."""
 
 BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
-"""Thickness of a bin's walls."""
+"""Thickness of a bin's walls, and radius of its corners, m."""
 
 BIN_HEIGHT_M = 0.036
-"""Height of a bin's walls: under the palm, the Panda's 6 cm above the table when a block is held by its middle."""
+"""Height of a bin's walls, m: below the palm, which is 6 cm above the table when the Panda holds a block's middle."""
 
 LAMP_MJCF = Path(__file__).parents[2] / "assets" / "lamp.xml"
 """A lamp, its head 0.20 m above the table: the arm passes over it."""
 
 NAME_GAP_M = 0.012
-"""Distance from a location to its name on the table: a bin's wall stands within it."""
+"""Distance from a location to its name on the table, m: a bin's wall fits between them."""
 
 SPOT_MARGIN_M, SPOT_LINE_M = 0.004, 0.0016
-"""From a spot to the line round it, and the width of that line, m."""
+"""Distance from a spot to the line round it, and the width of that line, m."""
 
 EDGE_M = 0.003
-"""Radius of edges."""
+"""Radius of rounded edges, m."""
 
 BOX = mujoco.mjtGeom.mjGEOM_BOX
 CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
@@ -57,7 +58,7 @@ CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
 def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Robot) -> Rectangle:
     """Return a table that holds stations and fixtures, and the robot's foot unless that is on the floor.
 
-    It reaches as far to the left of the robot as to the right.
+    It is symmetric about a robot that faces +x.
     """
     lamps = [s.lamp + d * LAMP_HALF_M for s in stations if s.lamp is not None for d in (-1, 1)]
     outlines = [*(station.outline for station in stations), *(block.outline for block in fixtures)]
@@ -76,7 +77,7 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
 
 
 def _plinth_for(table: Rectangle, robot: Robot) -> Rectangle:
-    """Return what carries a table, clear of a robot's base on the floor, over which the table reaches."""
+    """Return the block that carries a table; the table overhangs the base of a robot on the floor."""
     low, high = table.centre - table.half + PLINTH_INSET_M, table.centre + table.half - PLINTH_INSET_M
     if robot.floor_front_m is not None:
         heading = np.array([np.cos(robot.yaw), np.sin(robot.yaw)])
@@ -88,7 +89,7 @@ def _plinth_for(table: Rectangle, robot: Robot) -> Rectangle:
 
 
 def add_pedestal(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """Add what carries a robot's base above the table."""
+    """Add a pedestal if the robot's base is above the table."""
     height = float(robot.position[2])
     if height and robot.floor_front_m is None:
         half = np.array([PEDESTAL_HALF_M, PEDESTAL_HALF_M, height / 2])
@@ -98,7 +99,7 @@ def add_pedestal(spec: mujoco.MjSpec, robot: Robot) -> None:
 
 
 def markings_of(stations: Sequence[Station], fixtures: Sequence[Block]) -> tuple[Marking, ...]:
-    """Return what is printed on the table for each station on it."""
+    """Return the printed marking of each station on the table itself."""
     standing = [block.outline for block in fixtures if not block.low]
     on_table = [station for station in stations if not station.height]
     return tuple(
@@ -144,7 +145,7 @@ def add_station(spec: mujoco.MjSpec, station: Station) -> None:
 
 
 def _marking(station: Station, others: Sequence[Rectangle]) -> Marking:
-    """Return a station's outline and name: in front of it if that is free, else to its right, left or behind."""
+    """Return a station's outline and name, printed beyond it (+x) if that is free, else right, left or nearer."""
     corners = station.outline.corners
     low, high, middle = corners.min(axis=0), corners.max(axis=0), station.outline.centre
     width, height = text_size(station.name)
@@ -155,7 +156,7 @@ def _marking(station: Station, others: Sequence[Rectangle]) -> Marking:
         np.array([middle[0], high[1] + away[1]]),
         np.array([low[0] - away[0], middle[1]]),
     ]
-    # Deeper than the text: what stands right behind it would be hidden, what stands beside it is not.
+    # Deeper than the text, since tall letters right in front of something would hide it.
     half = np.array([height / 2 + NAME_GAP_M, width / 2])
     free = (side for side in sides if not any(overlap(Rectangle(side, half, 0.0), other) for other in others))
     outline = station.outline.grown(SPOT_MARGIN_M).corners if station.kind == "spot" else None
@@ -163,7 +164,7 @@ def _marking(station: Station, others: Sequence[Rectangle]) -> Marking:
 
 
 def _add_spot(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add an outline where none is printed."""
+    """Add the outline of a spot on a fixture; on the table, it is printed."""
     if station.height:
         half = np.array([*station.outline.half + SPOT_MARGIN_M, SPOT_LINE_M / 4])
         line = tray(half, wall=SPOT_LINE_M, corner=0.001)
@@ -187,7 +188,7 @@ def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
 
 
 def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add a plate, with a band along its edge that glows if it has a lamp."""
+    """Add a sheet of metal; if it marks objects, a band along its edge glows meanwhile."""
     size = np.array([*station.outline.half, FLOOR["pad"] / 2])
     body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
     top = rounded(size, corner=0.014, edge=0.001)
@@ -198,7 +199,7 @@ def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
 
 
 def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add a hob: a sheet of dark glass in a steel frame, and rings on it that glow at work."""
+    """Add a hob: a sheet of dark glass in a steel frame, and rings on it that glow while it heats."""
     size = np.array([*station.outline.half, FLOOR["stove"] / 2])
     body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
     frame = rounded(size - [0, 0, 0.0005], corner=0.012, edge=0.0015)
@@ -214,7 +215,7 @@ def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
 
 
 def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add a dish: round, or drawn out under a row of objects."""
+    """Add a dish: round, or elongated under a row of objects."""
     radius, length = station.outline.half
     height = FLOOR["plate"] / 2
     for end in {-1.0, 1.0} if length > radius else {0.0}:
@@ -227,7 +228,7 @@ def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
 
 
 def _add_glow(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add what glows at work where no lamp stands: its material, and a light above."""
+    """Add the glow of a location without a lamp: its material, and a light above."""
     glow = f"{station.name}_glow"
     spec.add_material(name=glow, rgba=glow_of(station.kind).off, specular=0.4, shininess=0.6)
     light = body.add_light(name=glow, pos=[0, 0, 0.22], dir=[0, 0, -1], castshadow=False, active=False)

@@ -1,4 +1,4 @@
-"""Grasps: poses of the hand relative to an object, derived from its shape alone."""
+"""Grasps: poses of the hand relative to an object, derived from the object's shape and the gripper."""
 
 from __future__ import annotations
 
@@ -16,45 +16,45 @@ from sim.robots.gripper import MAX_LIFT_M, PAD_CLEARANCE_M, Gripper, SuctionGrip
 from sim.world.shapes import ObjectShape, opening
 
 TIGHT_CLEARANCE_M = 0.0025
-"""Least distance from an object to either pad where there is hardly any space, m: a sensed position is off by less."""
+"""Least distance from an object to either pad where space is tight, m: larger than the error of a sensed position."""
 
 CLEARANCES_M = (None, PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
 """Clearances of the open hand to try in turn; None for the usual opening."""
 
 TILTED_LIFTS_M = (0.0, 0.004, 0.010)
-"""Distances of the pads' middle from an object's in a grasp that may be tilted, m: tips keep clear of what is below."""
+"""Distances of the pads' middle from an object's in a tilted grasp, m, so that the fingertips clear what is below."""
 
 MAX_SHIFT_M, END_M, MAX_OFFSET_M = 0.018, 0.02, 0.027
-"""How far along a high object a tilted hand takes it from its middle, at least how far from its end, and the greatest
-distance of the pads' middle from the object's then, m: so the palm clears its end, and the hand the table beside it."""
+"""Grasp of a high object away from its middle by a tilted hand, m: greatest shift along the object, least distance to
+its end, and greatest distance of the pads' middle from its own. The palm clears its end, and the hand the table."""
 
 MAX_OFF_LINE_M = 0.0075
 """Greatest distance of the pads' middle from the line on which they touch a round object, m; the Panda's
 pads are 18 mm high."""
 
 PALM_TOLERANCE_M = 0.004
-"""By how much an object may come nearer to the palm than where the hand points straight at one of its faces, m."""
+"""By how much an object may exceed the gripper's `palm_height_m` in a tilted grasp, m."""
 
 MAX_BULGE_M = 0.0015
-"""How far a surface may stand out beside what a pad presses, m."""
+"""How far a surface may protrude beside the patch that a pad presses, m."""
 
 TILTS_RAD = np.radians([0, 30, -30, 45, -45, 60, -60, 90, -90, 120, -120, 135, -135, 150, -150, 180])
-"""Turns of the hand about the closing direction from where it points down at the upright object."""
+"""Rotations of the hand about the closing direction; at 0, it points down at the upright object."""
 
 ROUND_HEADINGS_RAD = np.radians([0, 90, 45, 135, 22.5, 67.5, 112.5, 157.5])
 """Headings of the closing directions across a round object."""
 
 
 MAX_TILT_RAD = np.radians(91)
-"""Greatest tilt of the hand from straight down: farther, it would point upwards."""
+"""Greatest tilt of the hand from straight down: beyond, it would point upwards."""
 
 MAX_SLOPE = np.sin(np.radians(15))
-"""Greatest slope of the closing direction: else one finger comes to lie below the object."""
+"""Greatest slope (sine) of the closing direction: beyond, one finger would be below the object."""
 
 
 @dataclass(frozen=True, eq=False)
 class GraspPose:
-    """How the hand takes an object; its pose is in the object's frame.
+    """A pose of the tool frame, relative to an object, at which the fingers close on the object.
 
     Attributes:
         position: (3,) of the point between the pads, m.
@@ -70,26 +70,26 @@ class GraspPose:
 
     @property
     def opening(self) -> float:
-        """Width of the hand that opens for it, m."""
+        """Width to which the hand opens before the grasp, m."""
         return opening(self.width) if self.clearance is None else self.width + 2 * self.clearance
 
     def at(self, position: np.ndarray, rotation: np.ndarray) -> ToolPose:
-        """Return where the hand is if the object's frame is at a (3,) position, m, with a (3, 3) rotation."""
+        """Return the tool's pose if the object's frame is at a (3,) position, m, with a (3, 3) rotation."""
         return ToolPose(position + rotation @ self.position, rotation @ self.rotation)
 
 
 def openings(grasp: GraspPose) -> tuple[GraspPose, ...]:
-    """Return a grasp with the hand opened less and less."""
+    """Return a grasp with each of `CLEARANCES_M`: the hand opens less and less."""
     return tuple(replace(grasp, clearance=clearance) for clearance in CLEARANCES_M)
 
 
 @functools.lru_cache(maxsize=256)
 def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
-    """Return the grasps of an object, those from above first, then the more and more tilted ones.
+    """Return the grasps of an object by increasing tilt, those from above first.
 
-    The hand closes along a side of a box or across a cylinder, in any direction in which the palm and the pads suit.
-    Of one direction, the usual opening comes first, then smaller ones, also with the pads nearer to the palm's side.
-    A high object is taken near an end, too, by a tilted hand.
+    The hand closes along a side of a box or across a cylinder, where the palm clears the object. For each tilt, the
+    usual opening comes first, then narrower ones, from above also with the pads higher on the object. A tilted hand
+    also grasps a high object near an end.
     """
     if isinstance(gripper, SuctionGripper):
         return _suctions(shape, gripper)
@@ -113,19 +113,19 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
 
 
 def _hand(closing: np.ndarray, tilt: float) -> tuple[np.ndarray, int]:
-    """Return the (3, 3) axes of the hand with a closing direction, turned about it, rad; and its tilt, degrees."""
+    """Return the (3, 3) axes of a hand turned about its closing direction, rad, and its tilt from above, degrees."""
     start = np.array([-1.0, 0.0, 0.0] if closing[2] else [0.0, 0.0, -1.0])
     approach = np.cos(tilt) * start + np.sin(tilt) * np.cross(closing, start)
     return _axes(closing, approach), round(np.degrees(np.arccos(np.clip(-approach[2], -1, 1))))
 
 
 def _axes(closing: np.ndarray, approach: np.ndarray) -> np.ndarray:
-    """Return the (3, 3) axes of the hand with a (3,) closing direction that points in another (3,) direction."""
+    """Return the (3, 3) axes of the hand from its closing and approach directions, (3,) each."""
     return np.column_stack([np.cross(closing, approach), closing, approach])
 
 
 def _on_surface(shape: ObjectShape, surface: PointCloud, gripper: Gripper) -> tuple[GraspPose, ...]:
-    """Return the grasps of a mesh at its `Antipodes`, where nothing of it is in the way of the hand."""
+    """Return the grasps of a mesh at its `Antipodes` in which the hand does not collide with it."""
     found = []
     for pair, tilt in itertools.product(shape.pairs, TILTS_RAD):
         rotation, off_top = _hand(pair.direction, tilt)
@@ -140,7 +140,7 @@ def _on_surface(shape: ObjectShape, surface: PointCloud, gripper: Gripper) -> tu
 
 
 def _obstructing(points: np.ndarray, grasp: GraspPose, gripper: Gripper) -> np.ndarray:
-    """Return which of (N, 3) points in the tool frame, m, are where the palm is, or a finger until it has closed."""
+    """Return which of (N, 3) points in the tool frame, m, are in the palm or in the space swept by a closing finger."""
     x, y, z = np.abs(points[:, 0]), np.abs(points[:, 1]), points[:, 2]
     end = min(grasp.opening, gripper.opening_m) / 2 + gripper.finger_depth_m
     finger = (x < gripper.finger_half_width_m) & (y > grasp.width / 2 + MAX_BULGE_M) & (y < end)
@@ -173,14 +173,13 @@ def _faces(shape: ObjectShape, gripper: SuctionGripper) -> list[Seat]:
 
 
 def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.ndarray, float]]:
-    """Yield the rank of a closing direction, (3,) in the object's frame, itself, and the width along it, m."""
+    """Yield each closing direction: its rank, the direction itself, (3,) in the object's frame, and the width, m."""
     if shape.is_round:
         closings = [np.array([np.cos(turn), np.sin(turn), 0.0]) for turn in ROUND_HEADINGS_RAD]
     else:
         closings = [*np.eye(3)[:2]]
     low, high = gripper.held_widths
     for rank, closing in enumerate([*closings, np.array([0.0, 0.0, 1.0])]):
-        # A round object is as wide in any direction across it as along its x axis.
         width = (
             2 * float(shape.half[0]) if shape.is_round and not closing[2] else 2 * float(np.abs(closing) @ shape.half)
         )
@@ -189,7 +188,7 @@ def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.nd
 
 
 def _shifts(shape: ObjectShape, closing: np.ndarray, approach: np.ndarray, gripper: Gripper) -> list[np.ndarray]:
-    """Return by how much, (3,) m, the hand may take an object off its middle: none, or towards where it comes from."""
+    """Return the offsets of a grasp from the object's middle, (3,) m: none, or towards the side of the approach."""
     along = np.round(approach[2], 6)
     if shape.half[2] <= gripper.palm_height_m or closing[2] or abs(along) == 1:
         return [np.zeros(3)]
@@ -210,11 +209,11 @@ def _variants(
 
 
 def tilt_of(rotation: np.ndarray) -> float:
-    """Return how far a hand with such (3, 3) axes is tilted, rad; infinite if it cannot take anything on a surface."""
+    """Return the tilt of a hand with (3, 3) axes, rad; infinite if it cannot grasp anything that lies on a surface."""
     tilt = float(tilts_of(rotation[2, 2]))
     return tilt if tilt <= MAX_TILT_RAD and abs(rotation[2, 1]) < MAX_SLOPE else np.inf
 
 
 def tilts_of(steepness: np.ndarray) -> np.ndarray:
-    """Return how far a hand is tilted from straight down, rad, whose axis has such a vertical component."""
+    """Return the tilts from straight down, rad, of hands whose approach directions have these vertical components."""
     return np.asarray(np.arccos(np.clip(-steepness, -1.0, 1.0)))

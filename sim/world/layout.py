@@ -38,14 +38,14 @@ MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""
 
 MIN_MASS_KG = 0.001
-"""Least mass of an object, kg. Fingers do not get hold of one of 0.01 g: the forces of its contacts are too small."""
+"""Least mass of an object, kg. At 0.01 g, contact forces are too small for the fingers to hold it."""
 
 NEIGHBOUR_DISTANCE_M = 0.12
-"""A location nearer than this to another keeps its fingers out of the gap between them, m."""
+"""At a location nearer than this to another, grasps that keep the fingers out of the gap are tried first, m."""
 
 
 def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
-    """Return where everything goes, such that a robot can work there.
+    """Return the stations and slots of a model, placed such that a robot can work at them.
 
     Raises:
         SimulationError: locations out of reach, of an unknown kind, without a definite place, or in the way of others,
@@ -67,14 +67,14 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
         check_limits()
         with collecting(faults):
             stations[place.name] = _station(place, _yaws(place, grounded, robot)[0], robot.gripper, sizes[place.name])
-    # Again for what is blocked by others whose line was changed after its own was chosen.
+    # The second pass is for stations blocked by others that were turned later.
     for place in (place for place in (*grounded, *grounded) if place.name in stations):
         others = [station for name, station in stations.items() if name != place.name]
         options = [_station(place, yaw, robot.gripper, sizes[place.name]) for yaw in _yaws(place, grounded, robot)]
         if place.name in tried and not blocked(stations[place.name], others, walls, robot.gripper):
             continue
         free = [option for option in options if not blocked(option, others, walls, robot.gripper)]
-        # In the middle of a crowd the others turn later.
+        # Between many others, it is enough if its own fingers are free: the others turn later.
         free += [option for option in options if not blocked(option, others, walls, robot.gripper, alone=True)]
         stations[place.name] = next((option for option in free if _within_reach(arm, option)), options[0])
         tried.add(place.name)
@@ -101,7 +101,7 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
 
 
 def _check_mass(obj: Object, mass: float, robot: Robot) -> None:
-    """Raise `SimulationError` for an object, kg, that a robot cannot carry, or whose contacts cannot be simulated."""
+    """Raise `SimulationError` for a mass, kg, that a robot cannot carry or whose contacts cannot be simulated."""
     where = f"objects.{obj.name}.{'mass' if obj.body is None else 'body'}"
     if mass < MIN_MASS_KG:
         raise SimulationError(f"{where}: {mass:g} kg is too light for the simulation: at least {MIN_MASS_KG:g} kg")
@@ -114,8 +114,8 @@ def _check_mass(obj: Object, mass: float, robot: Robot) -> None:
 def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, ObjectShape]) -> Extent:
     """Return bounds on the dimensions of the objects for which a location must have space.
 
-    What can be moved may come to any location that is open. A spot has neither walls nor a rim, so that it is enough if
-    the smallest has space there: a larger object is put there as long as its neighbours leave it space.
+    A movable object may come to any open location. A spot has neither walls nor a rim, so it needs space only for what
+    starts there and for the smallest object: a larger one is put there if its neighbours leave space.
     """
     first = [shapes[obj.name] for obj in model.objects if obj.name in shapes and obj.start == place.name]
     movable = [shapes[obj.name] for obj in model.objects if obj.name in shapes and not (obj.fixed or place.closed)]
@@ -132,7 +132,7 @@ def _kind(place: Location) -> str:
 
 
 def _yaws(place: Location, grounded: list[Location], robot: Robot) -> list[float]:
-    """Return closing directions to try: past a near neighbour, y, x, across the arm, along it, and diagonal."""
+    """Return closing directions to try, rad: past a near neighbour, y, x, across the arm, along it, and diagonal."""
     here = np.array(with_height(place.at or ()))
     bearing = float(np.arctan2(*(here - robot.position)[1::-1]))
     yaws = [np.pi / 2, 0.0, bearing + np.pi / 2, bearing, np.pi / 4, 3 * np.pi / 4]
@@ -172,7 +172,7 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
 
 
 def _pitch(gripper: Gripper, size: Extent) -> float:
-    """Return the distance between neighbouring slots, m: the palm over a low object passes beside a high one."""
+    """Return the distance between neighbouring slots, m: the palm over a low object must clear a high neighbour."""
     pitch = 2 * float(size.half[1]) + ROW_GAP_M
     if size.high > size.low / 2 + gripper.palm_height_m:
         pitch = max(pitch, float(size.half[1] + gripper.palm_half_width_m))
@@ -186,7 +186,7 @@ def _stack(
     shapes: dict[str, ObjectShape],
     sizes: Mapping[str, Extent],
 ) -> None:
-    """Add the slot of a location on others, theirs first: midway between them and one object higher."""
+    """Add the slot of a location on others, after theirs: midway between them and one object higher."""
     if place.name in slots or place.at is not None:
         return
     where = f"locations.{place.name}"
@@ -198,7 +198,7 @@ def _stack(
     for support in place.on:
         _stack(model.location(support), model, slots, shapes, sizes)
         if support not in slots:
-            return  # that has an error of its own
+            return  # reported there
         if len(slots[support]) > 1:
             raise SimulationError(
                 f"{where}.on: {support!r} has room for {len(slots[support])}, so nothing has a fixed place on it"
@@ -226,7 +226,7 @@ def _stack(
 
 
 def _check_level(place: Location, model: ManipulationModel, shapes: dict[str, ObjectShape]) -> None:
-    """Raise `SimulationError` unless enough objects for the supports of a location are equally high."""
+    """Raise `SimulationError` unless there are as many objects of one height as a location has supports."""
     heights = {name: shape.height for name, shape in shapes.items()}
     under = [obj.name for obj in model.objects if obj.name in shapes and (not obj.fixed or obj.start in place.on)]
     under.sort(key=heights.__getitem__)

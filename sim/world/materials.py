@@ -43,7 +43,7 @@ STOVE_GLOW = Glow((0.16, 0.155, 0.16, 1), (1.0, 0.24, 0.05, 1), (0.75, 0.20, 0.0
 
 
 def glow_of(kind: str | None) -> Glow:
-    """Return how a location of a kind glows."""
+    """Return the colours in which a location of a kind glows."""
     return STOVE_GLOW if kind == "stove" else LAMP_GLOW
 
 
@@ -54,19 +54,19 @@ KEY_LIGHT = "studio_key"
 """The light that casts the shadows."""
 
 SHADOW_WIDTH = 1.55
-"""Half the width of what the shadow map covers, in halves of the table's longer side: its corners too."""
+"""Half width of the shadow map, in halves of the table's longer side: it covers the corners."""
 
 ARM_SHADOW_M = 0.85
-"""The same at least, for the arm, m."""
+"""Least half width of the shadow map, m: it covers the arm."""
 
 
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """Add finishes, lights, backdrop and render settings of a small photo studio.
 
     Args:
-        spec: what to add them to.
-        target: (3,) what the lights point at, m.
-        span: half the longer side of the table, which the shadows have to cover, m.
+        spec: of the scene.
+        target: (3,) point that the lights aim at, m.
+        span: half the longer side of the table, which the shadow map has to cover, m.
     """
     studio = mujoco.MjSpec.from_file(str(STUDIO))
     spec.visual = studio.visual

@@ -26,10 +26,10 @@ OBJECT_SURFACE = (TABLE_FRICTION, 0.01, 0.0005)
 """Sliding, torsional and rolling friction of objects."""
 
 STORE_M = np.array([0.0, 0.0, -1.4])
-"""Where spare objects wait, m: on a shelf below what carries the table."""
+"""Where the first spare object is stored, m: on a shelf below the table."""
 
 SPARE_PITCH_M = 0.06
-"""From one spare object to the next, m."""
+"""Distance from one spare object to the next, m."""
 
 
 def add_objects(
@@ -39,7 +39,7 @@ def add_objects(
     shapes: dict[str, ObjectShape],
     own: UserScene | None,
 ) -> tuple[str, ...]:
-    """Add the objects where they start, and the user's own scene if there is one; return what should be said of it.
+    """Add the objects where they start, and the user's own scene if there is one; return warnings for the user.
 
     Raises:
         SimulationError: an object has the name of another part of the scene, or the user's scene cannot be added.
@@ -77,7 +77,7 @@ def _check_names(spec: mujoco.MjSpec, model: ManipulationModel) -> None:
 
 
 def _drawn(name: str) -> str:
-    """Return the name of what is drawn of an object."""
+    """Return the name of an object's visual geom."""
     return f"{name}_body"
 
 
@@ -100,9 +100,9 @@ def add_spares(
 def start_slots(
     model: ManipulationModel, slots: dict[str, tuple[Slot, ...]], shapes: dict[str, ObjectShape]
 ) -> dict[str, Slot]:
-    """Return the slot in which each object starts, as high as what starts below it says.
+    """Return the slot in which each object starts, on top of the objects that start below it.
 
-    Objects at one location fill its slots in file order, unless the model's first state says in which they lie.
+    Objects at one location fill its slots in file order, unless the model's initial state names their slots.
     """
     places = [(obj.name, obj.start) for obj in model.objects]
     capacities = {name: len(row) for name, row in slots.items()}
@@ -123,7 +123,7 @@ def start_slots(
 
 
 def stored_at(shape: ObjectShape, index: int) -> np.ndarray:
-    """Return where a spare object waits, m."""
+    """Return the (3,) position of a spare object in store, m."""
     return STORE_M + [SPARE_PITCH_M * index, 0.0, shape.half[2]]
 
 
@@ -155,7 +155,7 @@ def _add_object(
 
 
 def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mesh: MeshParts) -> None:
-    """Give an object its convex parts, each with its share of the mass, and what is drawn."""
+    """Give an object its convex collision parts, each with its share of the mass, and its visual mesh."""
     # The shape's x axis is the closing direction, which may be the mesh's y axis.
     turn = yaw_quat(0.0 if np.isclose(2 * shape.half[0], mesh.size[0]) else -np.pi / 2)
     volume = sum(part.volume for part in mesh.parts)
@@ -164,7 +164,7 @@ def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mes
         spec.add_mesh(name=name, uservert=part.vertices.ravel(), userface=part.faces.ravel())
         geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, group=HIDDEN, quat=turn)
         geom.mass = shape.mass * part.volume / volume
-        # Rolling friction, since it may be round.
+        # A mesh may be round: rolling friction stops it.
         geom.friction, geom.condim = OBJECT_SURFACE, 6
     draw_solid(spec, body, _drawn(body.name), mesh.drawn, body.name)
     spec.geom(_drawn(body.name)).quat = turn

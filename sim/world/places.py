@@ -1,4 +1,4 @@
-"""Dimensions of what stands on the table, and the places of a model as values."""
+"""Dimensions of what stands on the table; slots, stations and the layout of a model."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
 
 START_OFFSET_M, START_TURN_RAD = 0.005, np.radians(5)
-"""Greatest random offset of objects at the start from their slots, along x and along y, and greatest turn."""
+"""Greatest random offset of objects at the start from their slots, along x and along y, m, and greatest turn."""
 
 LOCATION_GAP_M = 0.014
-"""Least distance between cubes of different locations, m: both may start so far off."""
+"""Least distance between cubes of different locations, m: each may start off its slot by `START_OFFSET_M`."""
 
 BIN_MARGIN_M = 0.0125
-"""From the last object of a row to a bin's wall, m."""
+"""Distance from the last object of a row to a bin's wall, m."""
 
 PAD_MARGIN_M = 0.0375
-"""From an object to the edge of a pad or of a stove, m."""
+"""Distance from an object to the edge of a pad or of a stove, m."""
 
 PLATE_MARGIN_M = 0.020
-"""From the corner of an object to the edge of a plate, m."""
+"""Distance from the corner of an object to the edge of a plate, m."""
 
 SUPPORT_OVERLAP_M = 0.010
 """Least length by which an object rests on each of its supports, m."""
 
 LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
-"""From the nearest slot to a lamp's post, the nearer the better, m: the hand hit one at 11 cm and cleared 17 cm."""
+"""Distances to try from the nearest slot to a lamp's post, m: the hand hit one at 11 cm and cleared one at 17 cm."""
 
 LAMP_TOP_M, LAMP_HEAD_M = 0.235, np.array([0.045, 0.086])
-"""Top of a lamp's head above the table, and half of what it covers of it with 6 mm to spare, m."""
+"""Greatest height of a lamp's head above the table, and its half sides seen from above with 6 mm to spare, m."""
 
 LAMP_HALF_M = 0.04
 """Half the width of a lamp's foot, m."""
@@ -59,11 +59,11 @@ class Slot:
         location: the location it belongs to.
         index: 0 .. capacity - 1 within the location.
         position: (3,) where the middle of the object's underside rests, m (z = 0 is the table top).
-            On other objects, z is where it rests at the highest: see `sim.perception.grounding.slot_of`.
-        yaw: heading about z of the closing direction, rad, in which there are no walls and neighbours on either side.
+            On other objects, z is the greatest possible: see `sim.perception.grounding.slot_of`.
+        yaw: heading about z of the closing direction, rad; the fingers have space on either side.
             The object rests with this yaw, up to its symmetry.
-        radius: greatest horizontal distance of an object that rests in it from its centre, m: farther off, it would be
-            beside the plate.
+        radius: greatest horizontal distance from the slot's centre of an object that counts as resting in it, m:
+            farther off, it would be beside a small plate.
     """
 
     location: str
@@ -83,8 +83,8 @@ class Station:
         slots: side by side across the closing direction.
         size: bounds on the objects that may come there.
         height: of the surface that carries it over the table top, m.
-        marks: whether it marks what is released there.
-        lamp: (2,) foot of its lamp if it is on the table and marks what is released there, m.
+        marks: whether it marks objects released there.
+        lamp: (2,) foot of its lamp, m; None without one.
     """
 
     name: str
@@ -113,14 +113,14 @@ class TableLayout:
 
 
 def under(model: ManipulationModel, location: str) -> list[str]:
-    """Return the locations that a location lies on, and so on, the upper ones first."""
+    """Return the locations that a location lies on, directly or not, the upper ones first."""
     direct = list(model.location(location).on)
     deeper = [lower for support in direct for lower in under(model, support)]
     return list(dict.fromkeys([*direct, *deeper]))
 
 
 def unused_names(model: ManipulationModel, stem: str, number: int, *, taken: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return names, such as `spot1`, that give no proposition that the model may have."""
+    """Return unused names, such as `spot1`, whose propositions the model does not have either."""
     used = [obj.name for obj in model.objects] + [place.name for place in model.locations]
     used += [*model.marks, *model.propositions, *taken]
     while any(stem in name for name in used):

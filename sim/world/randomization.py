@@ -17,10 +17,10 @@ from sim.world.places import START_OFFSET_M, START_TURN_RAD
 from sim.world.scene import TIMESTEP_S, Scene
 
 MATTER_STREAM = 1
-"""Number of the random stream for friction and mass: the same seed gives the same start poses with and without."""
+"""Random stream for friction and mass; with or without them, a seed gives the same start poses."""
 
 DEVICE_STREAM = 4
-"""... and of that for the table, the gripper, delays, the camera and centres of mass; 2 and 3 are those of faults."""
+"""Random stream for the table, the gripper, delays, the camera and centres of mass; faults have streams 2 and 3."""
 
 MAX_CENTRE_SHARE = 0.7
 """Greatest offset of a centre of mass along an axis, as a share of half the object's side: it stays inside."""
@@ -28,10 +28,10 @@ MAX_CENTRE_SHARE = 0.7
 
 @dataclass(frozen=True)
 class PerturbationKey:
-    """What one key of `--perturb` stands for.
+    """Unit and bound of one key of `--perturb`.
 
     Attributes:
-        unit: in which it is written down.
+        unit: in which the amount is given.
         scale: one such unit, in SI units.
         greatest: greatest amount, in that unit.
     """
@@ -42,24 +42,24 @@ class PerturbationKey:
 
 
 def _bound(unit: str, scale: float, greatest: float, *, usual: float = 0.0) -> float:
-    """Declare the amount of a `PerturbationKey`, and the usual one in SI units."""
+    """Declare an amount with its `PerturbationKey`; the usual amount is in SI units."""
     amount: float = field(default=usual, metadata={"key": PerturbationKey(unit, scale, greatest)})
     return amount
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """By how much a rollout's world may differ from the nominal one; the rollout's seed says by how much it does.
+    """By how much a rollout's world may differ from the nominal one.
 
-    Its attributes are in SI units: lengths in m, angles in rad, times in s; the others are shares. All but the noise
-    are bounds, and the seed says by how much a world differs.
+    Lengths are in m, angles in rad, times in s; the others are shares, of 1. All but the noise are bounds within which
+    the rollout's seed draws.
 
     Attributes:
         position: offset of each object's start along x and along y.
         angle: turn of each object's start about z.
         friction: change of each object's friction, wherever it is touched.
         pads: change of the friction of the gripper's pads.
-        table: change of the friction of the table and of what stands on it.
+        table: change of the friction of the table and of other surfaces that objects lie on.
         force: change of the gripper's force.
         mass: change of each object's mass.
         centre: offset of each object's centre of mass along x, y and z, inside it.
@@ -105,12 +105,12 @@ NONE = Perturbation(position=0.0, angle=0.0)
 
 
 def read_perturbation(text: str) -> Perturbation:
-    """Return the perturbation that a text says, e.g. `position=8,angle=10,friction=0.2,mass=0.2,noise=1`.
+    """Return the perturbation that a text describes, e.g. `position=8,angle=10,friction=0.2,mass=0.2,noise=1`.
 
     Amounts are in the units of `KEYS`. What is not named is not perturbed; `none` perturbs nothing.
 
     Raises:
-        SimulationError: for a key or a value that is none.
+        SimulationError: for an unknown or repeated key, and for a value that is no number or out of bounds.
     """
     amounts: dict[str, float] = {}
     for part in text.split(",") if text != "none" else ():
@@ -127,10 +127,10 @@ def read_perturbation(text: str) -> Perturbation:
 
 
 def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
-    """Return a scene that differs from the nominal one in friction, masses, the gripper's force and latency.
+    """Return a scene that differs from the nominal one in friction, masses, their centres, gripper force and latency.
 
-    The seed and each key draw their part whatever the other amounts are. Start poses are drawn by `initial_state`, the
-    camera's error by `camera_bias`; this changes everything else.
+    What a seed draws for one key does not depend on the amounts of the others. `initial_state` draws the start poses,
+    `camera_bias` the camera's error.
     """
     if replace(perturbation, position=0.0, angle=0.0, noise=0.0, bias=0.0) == NONE:
         return scene
@@ -165,7 +165,7 @@ def camera_bias(perturbation: Perturbation, *, seed: int) -> np.ndarray:
 
 
 def _device_draws(seed: int, objects: int) -> tuple[dict[str, float], np.ndarray]:
-    """Return a number from -1 to 1 for each device, and (objects, 3) for the centres of mass."""
+    """Return a number from -1 to 1 for each device, and (objects, 3) such numbers for the centres of mass."""
     rng = np.random.default_rng([seed, DEVICE_STREAM])
     names = ("table", "force", "latency", "bias_x", "bias_y", "bias_z")
     return dict(zip(names, rng.uniform(-1, 1, len(names)).tolist(), strict=True)), rng.uniform(-1, 1, (objects, 3))
@@ -174,7 +174,7 @@ def _device_draws(seed: int, objects: int) -> tuple[dict[str, float], np.ndarray
 def _with_centres(scene: Scene, offsets: Mapping[str, np.ndarray], amount: float) -> mujoco.MjModel:
     """Return the model with the centres of mass moved by (3,) shares of an amount, m, or of what the shape allows.
 
-    It is compiled again: a compiled model leaves out what is zero with the centre in the middle.
+    It is compiled again, since a model compiled with a centre in the middle skips terms that would be zero.
     """
     spec = scene.spec.copy()
     for name, offset in offsets.items():

@@ -1,4 +1,4 @@
-"""The robot at the slots of a layout: every one within reach, no collision there, and lamps where it keeps clear."""
+"""The robot at the slots of a layout: each slot in reach and free of collision, and lamps that the robot clears."""
 
 from __future__ import annotations
 
@@ -24,36 +24,36 @@ from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TO
 from sim.world.shapes import Extent
 
 HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
-"""Half the width of the space over a slot that a hand pointing down needs at most with the wrist, and its height, m."""
+"""Half width and height of the space over a slot that a hand pointing down needs at most, wrist included, m."""
 
 CARRYING_HEIGHT_M = 0.08
-"""Least height of the tool over the tops of other objects as it carries one over them."""
+"""Least height of the tool over other objects while it carries one over them, m."""
 
 SLOT_CLEARANCE_M = 0.004
-"""Least clearance of the robot at a slot from fixtures and from objects in other slots."""
+"""Least clearance of the robot at a slot from fixtures and from objects in other slots, m."""
 
 LAMP_BODY = "lamp head"
-"""Body that stands for the head of a lamp wherever it might be put."""
+"""Name of the body that represents a lamp's head at each foot that is tried."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
 
 
 def _configuration(arm: Arm, slot: Slot, *, grasping: float, carrying: float) -> np.ndarray:
-    """Return a configuration in which the hand takes the lowest object in a slot.
+    """Return a configuration in which the hand grasps the lowest object in a slot.
 
     Args:
         arm: of the robot.
         slot: on the table or on objects.
-        grasping: height of the tool then, m.
+        grasping: height of the tool in the grasp, m.
         carrying: height of the tool as it passes over the stack there, m.
 
     Raises:
-        SimulationError: a slot is out of the hand's reach from above.
+        SimulationError: the slot is out of the hand's reach from above.
     """
     robot = arm.robot
     distance, bearing = robot.polar(slot.position)
     near = distance < robot.nearest_m
-    # Rounded down, what is a little too near is not shown as far enough.
+    # Rounding to the nearest could show a distance that is slightly too small as sufficient.
     shown = np.floor(100 * distance) / 100 if near else distance
     where = f"locations.{slot.location}: {shown:.2f} m from the robot's base"
     if near:
@@ -91,7 +91,7 @@ def _farthest(arm: Arm, slot: Slot, heights: tuple[float, ...]) -> float:
 
 
 def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
-    """Return a configuration with the tool at a height, m, over a slot, turned as that is; None if there is none."""
+    """Return a configuration with the tool at a height, m, over a slot and with its yaw; None if there is none."""
     pose = ToolPose.down(np.array([*slot.position[:2], height]), slot.yaw)
     try:
         return arm.reach(pose.symmetric_poses())[0]
@@ -110,7 +110,7 @@ class RobotAtSlots:
         slots: Slots,
         sizes: Mapping[str, Extent],
     ):
-        """Compile the fixtures, the objects and the robot."""
+        """Compile the robot with stations, fixtures and a box for the largest object in every slot."""
         self._manipulation, self._robot, self._sizes = model, arm.robot, sizes
         self._stations, self._slots = stations, slots
         self._blocks = blocks_of(model.fixtures)
@@ -140,8 +140,8 @@ class RobotAtSlots:
     def _find_configurations(self, arm: Arm, slots: Slots) -> None:
         """Find a configuration for every slot within reach, and the faults of the others.
 
-        Storeys for which there are not objects enough stay empty. What a fixture encloses is taken from aside, and in a
-        user's own scene any may be.
+        Not checked are levels of a stack that too few objects reach, and slots where the hand may come from the side:
+        near a fixture, and anywhere in a user's own scene.
         """
         self._configurations: list[tuple[str, np.ndarray]] = []
         self._out_of_reach: list[str] = []
@@ -150,7 +150,7 @@ class RobotAtSlots:
             without = storeys and storeys >= len(self._manipulation.objects)
             if without or self._manipulation.scene is not None or self._enclosed(slot):
                 continue
-            # What lies on several storeys is lowest when the lowest objects carry it.
+            # An object in a stack is lowest when the lowest objects carry it.
             grasping = float(slot.position[2]) - storeys * (size.high - size.low) + size.low / 2
             with collecting(self._out_of_reach):
                 top = float(slot.position[2]) + size.high
@@ -158,7 +158,7 @@ class RobotAtSlots:
                 self._configurations.append((slot.location, q))
 
     def faults(self, *, known: Collection[frozenset[str]]) -> list[str]:
-        """Return the faults of slots out of reach, or at which the robot would collide with something elsewhere.
+        """Return the faults of slots that are out of reach, or at which the robot would collide with another location.
 
         Args:
             known: pairs of locations whose collision is reported already.
@@ -176,7 +176,7 @@ class RobotAtSlots:
         return [*self._out_of_reach, *found.values(), *self._faults_at_home()]
 
     def _faults_at_home(self) -> list[str]:
-        """Return the faults of fixtures that the robot touches before it moves."""
+        """Return the faults of fixtures that the robot touches in its home configuration."""
         found = {
             self._fixtures[other]: f"fixtures.{self._fixtures[other]}: the robot's {link} at home would touch it"
             for link, other in self._touches(None, self._robot.home)
@@ -185,13 +185,17 @@ class RobotAtSlots:
         return [f"{told}; move it away" for told in found.values()]
 
     def _enclosed(self, slot: Slot) -> bool:
-        """Return whether a fixture rises beside or over a slot, so that the hand may have to come from aside."""
+        """Return whether a fixture stands beside or over a slot, so that the hand may have to come from the side."""
         around = Rectangle(slot.position[:2], np.full(2, HAND_SPACE_M), slot.yaw)
         low = float(slot.position[2])
         return any(block.meets(around, low, low + HAND_HEIGHT_M) for block in self._blocks)
 
     def lamp_foot(self, station: Station) -> np.ndarray:
-        """Return the (2,) foot of a station's lamp: clear of the robot, the farther from the base the better."""
+        """Return the (2,) foot of a station's lamp, m: clear of the robot, near the station, and away from the base.
+
+        Raises:
+            SimulationError: there is no space for it.
+        """
         centre = station.outline.centre
         x, y = centre - self._robot.position[:2]
         outwards = float(np.arctan2(y, x))
@@ -216,15 +220,15 @@ class RobotAtSlots:
         )
 
     def _is_clear_of_lamp(self, head: Rectangle) -> bool:
-        """Return whether the robot keeps clear of a lamp's head at every slot."""
+        """Return whether the robot at every slot clears a lamp's head."""
         self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
         self._data.mocap_quat[0] = yaw_quat(head.yaw)
         return not any(other == LAMP_BODY for where, q in self._configurations for _, other in self._touches(where, q))
 
     def _touches(self, location: str | None, q: np.ndarray, *, tight: bool = False) -> list[tuple[str, str]]:
-        """Return names of a body of the robot, its hand open as for a location, and of what it is too near to.
+        """Return pairs of a link of the robot, its hand open as for a location, and a body that it is too near to.
 
-        A tight hand opens no wider than it does for the largest object where there is hardly any space.
+        With `tight`, the hand opens no wider than for the largest object where space is tight.
         """
         model, data = self._model, self._data
         width = self._sizes[location].opening if location else self._robot.gripper.opening_m

@@ -33,10 +33,10 @@ TIMESTEP_S = 0.002
 """Simulation step, s."""
 
 COLLISION_TOLERANCE = 1e-8
-"""Tolerance of MuJoCo's general collision detection. With its default of 1e-6, a cylinder between the pads now and then
-counts for one step as 11 mm deep in a pad, through which it would leave on the other side. No tolerance rules that out:
-near a pose in which it happens between tilted pads, 294 of 150,000 poses at 1e-8 and none at 1e-10; near one of a can
-that a hand presses on a plate, 78 of 100,000 at 1e-8, but 999 at 1e-10."""
+"""Tolerance of MuJoCo's convex collision detection. With its default of 1e-6, a cylinder between the pads is sometimes
+reported for one step as 11 mm deep in a pad, which would push it out on the far side. No tolerance rules that out:
+near one such pose between tilted pads, it occurs in 294 of 150,000 poses at 1e-8 and in none at 1e-10; near one of a
+can that the hand presses on a plate, in 78 of 100,000 at 1e-8 but in 999 at 1e-10."""
 
 FOCUS_HEIGHT_M = 0.21
 """Height above the table of what the lights point at: half the arm at work, m."""
@@ -45,34 +45,34 @@ WRIST = "wrist"
 """The camera on the hand."""
 
 WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
-"""Where the camera on the hand is, in the hand's frame, and where it looks, seen from the tool's middle, m."""
+"""Position of the camera in the hand's frame, and of the point that it looks at relative to the tool's origin, m."""
 
 WRIST_FIELD_DEG = 70.0
-"""How much it sees from top to bottom, degrees."""
+"""Vertical field of view of that camera, degrees."""
 
 MAX_OVERLAP_M = 0.001
-"""Objects drawn deeper inside one another or a wall than this are drawn again, m: no such start exists."""
+"""Greatest overlap at the start of objects with one another or with a wall, m."""
 
 SETTLE_DURATION_S = 1.0
-"""How long objects that were moved at random are left to themselves: whatever falls is drawn again."""
+"""How long the objects of a random start are simulated; if one moves, tips over or falls, all are drawn again."""
 
 MAX_SETTLING_M, MAX_SETTLING_RAD = 0.003, np.radians(3)
-"""What stands moves and tilts by less meanwhile."""
+"""Greatest movement and tilt in that time of an object that stands."""
 
 MAX_DRAWS = 1000
-"""Number of starts that are drawn at most."""
+"""Greatest number of random starts that are drawn."""
 
 
 @dataclass(frozen=True)
 class Scene:
     """A compiled scene.
 
-    Names in `mujoco`: an object's body, its free joint and its colliding geom bear the object's name; the robot's names
-    are in `robot`; `table` is the table's geom.
+    Names in `mujoco`: an object's body, its free joint and its first colliding geom bear the object's name; the robot's
+    names are in `robot`; `table` is the table's geom.
 
     Attributes:
-        model: what it was built from.
-        spec: what the model was compiled from; other processes do not get it.
+        model: manipulation model that it was built from.
+        spec: what `mujoco` was compiled from; not pickled.
         mujoco: the compiled model.
         slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
@@ -80,11 +80,11 @@ class Scene:
         temporary: locations that the scenario does not have, each made for one object off every other location.
         table: outline of the table.
         markings: what is printed on it for each location on the table.
-        focus: (3,) what the lights point at: over the table's middle, m.
-        robot: works in it.
+        focus: (3,) point that the lights aim at: over the table's middle, m.
+        robot: in its place in the scene.
         latency: from a command until the actuators get it, s.
-        warnings: what should be said of it.
-        nominal: the model before it was perturbed, in which start poses are drawn; None for `mujoco`.
+        warnings: for the user.
+        nominal: `mujoco` before it was perturbed, in which start poses are drawn; None if it was not.
     """
 
     model: ManipulationModel
@@ -103,19 +103,19 @@ class Scene:
     nominal: mujoco.MjModel | None = None
 
     def __getstate__(self) -> dict[str, object]:
-        """Return what another process gets of it: all but `spec`, which MuJoCo cannot hand over."""
+        """Return what is pickled: all but `spec`, which MuJoCo cannot pickle."""
         return {**vars(self), "spec": None}
 
     @functools.cached_property
     def sha256(self) -> str:
-        """Hash of the compiled model, which nothing changes."""
+        """Hash of the compiled model, cached since nothing changes the model."""
         contents = np.empty(mujoco.mj_sizeModel(self.mujoco), dtype=np.uint8)
         mujoco.mj_saveModel(self.mujoco, None, contents)
         return hashlib.sha256(contents.data).hexdigest()
 
     @property
     def dressed(self) -> bool:
-        """Whether the robot collides with meshes rather than plain shapes."""
+        """Whether the robot has collision meshes rather than primitive shapes."""
         of_robot = self.robot.bodies(self.mujoco)[self.mujoco.geom_bodyid]
         return bool((self.mujoco.geom_type[of_robot] == mujoco.mjtGeom.mjGEOM_MESH).any())
 
@@ -126,13 +126,13 @@ def build_scene(
     """Build the scene of a manipulation model.
 
     Args:
-        model: any locations and objects.
+        model: of the locations and objects.
         robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`, in place of the one that the model names.
-        spares: number of grey cubes in store below the table.
-        meshes: draw the robot with meshes; None for where they are installed.
+        spares: number of grey cubes in store below the table, for faults that add objects.
+        meshes: build the robot from meshes; None to do so if they are installed.
 
     Raises:
-        RobotError: the robot is unknown or cannot be had.
+        RobotError: the robot is unknown or cannot be loaded.
         SimulationError: locations out of reach or in the way of others, or objects that the hand cannot take; each
             fault starts with its key.
     """
@@ -172,16 +172,16 @@ def build_scene(
 
 
 def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[Station]) -> list[mujoco.MjsBody]:
-    """Return the bodies of our own that objects may lie on."""
+    """Return the bodies that objects may lie on, those of a user's scene left out."""
     names = [body_name(fixture.name) for fixture in model.fixtures] + [f"{station.name}_base" for station in stations]
     return [spec.body(name) for name in (*(() if model.scene else ("table",)), *names)]
 
 
 def _compiled(spec: mujoco.MjSpec, own: UserScene | None) -> mujoco.MjModel:
-    """Return the compiled scene; what is wrong with it can only be in what the user brought.
+    """Return the compiled scene.
 
     Raises:
-        SimulationError: MuJoCo refuses it.
+        SimulationError: MuJoCo refuses it because of the user's scene.
     """
     try:
         return spec.compile()
@@ -226,7 +226,7 @@ def initial_state(
         angle: greatest turn about z, rad.
 
     Raises:
-        SimulationError: moved so far, the objects almost always overlap or fall.
+        SimulationError: in each of `MAX_DRAWS` random starts, objects overlap or fall.
     """
     data = mujoco.MjData(scene.mujoco)
     scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
@@ -250,7 +250,7 @@ def initial_state(
 
 
 def _unsettled(scene: Scene, data: mujoco.MjData) -> list[str]:
-    """Return the objects that do not stand as they do after they are left to themselves, in the nominal world."""
+    """Return the objects that move or tip over within `SETTLE_DURATION_S` in the nominal world."""
     model = scene.nominal or scene.mujoco
     names = [obj.name for obj in scene.model.objects]
     bodies, later = [model.body(name).id for name in names], copy.copy(data)
@@ -274,7 +274,7 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
 
 
 def _add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """Add a camera beside the fingers, which looks at what is between the fingers."""
+    """Add a camera beside the fingers that looks between them."""
     tool = spec.site(robot.tool)
     ahead = tool.pos + WRIST_AIM_M - WRIST_EYE_M
     ahead /= np.linalg.norm(ahead)

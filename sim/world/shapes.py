@@ -1,4 +1,4 @@
-"""The shapes of objects: cubes, boxes and cylinders, and the orientations in which they look the same."""
+"""The shapes of objects: cubes, boxes, cylinders and meshes, and the orientations in which they look the same."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ SIZES = {
     "cylinder": ("diameter", "height"),
     "mesh": ("length along x", "length along y", "height"),
 }
-"""Kinds of objects, and what their `size` says; that of a mesh comes from its file."""
+"""Kinds of objects, and the lengths in their `size`; that of a mesh comes from its file."""
 
 CUBE_EDGE_M = 0.045
-"""Edge of an object of no given size, m: the open hand takes it with clearance on both sides."""
+"""Edge of an object without a given size, m: the open hand has clearance on both sides."""
 
 DENSITY_KG_M3 = 0.055 / CUBE_EDGE_M**3
-"""Density of beech: a cube of usual size weighs 55 g."""
+"""Density, about that of beech: a cube of `CUBE_EDGE_M` weighs 55 g."""
 
 MASSES_KG = (0.020, 0.250)
-"""Limits of the mass of an object of which none is given."""
+"""Least and greatest default mass of an object."""
 
 USUAL_OPENING_M = 0.07
-"""Width of the open hand, m: 12 mm to either side of a usual cube, and the fingers still fit into a bin."""
+"""Width of the open hand, m: 12 mm to either side of a `CUBE_EDGE_M`, and the fingers still fit into a bin."""
 
 LEAST_ACROSS = 1e-9
-"""Least part of a direction across an axis, of 1; below, they are parallel."""
+"""Least sine of the angle between a direction and an axis that do not count as parallel."""
 
 ROUND_TURNS = 16
-"""Number of turns of a round object about the vertical that are told apart."""
+"""Number of turns of a round object about the vertical that are tried."""
 
 _MIRRORED = [
     np.eye(3)[list(order)] * np.array(signs)[:, None]
@@ -59,20 +59,20 @@ QUARTER_TURNS = np.array([turn for turn in _MIRRORED if np.linalg.det(turn) > 0]
 
 @dataclass(frozen=True, eq=False)
 class ObjectShape:
-    """A cube, box or cylinder in a frame of its own, in which it stands upright.
+    """A cube, box, cylinder or mesh in a frame of its own, in which it stands upright.
 
     Its yaw is the heading of its x axis: the preferred closing direction from above.
 
     Attributes:
         kind: one of `SIZES`.
-        half: (3,) half its sides along that line, across it and upwards, m.
-        widths: of it in the closing directions from above, the better one first, m.
+        half: (3,) half its sides along x, y and z, m.
+        widths: in the closing directions from above, the preferred one first, m.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
-        surface: of a mesh that fingers take; None for other shapes.
+        surface: of a mesh, if the gripper has fingers; else None.
         pairs: opposite patches of that surface, which pads can press.
-        seats: flat places of a mesh, which a suction cup can press; none for fingers.
-        corners: (K, 3) of the convex hull of a mesh, m; None for other shapes.
+        seats: flat places of a mesh, if the gripper is a suction cup; else none.
+        corners: (K, 3) vertices of the convex hull of a mesh, m; None for other shapes.
     """
 
     kind: str
@@ -87,7 +87,7 @@ class ObjectShape:
 
     @property
     def height(self) -> float:
-        """Its whole height, m."""
+        """Its full height, m."""
         return 2 * float(self.half[2])
 
     @property
@@ -97,12 +97,12 @@ class ObjectShape:
 
     @property
     def is_heavy(self) -> bool:
-        """Whether it is heavier than any object without a given mass: the arm has to bear its weight by design."""
+        """Whether it is heavier than any object of default mass."""
         return self.mass > MASSES_KG[1]
 
     @functools.cached_property
     def symmetries(self) -> np.ndarray:
-        """(K, 3, 3) rotations after which it looks the same, the identity first; turns about a round one's z aside."""
+        """(K, 3, 3) rotations after which it looks the same, identity first; without those about a round one's z."""
         if self.is_round:
             return np.array([np.eye(3), np.diag([1.0, -1.0, -1.0])])
         if self.symmetry > math.pi:
@@ -125,7 +125,7 @@ class ObjectShape:
         return float(slopes @ self.half)
 
     def depth(self, rotation: np.ndarray) -> float:
-        """Return how far below its middle it reaches with its (3, 3) axes turned, m."""
+        """Return how far it reaches below its middle, m, with (3, 3) axes in the world frame."""
         return self.support(-rotation[2])
 
     def distance(self, point: np.ndarray) -> float:
@@ -141,9 +141,9 @@ class ObjectShape:
         return np.asarray(rotation @ self.symmetries[int(heights.argmax())])
 
     def heading_to(self, rotation: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Return a (3, 3) rotation in which it looks the same; a round one's x axis is nearest to a direction.
+        """Return a (3, 3) rotation in which it looks the same; a round one's x axis is nearest to a (3,) direction.
 
-        All are equally near to a direction along the axis of a round one, or to none.
+        A round one is not turned towards a direction along its own axis, or towards zero.
         """
         x = direction - (direction @ rotation[:, 2]) * rotation[:, 2]
         length = np.linalg.norm(x)
@@ -152,12 +152,12 @@ class ObjectShape:
         return np.column_stack([x / length, np.cross(rotation[:, 2], x / length), rotation[:, 2]])
 
     def standing(self, yaw: float) -> np.ndarray:
-        """Return the (K, 3, 3) rotations in which it stands square to a line of a heading, rad."""
+        """Return the (K, 3, 3) rotations in which it stands on a face, aligned with a heading, rad."""
         turns = yaw + (np.arange(ROUND_TURNS) * 2 * np.pi / ROUND_TURNS if self.is_round else np.zeros(1))
         return np.concatenate([about_z(turn) @ self.symmetries for turn in turns])
 
     def standing_near(self, rotation: np.ndarray, yaw: float) -> np.ndarray:
-        """Return the rotation nearest to a (3, 3) one in which it stands square to a line, rad; a round one just so."""
+        """Return the rotation nearest to a (3, 3) one in which it stands aligned with a heading, rad, unless round."""
         options = self.standing(yaw)
         if self.is_round:
             up = np.copysign([0.0, 0.0, 1.0], rotation[2, 2])
@@ -197,7 +197,7 @@ def about_z(turn: float) -> np.ndarray:
 
 
 def opening(width: float) -> float:
-    """Return how wide the hand opens round what has a width, m."""
+    """Return how wide the hand opens, m, for an object of a width, m."""
     return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
 
 
@@ -205,13 +205,13 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
     """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
 
     Args:
-        obj: any; a body of a scene has been measured.
+        obj: any; one that is a body of a scene must have been `resolved`.
         gripper: of the robot.
         folder: in which files are looked for.
-        scene: the user's own, if there is one.
+        scene: file of the user's own, if there is one.
 
     Raises:
-        SimulationError: an object of an unknown kind, or that the hand cannot take. The message starts with its key.
+        SimulationError: an object of an unknown kind, or that the hand cannot grasp. The message starts with its key.
     """
     where = f"objects.{obj.name}"
     check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
@@ -241,10 +241,10 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
 
 
 def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str) -> ObjectShape:
-    """Return the shape of a mesh with where a gripper can press it.
+    """Return the shape of a mesh with the places that a gripper can press.
 
     Raises:
-        SimulationError: it can nowhere.
+        SimulationError: there are none.
     """
     shape = replace(shape, corners=mesh.corners)
     if isinstance(gripper, SuctionGripper):
@@ -271,7 +271,7 @@ def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[s
     """Check the lengths of an object, m: how wide it is where the fingers close, how long across that, and how high.
 
     Raises:
-        SimulationError: the gripper cannot take it.
+        SimulationError: the gripper cannot grasp it.
     """
     limits_of = {"wide": gripper.held_widths, "high": gripper.held_heights, "long": (0.0, MAX_LENGTH_M)}
     for adjective, length in lengths.items():
@@ -283,7 +283,7 @@ def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[s
 
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:
-    """Return the bounds on the dimensions of shapes; for none, those of a cube of usual size."""
+    """Return the bounds on the dimensions of shapes; without any, those of a cube of `CUBE_EDGE_M`."""
     known = list(shapes)
     if not known:
         return Extent(np.full(2, CUBE_EDGE_M / 2), CUBE_EDGE_M / 2, CUBE_EDGE_M, CUBE_EDGE_M, opening(CUBE_EDGE_M))
@@ -298,7 +298,11 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
 
 
 def _checked_size(obj: Object, where: str) -> tuple[float, ...]:
-    """Return the right number of positive lengths, m."""
+    """Return the `size` of an object, m.
+
+    Raises:
+        SimulationError: it is missing, has the wrong number of lengths, or one is not positive.
+    """
     if obj.size is None and obj.kind == "cube":
         return (CUBE_EDGE_M,)
     meaning = f"a {obj.kind} has {', '.join(SIZES[obj.kind])}, in metres"

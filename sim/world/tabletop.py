@@ -16,13 +16,13 @@ TABLE_TOP = "tabletop"
 """Name of the picture's texture and material."""
 
 PIXELS_PER_M = 1500
-"""Pixels of the picture."""
+"""Resolution of the picture."""
 
 MAX_SIDE_PX = 4096
 """Longest side of the picture, which is coarser where the table is longer than 2.7 m: it takes 25 bytes a pixel."""
 
 BOARD_PX = 2048
-"""Side of the board of wood from which all tables of a process are cut."""
+"""Side of the board of wood that is drawn once per process and repeated on larger tables."""
 
 WOOD = np.array([0.50, 0.365, 0.255])
 """Mean colour of the wood."""
@@ -31,10 +31,10 @@ INK = (250, 244, 232)
 """Colour of outlines and names."""
 
 PLANK_M = 0.13
-"""Width of a plank."""
+"""Width of a plank, m."""
 
 LETTERS_M = 0.026
-"""Height of the names' letters."""
+"""Height of the names' letters, m."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
     """Return the texture of the table top.
 
     Args:
-        table: its outline, x towards the front, y to the robot's left.
+        table: its outline.
         markings: what is printed on it.
 
     Returns:
@@ -87,7 +87,7 @@ def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
     return np.asarray(image).transpose(1, 0, 2)
 
 
-@lru_cache(maxsize=2)  # half of the time that a scene takes
+@lru_cache(maxsize=2)  # drawing wood takes half the time of building a scene
 def _wood(across: int, along: int) -> np.ndarray:
     """Return (height, width, 3) planks along the rows, each with its own tone and grain, cut from boards."""
     width, height = across * BOARD_PX, along * BOARD_PX

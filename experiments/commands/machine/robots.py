@@ -55,7 +55,7 @@ def robots(options: argparse.Namespace) -> int:
 
 
 def _entry(robot: Robot, reason: str | None) -> dict[str, Any]:
-    """Return what the list says of a robot, and of why it cannot be had."""
+    """Return the entry of a robot in the list, and why the robot is not available."""
     return {
         "name": robot.name,
         "title": robot.title,

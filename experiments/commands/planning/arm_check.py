@@ -64,7 +64,7 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
     Arguments are those of `checkup.check`; what is unknown after the limits is left unknown.
 
     Raises:
-        RobotError: the robot is unknown or cannot be had.
+        RobotError: the robot is unknown or cannot be loaded.
     """
     model = _arm_model(scenario)
     if model is None:

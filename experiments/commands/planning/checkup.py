@@ -149,7 +149,7 @@ def check(
     Raises:
         ScenarioError: it has a mistake.
         LimitError: a limit was reached before that is known.
-        RobotError: the robot is unknown or cannot be had.
+        RobotError: the robot is unknown or cannot be loaded.
     """
     limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
     with limits:

@@ -1,5 +1,5 @@
 "use strict";
-// The tasks: formula, automaton in its present state, and what was paid.
+// The tasks: formula, automaton in its current state, and what was paid.
 
 const WIDE = 430; // pixels; a wider automaton gets a row of its own
 

@@ -9,7 +9,7 @@ function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-// Those of rising values whose labels, `size` pixels long, have space on an axis of `length` pixels: first the ends.
+// Select the ascending values whose labels, `size` pixels long, fit on an axis of `length` pixels; the ends come first.
 function labelledOf(values, size, length) {
   const ends = [values[0], values[values.length - 1]], least = (size * (ends[1] - ends[0])) / length;
   const kept = [];
@@ -41,7 +41,7 @@ function worthOf(plan) {
   return plan.worth.map(([name, value]) => `${name} ${show(value)}`).join(", ");
 }
 
-// The points that no other beats in the two objectives that are shown, by rising values of the first.
+// The points that no other beats in the two objectives shown, by ascending values of the first.
 function borderOf(values) {
   let least = Infinity;
   const rising = [...values].sort((a, b) => a.cost - b.cost || a.preference - b.preference);
@@ -164,7 +164,7 @@ class FrontChart {
     this.queue = this.queue.then(() => this.mark());
   }
 
-  // Grey the plans out that exceed a wish.
+  // Grey out the plans that exceed a wish.
   wish(beyond) {
     this.beyond = [...beyond];
     this.queue = this.queue.then(() => this.mark());

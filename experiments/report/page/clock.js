@@ -2,9 +2,9 @@
 // One clock for everything on the page; it plays the videos and keeps them in step.
 
 const FRAME_RATE = 30; // of the videos
-const MAX_DRIFT = 0.12; // s; a video that is further off is set to the clock
+const MAX_DRIFT = 0.12; // s; a video that is off by more is set to the clock
 
-// Between two actions show the first picture of the later one; times are rounded.
+// Between two actions, show the first frame of the later one; times are rounded.
 function nextFrame(time) {
   return (Math.floor(time * FRAME_RATE + 0.02) + 1.5) / FRAME_RATE;
 }
@@ -64,7 +64,7 @@ class Clock {
 
   roll(video) {
     video.playbackRate = this.rate;
-    // A video at its end keeps its last picture. A pause may reject an earlier play(), which is no error.
+    // A video at its end keeps its last frame. A pause may reject an earlier play(), which is no error.
     if (!(video.currentTime >= video.duration)) video.play().catch(() => {});
   }
 
@@ -83,7 +83,7 @@ class Clock {
     }
     if (this.time >= this.duration) {
       this.pause();
-      this.seek(this.duration); // the videos are a few pictures behind, and the last one shows the result
+      this.seek(this.duration); // the videos are a few frames behind, and the last one shows the result
     } else {
       this.listener();
       requestAnimationFrame((next) => this.tick(next));

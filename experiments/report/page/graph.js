@@ -1,7 +1,7 @@
 "use strict";
-// A plan on a graph (drawn by prefplan): the present state, and the arrows already taken.
+// A plan on a graph (drawn by prefplan): the current state, and the arrows already taken.
 
-const GRAPH = "The coloured state is the present one. Thick arrows are the plan's actions, numbered in order; each arrow has its action and its cost.";
+const GRAPH = "The coloured state is the current one. Thick arrows are the plan's actions, numbered in order; each arrow has its action and its cost.";
 
 class PlanGraph {
   constructor(plan) {

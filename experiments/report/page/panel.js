@@ -1,7 +1,7 @@
 "use strict";
 // One plan in full: video or map, why it costs what it costs, timeline, tasks and checks.
 
-const AUTOMATA = "A circle is a state; the coloured one is the present state. A double ring means done, a dashed ring that the task "
+const AUTOMATA = "A circle is a state; the coloured one is the current state. A double ring means done, a dashed ring that the task "
   + "can no longer be done. An arrow is taken when its label holds: ! not, & and, | or. In formulas F is eventually, U until, X next.";
 const MAP = "A dot with a name: a task is done there. A dot without a name: the start.";
 

@@ -61,7 +61,7 @@ class ParallelCoordinates {
     this.update();
   }
 
-  // Where a value of an axis is: the least below.
+  // The height of a value on its axis; the least is at the bottom.
   up(k, at) {
     const { values } = this.axes[k], low = values[0], range = values[values.length - 1] - low;
     return this.bottom - (range ? ((values[at] - low) / range) * (this.bottom - this.top) : 0);
@@ -102,7 +102,7 @@ class ParallelCoordinates {
     this.update();
   }
 
-  // `bounds`: of each axis, the place of the largest value that is wished; `beyond`: the plans that exceed one.
+  // `bounds`: for each axis, the rank of the largest value allowed; `beyond`: the plans that exceed one.
   wish(bounds, beyond) {
     Object.assign(this, { bounds, beyond });
     this.update();

@@ -66,7 +66,7 @@
     return k;
   }
 
-  // Where the plans part, in words and as a mark on the scrubber.
+  // The first difference of two plans, in words and as a mark on the scrubber.
   function tellParting(one, two, part) {
     const words = byId("parting"), mark = byId("parting-mark");
     words.hidden = mark.hidden = !two;

@@ -1,15 +1,15 @@
 "use strict";
-// The runs in 3-D: one scene for all plans, drawn for one panel after the other, and the choice between it and videos.
+// The runs in 3-D: one scene for all plans, drawn for each panel in turn, and the choice between it and videos.
 
 const TURN = 0.008, KEY_TURN = 0.12; // rad for a pixel, and for a key
 const ZOOM = 1.0015, KEY_ZOOM = 1.15; // for a unit of the wheel, and for a key
-const NEAREST = 0.25, FURTHEST = 6; // m from what the view turns about
+const NEAREST = 0.25, FURTHEST = 6; // m from the centre of rotation
 const HIGHEST = 0.05, LOWEST = 1.65; // rad from straight above
 const SHADOW_HALF = 1.1; // m; half the width of what casts shadows
 const SHADOW_PIXELS = 2048;
 const BACKDROP = 0x959da6, GROUND = 0x8a8078;
 const AMBIENT = 2.1; // illuminance from all around; the lights are in the file
-const MAX_DENSITY = 2; // drawn pixels for a pixel of the page
+const MAX_DENSITY = 2; // greatest number of rendered pixels per CSS pixel
 
 function loadScript(source) {
   return new Promise((done, fail) => {
@@ -58,7 +58,7 @@ class Stage {
     this.setSurfaces(gltf.scene);
   }
 
-  // Begin with the view of the videos, and turn about what is in its middle.
+  // Start with the view of the videos, and rotate about its centre.
   setCamera(given) {
     this.camera = new THREE.PerspectiveCamera(given.fov, given.aspect, given.near, given.far);
     const eye = given.getWorldPosition(new THREE.Vector3());
@@ -68,7 +68,7 @@ class Stage {
     this.reset();
   }
 
-  // Let surfaces and the key light have shadows, and print stay sharp from the side.
+  // Enable shadows, and keep printed text sharp at grazing angles.
   setSurfaces(scene) {
     scene.traverse((node) => {
       if (node.isMesh) node.castShadow = node.receiveShadow = true;
@@ -95,7 +95,7 @@ class Stage {
     this.orbit.radius = Math.min(FURTHEST, Math.max(NEAREST, this.orbit.radius * factor));
   }
 
-  // Put everything where it was at a simulated time of a plan's run.
+  // Set the poses at a simulated time of a plan's run.
   pose(name, time) {
     this.mixer.stopAllAction();
     const action = this.mixer.clipAction(this.clips.get(name));
@@ -130,7 +130,7 @@ class SceneView {
     this.time = 0;
     this.canvas = make("canvas", {
       class: "scene", tabindex: 0, role: "application",
-      "aria-label": `3-D scene of plan ${plan.index}. Arrow keys turn it, plus and minus zoom, Home shows it as at first.`,
+      "aria-label": `3-D scene of plan ${plan.index}. Arrow keys turn it, plus and minus zoom, Home resets the view.`,
     });
     this.note = make("p", { class: "scene-note", role: "status" }, "The 3-D scene is loading.");
     this.element = make("div", { class: "scene-box" }, this.canvas, this.note);

@@ -43,7 +43,7 @@ function taskWords(account) {
 }
 
 class Timeline {
-  // `most`: cost at the right end; `part`: cost at which two compared plans part, or null.
+  // `most`: cost at the right end; `part`: cost at the first difference of two compared plans, or null.
   constructor(plan, tasks, { most, part, seek }) {
     const { actions, costs, spent, tasks: accounts } = plan.ledger;
     this.plan = plan;
@@ -61,7 +61,7 @@ class Timeline {
     });
     this.head = make("div", { class: "playhead", "aria-hidden": "true" });
     const lanes = tasks.map((task) => this.lane(task, accounts[task.name], spent));
-    const line = part === null ? null : make("div", { class: "part-line", style: `left:${this.at(part)}`, title: "Here the plans part" });
+    const line = part === null ? null : make("div", { class: "part-line", style: `left:${this.at(part)}`, title: "The first difference of the plans" });
     const bars = make("div", { class: "bars", role: "group", "aria-label": "Actions; arrow keys go along them" }, ...this.bars);
     new ResizeObserver(() => this.fit()).observe(bars);
     this.element = make("div", { class: "timeline", role: "group", "aria-label": `Timeline of plan ${plan.index}` },

@@ -6,7 +6,7 @@ function fill(words, values) {
 }
 
 class Wishes {
-  // `listener` is told the largest place that is wished on each axis, and which plans exceed one.
+  // `listener` gets the rank of the largest value allowed on each axis, and the plans that exceed one.
   constructor(place, { words, axes, places }, listener) {
     Object.assign(this, { words, axes, places, listener });
     this.rows = axes.map((axis, k) => this.row(axis, k));
@@ -29,7 +29,7 @@ class Wishes {
     return { slider, shown, element: make("div", { class: "wish" }, make("label", { for: slider.id }, name), shown, slider) };
   }
 
-  // The least that an objective has in some of the plans, as a place among its values; Infinity for none.
+  // The least value of an objective among some plans, as a rank; Infinity for no plan.
   least(k, plans) {
     return Math.min(...plans.map((plan) => plan[k]));
   }
@@ -49,7 +49,7 @@ class Wishes {
     return rises.length ? fill(words.cost, { wishes, rises: rises.join(", ") }) : fill(words.free, { wishes });
   }
 
-  // Where no plan is left: what each wish could be without the others giving way.
+  // If no plan is left: the tightest limit possible for each objective while the other wishes stay.
   conflict(bounds, wished, wishes) {
     const { axes, words } = this;
     const alone = wished.map((k) => [k, this.least(k, this.within(bounds.map((bound, j) => (j === k ? Infinity : bound))))])

@@ -1,1 +1,1 @@
-"""Robots of MuJoCo Menagerie, fetched once with git and given what a scene needs of a robot."""
+"""Robots of MuJoCo Menagerie, downloaded once with git and adapted for scenes."""

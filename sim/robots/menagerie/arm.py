@@ -1,4 +1,4 @@
-"""An arm of Menagerie: constants of one file, and the hand that is derived from its MJCF."""
+"""An arm of Menagerie: its constants, and the gripper derived from its MJCF."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sim.robots.menagerie.download import ALTERNATIVE, fetch, hindrance
 from sim.robots.robot import Robot, check_parts
 
 HAND = "hand_"
-"""Prefix of the names of a hand that is mounted."""
+"""Prefix of the names of a mounted hand."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Mounted:
 
     Attributes:
         description: module of robot_descriptions.
-        root: its first body.
+        root: name of its root body.
         flange: body of the arm that carries it.
         pos: of its frame in the flange's, m.
         quat: orientation of its frame, z out of the arm.
@@ -43,12 +43,12 @@ class MenagerieHand:
     """Constants of a hand; names are those of the MJCF, a mounted hand's with `HAND` before them.
 
     Attributes:
-        tool: body in whose frame the tool is, z out of the hand, y along the line on which the fingers close.
-        tool_m: how far along its z, m.
+        tool: body with the axes of the tool frame: z out of the hand; the fingers close along y.
+        tool_m: distance of the tool from that body along z.
         actuator: of the fingers.
         opening_m: greatest width.
         force_n: of each pad.
-        mounted: on the arm; None for the arm's own.
+        mounted: a hand from another MJCF; None for the arm's own.
     """
 
     tool: str
@@ -64,15 +64,15 @@ class MenagerieArm:
     """Constants of an arm and its hand; names are those of the MJCF.
 
     Attributes:
-        name: of the robot here.
-        title: what it is, in words.
+        name: by which the robot is chosen.
+        title: description in words.
         description: module of robot_descriptions.
-        base: its first body, which is put to the origin.
+        base: root body, which is moved to the origin.
         joints: of the arm, n in number.
         velocity: (n,) limits, rad/s.
         torque: (n,) limits, N m.
         home: (n,) rad.
-        hand: at its end.
+        hand: of the arm.
         payload_kg: greatest mass that it may carry.
         nearest_m: least distance of the tool from the axis of the base.
     """
@@ -91,11 +91,11 @@ class MenagerieArm:
 
 
 UNKNOWN = Gripper("", (), ("", ""), 0, 0, 0, 0, 0, 0, 0, 0)
-"""Stands for a gripper that is not yet derived."""
+"""Placeholder for a gripper that is not derived yet."""
 
 
 def menagerie_robot(arm: MenagerieArm) -> Robot:
-    """Return the robot, whose gripper is known once its MJCF is fetched (`Robot.completed`)."""
+    """Return the robot; `Robot.completed` downloads its MJCF and derives its gripper."""
     return Robot(
         name=arm.name,
         title=arm.title,
@@ -115,11 +115,11 @@ def menagerie_robot(arm: MenagerieArm) -> Robot:
 
 
 TOOL = "tool"
-"""Name of the site that is added."""
+"""Name of the site that is added for the tool."""
 
 
 def _spec(arm: MenagerieArm, meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the adapted robot; it has its own meshes, whatever is asked for."""
+    """Return the adapted robot; it has its own meshes, whatever `meshes` is."""
     return _prepared(arm)[0].copy()
 
 
@@ -129,10 +129,10 @@ def _gripper(arm: MenagerieArm) -> Gripper:
 
 @cache
 def _prepared(arm: MenagerieArm) -> tuple[mujoco.MjSpec, Gripper]:
-    """Return the adapted robot, and its gripper as derived from it.
+    """Return the adapted robot, and the gripper derived from it.
 
     Raises:
-        RobotError: it cannot be fetched, or is not the robot that is expected.
+        RobotError: the MJCF cannot be downloaded, or lacks an expected part.
     """
     path, hand = fetch(arm.description, arm.name), arm.hand
     try:
@@ -158,7 +158,7 @@ def _prepared(arm: MenagerieArm) -> tuple[mujoco.MjSpec, Gripper]:
 
 
 def _mount(spec: mujoco.MjSpec, hand: Mounted, robot: str) -> None:
-    """Put a hand on an arm."""
+    """Attach a hand to an arm."""
     source = mujoco.MjSpec.from_file(str(fetch(hand.description, robot)))
     check_parts(source, body=(hand.root,))
     check_parts(spec, body=(hand.flange,))

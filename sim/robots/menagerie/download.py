@@ -1,4 +1,4 @@
-"""MuJoCo Menagerie, fetched once by robot_descriptions and kept in its cache."""
+"""MuJoCo Menagerie, downloaded once by robot_descriptions into its cache."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from unittest.mock import patch
 from sim.errors import RobotError
 
 REPOSITORY = "https://github.com/deepmind/mujoco_menagerie.git"
-"""Where robot_descriptions fetches from; git's own settings may send it elsewhere."""
+"""Where robot_descriptions downloads from, unless git's settings redirect it."""
 
 ANSWER_TIMEOUT_S = 20
-"""How long the repository may take to answer before it counts as out of reach, s."""
+"""How long the repository may take to answer before it counts as unreachable, s."""
 
 GIT_SETTINGS = {"GIT_TERMINAL_PROMPT": "0", "GIT_HTTP_LOW_SPEED_LIMIT": "1000", "GIT_HTTP_LOW_SPEED_TIME": "30"}
-"""Git asks for no password, and gives a download up that falls below 1 kB/s for half a minute."""
+"""Git asks for no password, and aborts a download that stays below 1 kB/s for half a minute."""
 
 INSTALL = "pip install '.[menagerie]', in a clone of prefplan"
 
@@ -30,7 +30,7 @@ ALTERNATIVE = "the robot `panda` needs no download"
 
 
 def hindrance() -> str | None:
-    """Return why Menagerie cannot be had here, and what would mend that; None if it can."""
+    """Return why Menagerie is not available here, and how to change that; None if it is."""
     if importlib.util.find_spec("robot_descriptions") is None:
         return f"it needs {INSTALL}"
     if shutil.which("git") is None:
@@ -53,7 +53,7 @@ def fetch(description: str, robot: str) -> Path:
         robot: its name here, for messages.
 
     Raises:
-        RobotError: robot_descriptions or git is missing, or nothing is cached and the repository out of reach.
+        RobotError: robot_descriptions or git is missing, or nothing is cached and the repository is unreachable.
     """
     with patch.dict(os.environ, GIT_SETTINGS), contextlib.redirect_stdout(sys.stderr):
         try:
@@ -73,12 +73,12 @@ def fetch(description: str, robot: str) -> Path:
             ) from None
     path = Path(module.MJCF_PATH)
     if not path.is_file():
-        raise RobotError(f"the robot `{robot}` is not where it should be, {path}; {ALTERNATIVE}")
+        raise RobotError(f"the robot `{robot}` is not at its expected path, {path}; {ALTERNATIVE}")
     return path
 
 
 def _cached() -> bool:
-    """Return whether robot_descriptions will find what it wants without asking the network."""
+    """Return whether robot_descriptions will find Menagerie without using the network."""
     cache = Path(os.environ.get("ROBOT_DESCRIPTIONS_CACHE", "~/.cache/robot_descriptions")).expanduser()
     commit = os.environ.get("ROBOT_DESCRIPTION_COMMIT")
     folder = cache / (f"mujoco_menagerie-{commit}/mujoco_menagerie" if commit else "mujoco_menagerie")
@@ -89,7 +89,12 @@ def _cached() -> bool:
 
 
 def _check_reachable() -> None:
-    """Raise an error unless the repository answers soon: git itself waits minutes for a silent network."""
+    """Raise an error unless the repository answers soon: git itself would wait for minutes.
+
+    Raises:
+        ConnectionError: it does not.
+        FileNotFoundError: git is not installed.
+    """
     try:
         ask = ["git", "ls-remote", REPOSITORY, "HEAD"]
         subprocess.run(

@@ -1,4 +1,4 @@
-"""Kinova's Gen3 of seven joints with a Robotiq 2F-85."""
+"""Kinova's Gen3 with seven joints and a Robotiq 2F-85."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GEN3 = menagerie_robot(
         torque=(105.0,) * 4 + (52.0,) * 3,
         home=(0.0, 0.26, np.pi, -2.27, 0.0, 0.96 - np.pi / 2, np.pi / 2),
         hand=robotiq_2f85("bracelet_link", (0.0, 0.0, -0.061525), (0.0, 1.0, 0.0, 0.0)),
-        # Kinova's user guide: in the middle of its range.
+        # Kinova's user guide, for the middle of its reach.
         payload_kg=4.0,
         nearest_m=0.25,
     )

@@ -1,4 +1,4 @@
-"""The Panda of MuJoCo Menagerie, fetched by robot_descriptions and given the names and the grip of our own."""
+"""The Panda of MuJoCo Menagerie, with the names and the grip of the built-in Panda."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ FINGERS = ("left_finger", "right_finger")
 
 
 def menagerie_spec(meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return Menagerie's Panda with the names of our own; it has its own meshes, whatever is asked for.
+    """Return Menagerie's Panda with the names of the built-in one; it has its own meshes, whatever `meshes` is.
 
-    Bodies, inertia, joints, limits, arm gains and shapes are Menagerie's. Ours are the names of the actuators, gravity
-    compensation, the tool's site, the gripper's command in metres with a force that holds a block (Menagerie's own
-    presses a 45 mm block with a third of a newton), and what of the fingers touches: one stiff box each and a pad.
+    Bodies, inertia, joints, limits, arm gains and shapes are Menagerie's. From the built-in Panda come the names of the
+    actuators, gravity compensation, the tool's site, the gripper's command in metres with a force that holds a block
+    (Menagerie's presses a 45 mm block with a third of a newton), and the fingers' collision geoms: a stiff box and a
+    pad each.
 
     Raises:
-        RobotError: it cannot be fetched, or is not the robot that is expected.
+        RobotError: the MJCF cannot be downloaded, or lacks an expected part.
     """
     path = fetch("panda_mj_description", "menagerie")
     try:
@@ -53,10 +54,10 @@ def _name_actuators(spec: mujoco.MjSpec) -> None:
 
 
 def _set_grip(spec: mujoco.MjSpec) -> None:
-    """Let the gripper's command be the width between the pads, with the stiffness of our own gripper.
+    """Let the gripper's command be the width between the pads, with the stiffness of the built-in gripper.
 
-    Its tendon `split` is half the width long and gives each finger half of its force; ours is the width and gives
-    all. Hence twice the force per command, four times per length.
+    The length of Menagerie's tendon `split` is half the width, and each finger gets half of its force; the built-in
+    tendon has the full width and gives the full force. Hence twice the gain per command, four times per length.
     """
     own = panda_spec(meshes=False).actuator(PANDA.gripper.actuator)
     gripper = spec.actuator(PANDA.gripper.actuator)
@@ -67,7 +68,7 @@ def _set_grip(spec: mujoco.MjSpec) -> None:
 
 
 def _set_contacts(spec: mujoco.MjSpec) -> None:
-    """Keep the robot's shapes from touching one another, and give the fingers our boxes and pads."""
+    """Exclude collisions between the robot's own geoms, and give the fingers the built-in boxes and pads."""
     for geom in list(spec.geoms):
         if not geom.contype and not geom.conaffinity:
             continue

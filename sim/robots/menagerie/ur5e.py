@@ -24,12 +24,12 @@ UR5E = menagerie_robot(
         # Universal Robots' data sheet: 180 degrees a second in every joint; "Max. joint torques" on its support site.
         velocity=(np.pi,) * 6,
         torque=(150.0, 150.0, 150.0, 28.0, 28.0, 28.0),
-        # The elbow up, the hand down in front of the base, which Menagerie turns by a quarter.
+        # The elbow up, the hand down in front of the base, which Menagerie rotates by 90 degrees.
         home=(-np.pi / 2, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.0),
         hand=robotiq_2f85("wrist_3_link", (0.0, 0.1, 0.0), (-1.0, 1.0, 0.0, 0.0)),
         # Universal Robots' data sheet.
         payload_kg=5.0,
-        # Nearer to the axis the elbow would have to fold beyond the upper arm.
+        # Nearer to the axis, the elbow would have to fold beyond the upper arm.
         nearest_m=0.28,
     )
 )

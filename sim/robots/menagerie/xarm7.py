@@ -19,7 +19,7 @@ XARM7 = menagerie_robot(
         home=(0.0, -0.247, 0.0, 0.909, 0.0, 1.156, 0.0),
         hand=MenagerieHand(
             tool="xarm_gripper_base_link",
-            # Between the middles of the upper and the lower pad when they hold a block.
+            # Between the middles of the upper and the lower pad of a finger when they hold a block.
             tool_m=0.155,
             actuator="gripper",
             # UFACTORY's data sheet: stroke 84 mm, 30 N.

@@ -180,7 +180,7 @@ def test_only_objects_move_and_that_is_said(lab: Scene) -> None:
     free = lab.mujoco.jnt_type == mujoco.mjtJoint.mjJNT_FREE
     assert [lab.mujoco.joint(int(i)).name for i in np.flatnonzero(free)] == ["cup"]
     assert lab.warnings == (
-        "scene: only what is an object moves; held still: cone, drawer",
+        "scene: only objects can move; fixed in place: cone, drawer",
         "scene: without effect here: actuators",
     )
     assert lab.mujoco.nu == len(lab.robot.joints) + 1
@@ -292,7 +292,7 @@ def test_a_body_of_one_upright_shape_is_taken_however_it_lies(tmp_path: Path, ge
 
 def test_what_has_no_effect_is_said(mug: Scene) -> None:
     assert mug.warnings == (
-        "scene: only what is an object moves; held still: handle",
+        "scene: only objects can move; fixed in place: handle",
         "scene: without effect here: margins of geoms, option timestep, option gravity",
     )
     assert mug.mujoco.opt.gravity[2] == -9.81 and mug.mujoco.geom_margin.max() == 0

@@ -103,12 +103,12 @@ def test_the_motor_has_the_force_that_the_table_says(setup: RobotSetup) -> None:
         ({"joints": ("lift", "turn")}, "the joint 'turn' is not behind 'lift'"),
         ({"tool": "top"}, r"robot.tool: no site 'top' in the MJCF \(did you mean 'tip'\?\)"),
         ({"home": (0.0, 0.7)}, "robot.home: 0.7 is not from 0 to 0.6, the range of 'lift'"),
-        ({"open": 0.2}, "the fingers open from 0 to 0.2 m by the table, but here -?0.000 to 0.076 m"),
+        ({"open": 0.2}, "the fingers should open from 0 to 0.2 m, but their range is -?0.000 to 0.076 m"),
         ({"kind": "suction"}, "the actuator 'fingers' is no adhesion actuator"),
         ({"actuator": "motor"}, "robot.gripper.actuator: 'motor' drives 'turn', a joint of the arm"),
         (
             {"joints": ("turn", "lift", "left"), "home": (0.0, 0.4, 0.0), "torque": (200.0, 400.0, 1.0)},
-            "robot.gripper.actuator: it does not belong to what 'left', the last joint, moves",
+            "robot.gripper.actuator: 'left', the last joint, does not move it",
         ),
     ],
 )
