@@ -33,7 +33,7 @@ VIDEO = ("--no-video", "--quality", "--camera", "--inset", "--size")
 """Whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
 
 TEXTS = {"found": "what is known by then", "out": "out/SCENARIO", "starts": "at random by up to 5 mm and 5 degrees"}
-"""What commands say in their own words within the help of an option, and what they say otherwise."""
+"""Parts of the help of options that commands may replace, with their defaults."""
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "scenario": {
@@ -45,14 +45,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--max-cost": {
         "type": number,
         "metavar": "C",
-        "help": "only plans of at most this total cost; needed where the preference's contract is general",
+        "help": "greatest total cost of a plan; required if the preference's contract is general",
     },
-    "--max-preference": {"type": number, "metavar": "M", "help": "bound on the plan's preference penalty"},
+    "--max-preference": {"type": number, "metavar": "M", "help": "greatest preference penalty of a plan"},
     "--at-most": {
         "action": Bound,
         "type": named_number,
         "metavar": "NAME=VALUE",
-        "help": "bound on a cost or a preference by its name, such as energy=40; may be repeated",
+        "help": "upper bound on a cost or a preference by its name, such as energy=40; may be repeated",
     },
     "--within": {
         "type": percentage,
@@ -77,13 +77,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "action": "append",
         "default": [],
         "metavar": "FAULT",
-        "help": "inject a fault at the K-th action or the next one that it fits; may be repeated: slip@K, "
+        "help": "inject a fault at action K, or at the next one where it is possible; may be repeated: slip@K, "
         "move:OBJECT@K, knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K",
     },
     "--perturb": {
         "metavar": "KEY=VALUE,...",
         "help": "greatest random differences: position, centre (of mass), noise and bias (of the camera) in mm; angle "
-        "in degrees; latency in ms; friction, pads, table, force and mass as a share (default: position=5,angle=5)",
+        "in degrees; latency in ms; friction, pads, table, force and mass as a share of 1 (default: "
+        "position=5,angle=5)",
     },
     "--robot": {
         "metavar": "NAME",

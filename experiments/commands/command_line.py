@@ -52,7 +52,7 @@ examples:
 
 exit status:
   0    done
-  2    wrong call or input: stderr says what is valid
+  2    invalid arguments or input: stderr says what is valid
   3    no plan exists, or none within the bounds given
   4    the execution failed, a run was refuted, or a limit ended the search before any plan was found
   130  interrupted by Ctrl-C

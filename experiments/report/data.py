@@ -177,7 +177,6 @@ def _ledger(ledger: Ledger) -> dict[str, Any]:
 
 
 def _observed(problem: Problem, planned: Ledger, recording: Recording) -> Ledger:
-    """Return the ledger of a run."""
     about = recording.log.about
     return Ledger.of(
         problem,

@@ -60,7 +60,6 @@ def _outcome(model: ManipulationModel, state: ManipulationState | None, action: 
 def _costs(
     world: RecordedWorld, table: dict[tuple[str, str, str], Fraction], kind: str, hand: str, goal: str
 ) -> set[Fraction]:
-    """Return the costs that an action may have."""
     costs = world.model.costs
     if not isinstance(costs, MeasuredCosts):
         return {exact(amount(costs[kind], cost_names(costs)[0]))}

@@ -19,8 +19,8 @@ LEAST_TORQUE = 0.01
 """RMS differences below this share of a joint's limit do not count: the torque of an idle joint is no larger."""
 
 SCALE_TOLERANCE = 0.03
-"""Greatest difference from 1 of the factor between recorded and derived torques of the joint with the greatest load; it
-is 0.004 in genuine logs."""
+"""Greatest difference from 1 of the factor between recorded and derived torques of the most loaded joint; it is 0.004
+in genuine logs."""
 
 PAD_TOLERANCE_N, PAD_TOLERANCE = 5.0, 0.2
 """Greatest difference of a pad's force from the derived one, N and as a share; it is 2.6 N in genuine logs."""

@@ -83,7 +83,7 @@ class _Channels:
     """The channels of one animation, and their samplers, as glTF's JSON has them."""
 
     def __init__(self, tree: dict[str, Any], items: Items, times: np.ndarray) -> None:
-        """Start without channels, for samples at (T,) times, s."""
+        """Start without channels; `times` are (T,), s."""
         self.channels: list[dict[str, Any]] = []
         self.samplers: list[dict[str, Any]] = []
         self._tree, self._items, self._times = tree, items, times

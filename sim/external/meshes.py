@@ -159,7 +159,7 @@ def _kept_parts() -> Path:
 
 
 def _keep(path: Path, arrays: list[np.ndarray]) -> None:
-    """Write the parts of a mesh to the cache, if it is writable."""
+    """Write parts to the cache, if it is writable."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:

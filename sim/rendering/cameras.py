@@ -91,7 +91,7 @@ class Camera:
         axes = axes_of(view)
         eye = self._eye(axes, self._points)
         if share < self._opening:
-            # A point in view at both ends of a straight path is in view all along: a view frustum is convex.
+            # A point in view at both ends of a straight path is in view all along.
             wide = self._eye(axes, np.concatenate([self._points, self._home]))
             eye = wide + _eased(share / self._opening) * (eye - wide)
         view.distance = (axes @ (view.lookat - eye))[2]
@@ -160,8 +160,7 @@ def read_view(text: str) -> tuple[float, float, float]:
 def work_points(scene: Scene) -> np.ndarray:
     """Return (N, 3) points that bound the objects, locations, fixtures, names and the hand at work, m.
 
-    The hand at home is left out, where it stays for a second only: with it, a cube of Case Study 3 would be 40 pixels
-    wide in a video of 1280 x 720 instead of 66.
+    With the hand at home, where it is for a second only, a cube of Case Study 3 would be 40 pixels wide instead of 66.
     """
     parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
     model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
@@ -311,8 +310,8 @@ def _eased(share: float) -> float:
 def _nearest_eye(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     """Return the nearest camera position from which all points are in the picture.
 
-    Move each of the four planes of the view frustum until it touches a point. The planes of the tighter direction,
-    horizontal or vertical, meet at the camera; the other two meet behind it.
+    Each of the four planes of the view frustum is moved until it touches a point. The two of the tighter direction,
+    horizontal or vertical, meet at the camera, the others behind it.
 
     Args:
         points: (N, 3) to the right, up and ahead, m.

@@ -107,7 +107,6 @@ def with_strip(picture: np.ndarray, caption: Caption | None, height: int) -> np.
 
 @functools.lru_cache(maxsize=4)
 def _strip(caption: Caption | None, width: int, height: int) -> np.ndarray:
-    """Return the strip of a (height, width) frame."""
     rows = strip_height(height)
     canvas = Image.new("RGB", (width * OVERSAMPLING, rows * OVERSAMPLING), GROUND)
     if caption:

@@ -132,7 +132,6 @@ class Painter:
         self._model.tex_data[start : start + len(pixels)] = pixels
 
     def _labelled(self, bare: np.ndarray, share: float) -> np.ndarray:
-        """Return a picture with the names of the locations."""
         size = bare.shape[1], bare.shape[0]
         anchors, targets = (
             dict(zip(points, self._camera.pixels(np.array([*points.values()]), share), strict=True))

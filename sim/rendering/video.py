@@ -227,7 +227,6 @@ def _render_part(
 
 
 def _join(parts: Iterable[Path], whole: Path) -> None:
-    """Concatenate videos of the same encoding."""
     index = whole.with_suffix(".txt")
     index.write_text("".join(f"file '{part.name}'\n" for part in parts))
     options = ["-f", "concat", "-i", str(index), "-c", "copy", "-movflags", "+faststart", str(whole)]

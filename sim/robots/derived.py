@@ -49,14 +49,7 @@ RIGID_PRESS_M = 0.0003
 
 @dataclass(frozen=True)
 class HandState:
-    """The hand at rest at a command.
-
-    Attributes:
-        command: of the actuator.
-        positions: (k,) of the fingers' joints, rad or m.
-        length: of the actuator's transmission.
-        data: with the kinematics of this state.
-    """
+    """The hand at rest at a command: the (k,) fingers' joint positions, the actuator's length, and the kinematics."""
 
     command: float
     positions: np.ndarray
@@ -192,7 +185,7 @@ def suction_gripper(
 
 
 def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
-    """Return bodies and all their descendants."""
+    """Return bodies and their descendants."""
     found = set(bodies)
     for body in range(1, model.nbody):
         if int(model.body_parentid[body]) in found:

@@ -108,7 +108,6 @@ def _joined(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
 
 
 def _thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
-    """Return a part with fewer faces."""
     wanted = DETAIL_FACES if part.area < DETAIL_AREA_M2 else int(share * len(part.faces))
     if wanted >= len(part.faces):
         return part

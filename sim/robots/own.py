@@ -88,11 +88,7 @@ def _spec(setup: RobotSetup, meshes: bool | None = None) -> mujoco.MjSpec:
 
 
 def _changed(setup: RobotSetup) -> int:
-    """Return when the MJCF was last written, ns.
-
-    Raises:
-        SimulationError: there is no such file.
-    """
+    """Return when the MJCF was last written, ns; raise `SimulationError` if there is none."""
     path = setup.folder / str(setup.mjcf)
     if not path.is_file():
         raise SimulationError(f"robot.mjcf: {path}: no such file")

@@ -172,7 +172,7 @@ class Robot:
         model.geom_conaffinity[links] |= model.geom_contype[links]
         model.body_conaffinity[moved] |= model.body_contype[moved]
         pairs = {frozenset(pair) for pair in apart_from if moved[list(pair)].all()}
-        # Each link of these pairs gets a bit of its own while there are any, and the bits of the links it may touch.
+        # Each link of these pairs gets a bit of its own, while there are any, and those of the links it may touch.
         bits = dict(zip(sorted(frozenset().union(*pairs)), LINK_BITS, strict=False))
         for body, bit in bits.items():
             known = sum(bits[other] for other in bits if other != body and {body, other} not in pairs)

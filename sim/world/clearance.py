@@ -43,7 +43,7 @@ def _top(station: Station) -> float:
 def check_surroundings(station: Station, model: ManipulationModel) -> None:
     """Raise `SimulationError` unless a station lies on the table or on a fixture, with room for its objects.
 
-    `resolved` has checked already what carries it in a user's scene.
+    In a user's scene, `sim.external.user_scene.resolved` has found what carries it.
     """
     outline, blocks = station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0), blocks_of(model.fixtures)
     if model.scene is None:

@@ -1,4 +1,4 @@
-"""The table, the robot's pedestal, and the bins, pads, stoves, plates and lamps at locations, as MuJoCo bodies."""
+"""Table, pedestal, bins, pads, stoves, plates and lamps as MuJoCo bodies."""
 
 from __future__ import annotations
 

@@ -178,11 +178,7 @@ def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[
 
 
 def _compiled(spec: mujoco.MjSpec, own: UserScene | None) -> mujoco.MjModel:
-    """Return the compiled scene.
-
-    Raises:
-        SimulationError: MuJoCo refuses it because of the user's scene.
-    """
+    """Return the compiled scene; raise `SimulationError` if MuJoCo refuses it because of the user's scene."""
     try:
         return spec.compile()
     except ValueError as error:

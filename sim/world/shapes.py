@@ -268,11 +268,7 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
 
 
 def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[str, float]) -> None:
-    """Check the lengths of an object, m: how wide it is where the fingers close, how long across that, and how high.
-
-    Raises:
-        SimulationError: the gripper cannot grasp it.
-    """
+    """Raise `SimulationError` if an object's lengths, m, are beyond the gripper: wide is where the fingers close."""
     limits_of = {"wide": gripper.held_widths, "high": gripper.held_heights, "long": (0.0, MAX_LENGTH_M)}
     for adjective, length in lengths.items():
         low, high = limits_of[adjective]
@@ -298,11 +294,7 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
 
 
 def _checked_size(obj: Object, where: str) -> tuple[float, ...]:
-    """Return the `size` of an object, m.
-
-    Raises:
-        SimulationError: it is missing, has the wrong number of lengths, or one is not positive.
-    """
+    """Return the `size` of an object, m; raise `SimulationError` unless it is complete and positive."""
     if obj.size is None and obj.kind == "cube":
         return (CUBE_EDGE_M,)
     meaning = f"a {obj.kind} has {', '.join(SIZES[obj.kind])}, in metres"

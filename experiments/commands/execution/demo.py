@@ -20,7 +20,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def demo(options: argparse.Namespace) -> int:
-    """Plan the paper's manipulation case study, carry out both ends of its front, and open a page about it."""
+    """Plan the paper's manipulation case study, carry out its cheapest and its preferred plan, and open their page."""
     with loading():
         from experiments import case_study_3
         from experiments.report.page import INDEX

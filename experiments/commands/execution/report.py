@@ -23,7 +23,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     more = (
         "Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with "
-        "the same options in the same folder are used again: an interrupted report goes on."
+        "the same options in the same folder are reused, so that an interrupted report continues."
     )
     parser = add_command(
         commands,
@@ -87,7 +87,7 @@ def report(options: argparse.Namespace) -> int:
     for notice in notices:
         print(f"prefplan: {notice}", file=sys.stderr)
     if interrupted:
-        print("prefplan: interrupted; the same command goes on from here", file=sys.stderr)
+        print("prefplan: interrupted; the same command continues from here", file=sys.stderr)
         return INTERRUPTED
     if front.reason:
         return no_plan(front.reason)

@@ -57,7 +57,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--resimulate", action="store_true", help="simulate each run again from its log, as a check")
     add_options(
-        parser, "--out", out="out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep goes on there"
+        parser, "--out", out="out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep continues there"
     )
     parser.add_argument(
         "--cluster", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine"
@@ -128,7 +128,7 @@ def sweep(options: argparse.Namespace) -> int:
         interrupted, show = _roll_out(scenario, job, bars) if key is None else _search(scenario, job, key, bars)
     show(options)
     if interrupted:
-        print("prefplan: interrupted; the same command goes on", file=sys.stderr)
+        print("prefplan: interrupted; the same command continues it", file=sys.stderr)
         return INTERRUPTED
     return DONE
 

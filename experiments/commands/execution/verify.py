@@ -37,7 +37,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def verify(options: argparse.Namespace) -> int:
-    """Check the claims of a run again, from its log alone."""
+    """Check every claim about a run from its log alone."""
     with loading():
         from experiments.runs.certificates import certificate_json, show_certificate
         from sim.evidence.certificate import certify

@@ -1,4 +1,4 @@
-"""`prefplan robots`: the robots that can carry plans out, and which of them can be had on this machine."""
+"""`prefplan robots`: the robots that can carry plans out, and which of them are available on this machine."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def robots(options: argparse.Namespace) -> int:
-    """List the robots that can carry plans out, and which of them can be had on this machine."""
+    """List the robots that can carry plans out, and which of them are available on this machine."""
     from sim.robots.catalogue import ROBOTS
 
     found: list[dict[str, Any]] = []
@@ -45,7 +45,7 @@ def robots(options: argparse.Namespace) -> int:
     table.add_column("what it is")
     table.add_column("joints", justify="right")
     table.add_column("payload", justify="right", no_wrap=True)
-    table.add_column("can be had here")
+    table.add_column("available here")
     for one in found:
         payload = "" if one["payload_kg"] is None else f"{one['payload_kg']:g} kg"
         available = "yes" if one["available"] else f"no: {one['reason']}"

@@ -1,4 +1,4 @@
-"""`prefplan automaton`: a task's automaton."""
+"""`prefplan automaton`: the automaton of a formula."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def automaton(options: argparse.Namespace) -> int:
-    """Print a task's automaton."""
+    """Print the automaton of a formula."""
     found = minimal_automaton(options.formula)
     if options.plot is not None:
         with loading():

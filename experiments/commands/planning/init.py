@@ -19,7 +19,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def init(options: argparse.Namespace) -> int:
-    """Write a commented scenario to start from; it plans as it is."""
+    """Write a commented scenario to start from; it can be planned as it is."""
     file: Path = options.name
     if file.suffix != ".toml":
         file = file.with_name(f"{file.name}.toml")

@@ -19,10 +19,9 @@ from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 
 MORE = """\
-A limit, or Ctrl-C, may end the search before its plan is found. What is printed then is the best plan so far and, for
-the cheapest one, by how much it may be dearer than any: from nine tasks on, some plan is known early. If none is known
-the exit status is 4, which does not mean that there is no plan (that is 3). With --json, "complete" is false in both
-cases."""
+A limit, or Ctrl-C, may end the search before its plan is found. Then the best plan so far is printed and, for the
+cheapest plan of nine or more tasks, by how much it may be dearer. If no plan is known, the exit status is 4, although a
+plan may exist (if none does, it is 3). With --json, "complete" is false in both cases."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -40,14 +39,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         dest="plan",
         choices=OBJECTIVES,
         metavar="NAME",
-        help="the plan of the least value of a cost or a preference by its name; cost and preference are the first "
-        "of each",
+        help="the plan with the least value of this cost or preference, by its name; cost and preference are the "
+        "first of each",
     )
     add_options(parser, "--at-most", *LIMITS, found="the best plan so far")
 
 
 def plan(options: argparse.Namespace) -> int:
-    """Print one plan: the cheapest, the preferred, or the cheapest that is good enough."""
+    """Print one plan: the cheapest, the preferred, or the cheapest within a bound on the preference penalty."""
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options):
         scenario = scenarios.find(options.scenario)

@@ -158,7 +158,6 @@ def _prepared(arm: MenagerieArm) -> tuple[mujoco.MjSpec, Gripper]:
 
 
 def _mount(spec: mujoco.MjSpec, hand: Mounted, robot: str) -> None:
-    """Attach a hand to an arm."""
     source = mujoco.MjSpec.from_file(str(fetch(hand.description, robot)))
     check_parts(source, body=(hand.root,))
     check_parts(spec, body=(hand.flange,))

@@ -89,12 +89,7 @@ def _cached() -> bool:
 
 
 def _check_reachable() -> None:
-    """Raise an error unless the repository answers soon: git itself would wait for minutes.
-
-    Raises:
-        ConnectionError: it does not.
-        FileNotFoundError: git is not installed.
-    """
+    """Raise `ConnectionError` unless the repository answers soon: git itself would wait for minutes."""
     try:
         ask = ["git", "ls-remote", REPOSITORY, "HEAD"]
         subprocess.run(

@@ -18,10 +18,9 @@ FINGERS = ("left_finger", "right_finger")
 def menagerie_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     """Return Menagerie's Panda with the names of the built-in one; it has its own meshes, whatever `meshes` is.
 
-    Bodies, inertia, joints, limits, arm gains and shapes are Menagerie's. From the built-in Panda come the names of the
-    actuators, gravity compensation, the tool's site, the gripper's command in metres with a force that holds a block
-    (Menagerie's presses a 45 mm block with a third of a newton), and the fingers' collision geoms: a stiff box and a
-    pad each.
+    Bodies, inertia, joints, limits, arm gains and shapes are Menagerie's. Actuator names, gravity compensation, the
+    tool's site, the fingers' collision geoms and the grip are the built-in Panda's: Menagerie's grip presses a 45 mm
+    block with a third of a newton.
 
     Raises:
         RobotError: the MJCF cannot be downloaded, or lacks an expected part.

@@ -150,7 +150,7 @@ def interrupted(*arguments: Any, **options: Any) -> Any:
 def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(executor.Execution, "step", interrupted)
     result = report("shelf.toml", "--no-video")
-    assert result.status == 130 and "goes on from here" in result.err
+    assert result.status == 130 and "continues from here" in result.err
     assert data("out/shelf")["plans"][0]["run"] is None
     assert [path.name for path in Path("out/shelf").glob("plan_*")] == []
 

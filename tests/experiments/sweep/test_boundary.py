@@ -108,7 +108,7 @@ def test_an_interrupted_search_keeps_what_is_finished_and_goes_on(
     monkeypatch.setattr(workers, "on_this_machine", interrupted)
     status, out, err = search("--find-boundary", "bias", "--json")
     result = json.loads(out)
-    assert (status, err) == (130, "prefplan: interrupted; the same command goes on\n")
+    assert (status, err) == (130, "prefplan: interrupted; the same command continues it\n")
     assert (result["complete"], result["boundary"]) == (False, None)
     assert [(trial["amount"], trial["rollouts"], trial["holds"]) for trial in result["trials"]] == [
         (5, 2, None),

@@ -120,7 +120,7 @@ def test_an_interrupted_sweep_says_what_there_is_and_goes_on_with_nothing_lost_a
     await_records(1, sweep)  # long before the last one
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does: to the workers as well
     printed, errors = sweep.communicate()
-    assert (sweep.returncode, errors) == (130, "prefplan: interrupted; the same command goes on\n")
+    assert (sweep.returncode, errors) == (130, "prefplan: interrupted; the same command continues it\n")
     summary, there = json.loads(printed), results(cup / "out")
     assert summary["complete"] is False and 1 <= summary["done"] == len(there) < ROLLOUTS
     assert json.loads((cup / "out" / "summary.json").read_text()) == summary

@@ -36,5 +36,5 @@ def test_stretched_out_it_reaches_as_far_as_its_links_are_long(fetch: mujoco.MjM
 
 def test_without_its_meshes_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sim.robots.fetch.asset_folder", lambda name: None)
-    with pytest.raises(RobotError, match="pip install gymnasium-robotics; the robot `panda` can"):
+    with pytest.raises(RobotError, match="pip install gymnasium-robotics; the robot `panda` is"):
         fetch_spec()
