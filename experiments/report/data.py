@@ -74,7 +74,7 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
     Labels and costs of the actions are taken from the ledger, and so are the claimed task costs in all but the first
     cost.
     """
-    yield Check("actions", True, f"each of the {len(plan.actions)} exists where it is taken")
+    yield Check("actions", True, f"each of the {len(plan.actions)} is applicable in its state")
     columns = [ledger.costs, *ledger.more_costs.values()]
     bound = list(zip(problem.objectives, problem.preferences, strict=True))
     for d, name in enumerate(problem.cost_names):

@@ -62,7 +62,7 @@ class Dynamics:
         self._log, self._world, self._model = log, world, world.mujoco
         if log.controls.shape[1] != self._model.nu:
             raise LogError(f"the log is broken: a step does not command {self._model.nu} actuators")
-        # The robot stays as it is where there is no step.
+        # Without a step, the robot stays where it is.
         self._controls = log.controls / COMMANDS_PER_UNIT if len(log.controls) else np.zeros((1, self._model.nu))
         self._timestep = float(self._model.opt.timestep)
         self._order_states()

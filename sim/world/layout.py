@@ -48,8 +48,8 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     """Return the stations and slots of a model, placed such that a robot can work at them.
 
     Raises:
-        SimulationError: locations out of reach, of an unknown kind, without a definite place, or in the way of others,
-            and objects that the hand cannot take. Each fault starts with the location's or the object's key.
+        SimulationError: locations out of reach, of an unknown kind, without a definite position, or obstructing others,
+            and objects that the hand cannot grasp. Each fault starts with the location's or the object's key.
     """
     check_shelves(model.fixtures)
     faults: list[str] = []

@@ -133,7 +133,7 @@ def build_scene(
 
     Raises:
         RobotError: the robot is unknown or cannot be loaded.
-        SimulationError: locations out of reach or in the way of others, or objects that the hand cannot take; each
+        SimulationError: locations out of reach or obstructing others, or objects that the hand cannot grasp; each
             fault starts with its key.
     """
     setup = model.robot_setup

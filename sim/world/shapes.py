@@ -275,7 +275,7 @@ def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[s
         if not low <= length <= high:
             limits = f"{low:g} to {high:g} m {adjective}"
             key = "body" if obj.body else "scale" if obj.kind == "mesh" else "size"
-            raise SimulationError(f"{where}.{key}: {length:g} m {adjective}, but the hand takes what is {limits}")
+            raise SimulationError(f"{where}.{key}: {length:g} m {adjective}, but the hand grasps objects of {limits}")
 
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:

@@ -289,7 +289,7 @@ def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Ru
     assert (result.status, result.json["scene"]) == (2, False)
     assert result.err == "".join(f"prefplan: cell.toml: {fault}\n" for fault in result.json["faults"])
     size, apart, reach = result.json["faults"]
-    assert size.startswith("model.objects.cup.size: 0.2 m wide, but the hand takes what is 0.02 to")
+    assert size.startswith("model.objects.cup.size: 0.2 m wide, but the hand grasps objects of 0.02 to")
     assert "model.locations.tray: 0.050 m from 'desk'" in apart and "at least 0." in apart
     assert "model.locations.far: 0.95 m" in reach and "at most 0.80 m" in reach
     text = text.replace("size = [0.2]", "size = [0.045]").replace("0.9, 0.3", "0.75, 0.25")

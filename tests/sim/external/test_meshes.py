@@ -168,7 +168,7 @@ def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
         ('file = "none.stl"', "objects.cup.file: {}/none.stl: no such file or directory"),
         ('file = "cup.toml"', "objects.cup.file: 'cup.toml' is neither an STL nor an OBJ file"),
         ('file = "bad.stl"', "objects.cup.file: {}/bad.stl: no mesh can be read from it"),
-        ('file = "tube.stl", scale = 10', "objects.cup.scale: 0.5 m high, but the hand takes what is"),
+        ('file = "tube.stl", scale = 10', "objects.cup.scale: 0.5 m high, but the hand grasps objects of"),
         (
             'file = "tube.stl", scale = 1000',
             "objects.cup.scale: its longest side is 50 m; 0.001 if the file is in milli",

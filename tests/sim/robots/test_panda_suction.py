@@ -76,5 +76,5 @@ def test_only_flat_faces_that_the_cup_fits_on_are_taken() -> None:
     assert normals == {(0, 0, 1), (0, 0, -1)}
     can = shape_of(Object("can", "desk", kind="cylinder", size=(0.05, 0.12)), SUCTION)
     assert {abs(round(float(grasp.rotation[2, 2]))) for grasp in grasps(can, SUCTION)} == {1}
-    with pytest.raises(SimulationError, match="0.02 m wide, but the hand takes what is 0.028 to 0.12 m wide"):
+    with pytest.raises(SimulationError, match="0.02 m wide, but the hand grasps objects of 0.028 to 0.12 m wide"):
         shape_of(Object("rod", "desk", kind="cylinder", size=(0.02, 0.05)), SUCTION)
