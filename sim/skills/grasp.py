@@ -15,7 +15,7 @@ from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.drawing import draw_free, find_draw
 from sim.skills.grasp_choice import choose_grasp
-from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, move_tool, pregrasps
+from sim.skills.hand import BLEND_M, OPEN_DURATION_S, PLANNING_CLEARANCE_M, check_held, move_tool, pregrasps
 from sim.skills.skill import Skill, SkillError
 from sim.skills.transfer import travel
 from sim.skills.turning import find_turn, set_down
@@ -39,10 +39,19 @@ LIFT_M, LIFT_DURATION_S = 0.005, 0.8
 """How far a heavy object is lifted first, and the least duration: meanwhile its weight goes over to the arm. If the arm
 bore it before, a suction cup came up on its spring: torque rates reached 112 % of their limit with 1.5 kg, now 58 %."""
 
+OFF_GROUND_M = 0.006
+"""By how much an object has been raised when what it is still near to is beside it, m."""
+
+RUBBING_M = 0.003
+"""Greatest distance of what it may rub on, m."""
+
+OFF_WALL_M, OFF_WALL_HEADINGS_RAD = (0.015, 0.012), np.radians(np.arange(0, 360, 22.5))
+"""How far it is moved away from that, to the side and up, m, and where to, to try in turn."""
+
 RUBBING_LIFT_S = 1.5
-"""Least duration of raising an object along what stands beside it, such as the wall of a bin on which it leans: it
-sticks and gets free again. In 0.5 s the joints' accelerations reached 119 % of their limit, torque rates 124 %; now 78
-and 50 %."""
+"""Least duration of moving an object off what stands beside it, such as the wall of a bin on which it leans, or of
+raising it along that: it sticks and gets free again. In 0.5 s the joints' accelerations reached 119 % of their limit,
+torque rates 124 %; now 78 and 50 %."""
 
 GRIP_TIMEOUT_S = 0.6
 """How long to wait for a firm grip once the hand should have closed."""
@@ -165,7 +174,7 @@ class GraspSkill(Grasp, Skill):
 def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
     """Raise the hand with an object, a heavy one gently at first, to where it came from.
 
-    If something is in the object's way there, it is raised straight up.
+    What leans on something is moved away from that first. If something is in its way then, it is raised straight up.
 
     Raises:
         BlockedError: something is, either way.
@@ -173,14 +182,46 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
     if cell.scene.shapes[obj].is_heavy:
         cell.bear(obj)
         move_tool(cell, [cell.arm.tool(cell.reference).shifted([0.0, 0.0, LIFT_M])], seconds=LIFT_DURATION_S)
+    slow = 0.0
+    if _leans(cell, obj, before):
+        shift, slow = _shift_off(cell, obj), RUBBING_LIFT_S
+        if shift is not None:
+            with suppress(BlockedError):
+                move_tool(cell, [cell.arm.tool(cell.reference).shifted(shift)], seconds=slow)
+                before, slow = before.shifted(shift * [1.0, 1.0, 0.0]), 0.0
     try:
-        move_tool(cell, [before], within=BLEND_M, rubbing_seconds=RUBBING_LIFT_S)
+        move_tool(cell, [before], within=BLEND_M, seconds=slow)
     except BlockedError as blocked:
         for pose in pregrasps(cell.arm.tool(cell.reference)):
             with suppress(SimulationError):
-                move_tool(cell, [pose], within=BLEND_M, rubbing_seconds=RUBBING_LIFT_S)
+                move_tool(cell, [pose], within=BLEND_M, seconds=slow)
                 return
         raise blocked
+
+
+def _leans(cell: Workcell, obj: str, before: ToolPose) -> bool:
+    """Return whether the held object is beside something it touches once it has been raised a little towards a pose."""
+    here = cell.arm.tool(cell.reference)
+    rise = before.position - here.position
+    return _is_beside(cell, obj, here.shifted(OFF_GROUND_M / max(rise[2], OFF_GROUND_M) * rise), RUBBING_M)
+
+
+def _shift_off(cell: Workcell, obj: str) -> np.ndarray | None:
+    """Return the (3,) shift, m, by which the held object leaves what is beside it best; None if it never does."""
+    here, up = cell.arm.tool(cell.reference), np.array([0.0, 0.0, OFF_WALL_M[1]])
+    shifts = [up + OFF_WALL_M[0] * np.array([np.cos(yaw), np.sin(yaw), 0.0]) for yaw in OFF_WALL_HEADINGS_RAD]
+    free = [shift for shift in shifts if not _is_beside(cell, obj, here.shifted(shift), PLANNING_CLEARANCE_M)]
+    middle = np.sum(free, axis=0)
+    return max(free, key=lambda shift: float(shift @ middle), default=None)
+
+
+def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bool:
+    """Return whether the held object would be nearer to others than a clearance, m, with the tool in a pose."""
+    try:
+        q, _ = cell.arm.reach([tool], near=cell.reference)
+    except SimulationError:
+        return True
+    return any(one == obj for one, _ in cell.collision_checker(held=True).touches(q, clearance=clearance))
 
 
 def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -> None:

@@ -12,7 +12,6 @@ from sim.errors import BlockedError, SimulationError
 from sim.motion.kinematics import TILTED_MARGIN_RAD
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
-from sim.simulation.collision import CollisionChecker
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path
 from sim.skills.skill import SkillError
@@ -34,12 +33,6 @@ FINGER_CLEARANCE_M = 0.0015
 
 FORESEEN_CLEARANCE_M = 0.003
 """The same for a tilted hand where an object that is not held yet is to be put: it will hang a little differently."""
-
-OFF_GROUND_M = 0.006
-"""By how much an object has been raised when what it is still near to is beside it, m."""
-
-RUBBING_M = 0.003
-"""Greatest distance of what it may rub on, m."""
 
 DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
 """How far a tilted hand is drawn back along its axis where it cannot come from above, and raised meanwhile, m."""
@@ -71,7 +64,6 @@ def move_tool(
     *,
     within: float = 0.0,
     seconds: float = 0.0,
-    rubbing_seconds: float = 0.0,
     watch: Callable[[], None] = lambda: None,
 ) -> ToolPose:
     """Move the tool along a straight line to one of several poses nearby; return which one.
@@ -81,7 +73,6 @@ def move_tool(
         goals: poses that would do.
         within: distance from the goal at which the next movement may begin, m; 0 to come to rest there.
         seconds: least duration, s.
-        rubbing_seconds: the same if the load, once it is off the ground, is still beside what it touches.
         watch: called again and again meanwhile; if it raises an error, the arm brakes.
     """
     goal, pose = None, goals[0]
@@ -92,19 +83,9 @@ def move_tool(
     if goal is None:
         goal, pose = cell.arm.reach(goals, near=cell.reference)
     references = cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending)
-    checker = check_path(cell, references, clearance=FINGER_CLEARANCE_M)
-    if rubbing_seconds and _rubs(cell, checker, references):
-        references = cell.arm.move(cell.reference, goal, pose, seconds=rubbing_seconds, ending=cell.ending)
-        check_path(cell, references, clearance=FINGER_CLEARANCE_M)
+    check_path(cell, references, clearance=FINGER_CLEARANCE_M)
     cell.follow(references, within=within, watch=watch)
     return pose
-
-
-def _rubs(cell: Workcell, checker: CollisionChecker, references: np.ndarray) -> bool:
-    """Return whether the load is beside something it touches once (N, n) references, rad, have raised it a little."""
-    low = cell.arm.tool(cell.reference).position[2]
-    raised = next((q for q in references if cell.arm.tool(q).position[2] > low + OFF_GROUND_M), references[-1])
-    return any(one == cell.contacts.handled for one, _ in checker.touches(raised, clearance=RUBBING_M))
 
 
 def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:
