@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from contextlib import suppress
+
 import numpy as np
 
 from prefplan.models.manipulation.action import Action
@@ -11,7 +14,7 @@ from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
-from sim.skills.hand import HOVER_HEIGHT_M, transfer_height
+from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill
 from sim.skills.transfer import travel
 from sim.world.shapes import extent
@@ -19,6 +22,9 @@ from sim.world.shapes import extent
 TRANSFER_RADIUS_M = 0.2
 """Distance within which the hand over a location passes over other objects, too: more than its own width."""
 
+RAISES_M, TURNS_RAD = (0.0, 0.1, 0.2), np.radians([0, 90, 45, -45])
+"""How much higher the hand is over a location beside which something is in its way, m, and how far it is turned there,
+to try in turn."""
 
 PILE_HEIGHT_M = 0.2
 """Height over a location's floor to which objects belong to it, m: those on a board above it do not."""
@@ -47,10 +53,29 @@ class TransitSkill(Transit, Skill):
         except SimulationError:
             # Where the hand cannot be above, it comes to what is there as it will take it.
             found = _tilted_grasp(cell, action.location)
-            if found is None:
+            if found is not None:
+                before, tool = found
+                travel(cell, [before], height=height, onward=tool)
+                return
+            other = _clear_pose(cell, pose, float(centre[2]))
+            if other is None:
                 raise
-            before, tool = found
-            travel(cell, [before], height=height, onward=tool)
+            travel(cell, other.symmetric_poses(), height=height)
+
+
+def _clear_pose(cell: Workcell, pose: ToolPose, floor: float) -> ToolPose | None:
+    """Return the hand over the same place and its floor, m, but higher or turned, where nothing is in its way; or None.
+
+    Where it is free as it is, something is on the way to it, and nothing is gained.
+    """
+    for raised, turn in itertools.product(RAISES_M, TURNS_RAD):
+        other = ToolPose.down(pose.position + [0.0, 0.0, raised], pose.yaw + turn)
+        with suppress(SimulationError):
+            _check_open(cell, other, floor)
+            q, _ = cell.arm.reach(other.symmetric_poses())
+            if not cell.collisions(q, clearance=PLANNING_CLEARANCE_M):
+                return other if raised or turn else None
+    return None
 
 
 def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
