@@ -68,6 +68,16 @@ class ToolPose:
         """Return the same hand, moved by (3,) m."""
         return ToolPose(self.position + offset, self.rotation)
 
+    def leaning(self, angle: float, offset: np.ndarray) -> ToolPose:
+        """Return this hand tilted about its closing direction by an angle, rad, so that it is above a (3,) offset."""
+        closing = self.rotation[:, 1]
+        towards = np.sign(np.cross(closing, -self.rotation[:, 2]) @ offset)
+        return ToolPose(self.position, Rotation.from_rotvec(towards * angle * closing).as_matrix() @ self.rotation)
+
+    def ahead(self, distance: float) -> np.ndarray:
+        """Return the (3,) point at a distance along the axis of the hand, m."""
+        return self.position + distance * self.rotation[:, 2]
+
     def symmetric_poses(self) -> tuple[ToolPose, ToolPose]:
         """Return this pose and the one with the fingers exchanged, which takes an object as well."""
         return self, ToolPose(self.position, self.rotation * [-1.0, -1.0, 1.0])

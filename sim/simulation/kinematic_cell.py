@@ -131,8 +131,9 @@ class KinematicCell(Workcell):
         obj = self.contacts.handled
         if obj is None or self._in_hand is not None or not self._is_closed():
             return False
-        half, off = self.scene.shapes[obj].half, self._tool()[1] - self.data.body(obj).xpos
-        return bool(off[2] - self.scene.robot.gripper.fingertip_m < half[2] and np.hypot(*off[:2]) < half[:2].max())
+        tips = ToolPose(*reversed(self._tool())).ahead(self.scene.robot.gripper.fingertip_m)
+        half, off = self.scene.shapes[obj].half, tips - self.data.body(obj).xpos
+        return bool(off[2] < half[2] and np.hypot(*off[:2]) < half[:2].max())
 
     def _carry(self) -> None:
         """Move the held object with the hand."""
