@@ -110,7 +110,7 @@ def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
         ("cube", (0.05, 0.05, 0.05), r"size: a cube has edge, in metres, not \[.*0\.05\]"),
         ("cube", (-0.05,), r"size: must be positive, not \[-0\.05\]"),
         ("cube", (float("nan"),), r"size: must be positive, not \[nan\]"),
-        ("cube", (0.07,), r"size: 0\.07 m wide, but the hand takes .* 0\.02 to 0\.065"),
+        ("cube", (0.07,), r"size: 0\.07 m wide, but the hand grasps .* 0\.02 to 0\.065"),
         ("box", (0.08, 0.01, 0.04), r"size: 0\.08 m wide"),
         ("cylinder", (0.015, 0.05), r"size: 0\.015 m wide"),
         ("cylinder", (0.05, 0.11), r"size: 0\.11 m high, .* 0\.028 to 0\.104"),
