@@ -10,7 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Unpack
 
-from prefplan.anytime.guided import DRAFTED_TASKS, CheapestSearch, begun, draft, prepare_draft
+from prefplan.anytime.guided import CheapestSearch, begun, draft, prepare_draft
 from prefplan.anytime.narrowing import NarrowingSearch, proven_percent
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, admits, exact, to_number
@@ -308,7 +308,7 @@ class Planner:
     def _draft_front(self, limits: Limits, max_cost: float) -> list[Found]:
         """Return plans that are close to the front, to have some soon, unless it is found soon itself."""
         drafted = []
-        if len(self.problem.tasks) >= DRAFTED_TASKS:
+        if len(self.problem.tasks) >= self._options.drafted_tasks:
             light = prepare_draft(self._product, self._options, limits.bytes)
             self._begun = begun(light)
             for found in draft(light, max_cost):

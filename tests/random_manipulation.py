@@ -26,7 +26,7 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.slots import hand_poses
 
 
-def random_model(rng: random.Random) -> ManipulationModel:
+def random_model(rng: random.Random, *, large: bool = False) -> ManipulationModel:
     """Draw a model of 4 to 6 locations, most of them alike, and 2 to 4 objects."""
     names = [f"l{k}" for k in range(rng.randint(4, 6))]
     places = []
@@ -38,7 +38,8 @@ def random_model(rng: random.Random) -> ManipulationModel:
     starts = rng.sample(flat, min(len(flat), rng.randint(2, 4)))
     objects = [Object(f"o{k}", start, fixed=rng.random() < 0.1) for k, start in enumerate(starts)]
     rng.shuffle(places)
-    return ManipulationModel(rng.choice(["home", *names]), COSTS, tuple(places), tuple(objects))
+    model = ManipulationModel(rng.choice(["home", *names]), COSTS, tuple(places), tuple(objects))
+    return replace(model, listed_states=0) if large else model
 
 
 def random_measured(rng: random.Random, model: ManipulationModel, measured: str | tuple[str, ...]) -> ManipulationModel:
@@ -55,18 +56,21 @@ def random_measured(rng: random.Random, model: ManipulationModel, measured: str 
     return replace(model, costs=MeasuredCosts(measured, entries))
 
 
-def random_problem(rng: random.Random, *, measured: bool = False) -> Problem:
-    """Draw one to three tasks over a few propositions of a random model, and a preference."""
-    model = random_model(rng)
+def random_problem(rng: random.Random, *, measured: bool = False, large: bool = False) -> Problem:
+    """Draw one to three tasks over a few propositions of a random model, and a preference.
+
+    The model counts as one of too many states to list if it is to be `large`.
+    """
+    model = random_model(rng, large=large)
     if measured:
         model = random_measured(rng, model, "time")
     tasks, preferences = _random_tasks(rng, model)
     return Problem(model.transition_system(), tasks, rng.choice(preferences))
 
 
-def random_several(rng: random.Random, *, measured: bool = False) -> Problem:
+def random_several(rng: random.Random, *, measured: bool = False, large: bool = False) -> Problem:
     """Draw the same with two costs, and one or two preferences, each of either cost."""
-    model = random_model(rng)
+    model = random_model(rng, large=large)
     costs = {kind: {name: rng.randint(0, 6) for name in ("time", "energy")} for kind in COSTS}
     model = random_measured(rng, model, ("time", "energy")) if measured else replace(model, costs=costs)
     tasks, preferences = _random_tasks(rng, model)

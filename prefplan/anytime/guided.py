@@ -15,14 +15,8 @@ from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.driver import Found, Search, in_units
 from prefplan.search.labels import AT, END
 
-WIDTHS = (1, 10, 100)
-"""Widths of beams that are followed before the exact search: 0.1 s for 12 tasks, and plans within 5 % of the best."""
-
 WIDER = 4
 """How many times as wide the next beam is, and how many times as many labels the exact search expands before it."""
-
-FIRST_EXPANDED = 20_000
-"""Labels that the exact search expands before the first wider beam: about as much work."""
 
 WEIGHTS = (1.0, 0.5, 0.45, 0.4, 0.35, 0.3)
 """Weights of the sum of what is left of each task. With 1 the search heads straight for a plan; with less it finds
@@ -31,12 +25,8 @@ better ones, as tasks share paths."""
 MOST_EXPANDED = 200_000
 """Labels that each weight may take: about half a second."""
 
-
 DRAFT_WIDTHS, DRAFT_WEIGHTS = (1, 30), (0.0, 0.1, 0.5, 2.0, 1e6)
 """Widths of beams for a draft of a front, and how much mu weighs in each, next to cost: all take 0.1 s for 10 tasks."""
-
-GUIDED_TASKS, DRAFTED_TASKS = 9, 8
-"""Tasks from which on some plan is looked for before the cheapest, and a draft is made of a front."""
 
 
 class CheapestSearch:
@@ -57,7 +47,7 @@ class CheapestSearch:
 
     def search(self) -> Search:
         """Return a search for the least mu among the cheapest plans, after one of these is found."""
-        if len(self._product.problem.tasks) >= GUIDED_TASKS:
+        if len(self._product.problem.tasks) >= self._options.guided_tasks:
             self._find_some_plan()
         prepared = Prepared(self._product, self._options, single=True, max_bytes=self._limits.bytes)
         alone = BiObjectiveSearch(prepared, max_cost=self._max_cost, cost_only=True)
@@ -76,7 +66,7 @@ class CheapestSearch:
         self.least_cost = int(begun(light, cost_only=True).counters[AT.LOWEST]) >> self._product.shift
         if len(light.bounds.landmarks.price):
             self._beams = BiObjectiveSearch(light.for_beams(), cost_only=True)
-            for width in WIDTHS:
+            for width in self._options.beam_widths:
                 self._follow_beam(width)
         if self.incumbent is None:
             for found in weighted(light, self._limits, self._max_cost):
@@ -95,7 +85,7 @@ class CheapestSearch:
 
     def _cheapest(self, alone: BiObjectiveSearch) -> Found | None:
         """Return a cheapest plan, None if there is none or a limit was reached: A*, and ever wider beams."""
-        expanded, width = FIRST_EXPANDED, WIDTHS[-1]
+        expanded, width = self._options.first_expanded, self._options.beam_widths[-1]
         while True:
             most = math.inf if self._beams is None else expanded
             found = next(alone.goals(self._limits, most_expanded=most), None)

@@ -42,9 +42,6 @@ from prefplan.product.product_view import view
 GROUP_ENTRIES = 200_000
 """Entries of a table of several tasks, by an upper bound, up to which tasks that see the same objects are joined."""
 
-APART_ENTRIES = 400_000
-"""Entries of a table, by an upper bound, up to which no locations are alike where costs are measured."""
-
 KINDS = {"transit": TRANSIT, "grasp": GRASP, "transport": TRANSPORT, "release": RELEASE}
 
 NOWHERE = 2**62
@@ -85,10 +82,11 @@ class Projected:
         shift: 0: costs do not count actions.
     """
 
-    def __init__(self, product: GeneratedProduct) -> None:
-        """Take the product."""
+    def __init__(self, product: GeneratedProduct, apart_entries: int) -> None:
+        """Take the product; `apart_entries` as in `Options`."""
         self.product, self.costs, self.sizes, self.shift = product, product.costs, product.sizes, 0
         self._model, self._space = product.model.view.model, product.model.generator.space
+        self._apart_entries = apart_entries
         self._known: dict[tuple[int, ...], _Projection] = {}
 
     def with_costs(self, costs: np.ndarray) -> Projected:
@@ -125,7 +123,7 @@ class Projected:
         relaxed = replace(self._model, locations=places, costs=dict.fromkeys(KINDS, 0))
         if isinstance(self._model.costs, MeasuredCosts):
             apart = View(relaxed, self._names(tasks), frozenset(), places_alike=False)
-            if self._entries(tasks, apart) <= APART_ENTRIES:
+            if self._entries(tasks, apart) <= self._apart_entries:
                 return apart
         return View(relaxed, self._names(tasks), frozenset())
 

@@ -95,7 +95,7 @@ def _costs_to_go(
 ) -> tuple[list[Patterns], Sequence[Backward | Projected]]:
     """Return the tables of each cost, and what others are made of; arguments as of `objective_bounds`."""
     if isinstance(product, GeneratedProduct):
-        projected = Projected(product)
+        projected = Projected(product, options.apart_entries)
         each = [projected.with_costs(view.moves.costs) for view in views]
         return [projected_patterns(one) if options.heuristic != 0 else no_patterns() for one in each], each
     listed = [Backward(product, view) for view in views]

@@ -74,6 +74,17 @@ class Options:
         generated: whether states of large manipulation models are generated as the search meets them, where they can
             be; else they are listed before.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
+        guided_tasks: tasks from which on some plan is looked for before the cheapest.
+        drafted_tasks: tasks from which on a draft is made of a front.
+        beam_widths: of the beams that look for some plan: they take 0.1 s for 12 tasks, and their plans are within 5 %
+            of the best.
+        first_expanded: labels that the exact search expands before the first wider beam: about as much work.
+        table_effort: how long a search must have taken before more tables are filled for it, in terms of the time that
+            this takes.
+        apart_entries: entries of a projection's table, by an upper bound, up to which no locations are alike where
+            costs are measured.
+        pops: labels popped between two checks of the limits, which then take a few tens of milliseconds; None to
+            choose.
     """
 
     heuristic: int | None = None
@@ -82,6 +93,13 @@ class Options:
     contraction: bool = True
     generated: bool = True
     compiled: bool = True
+    guided_tasks: int = 9
+    drafted_tasks: int = 8
+    beam_widths: tuple[int, ...] = (1, 10, 100)
+    first_expanded: int = 20_000
+    table_effort: float = 1
+    apart_entries: int = 400_000
+    pops: int | None = None
 
 
 class Bounds(NamedTuple):
@@ -170,7 +188,7 @@ class Prepared:
 
     def _project(self, product: GeneratedProduct) -> None:
         """Set the bounds of a model whose states are generated."""
-        backward = Projected(product)
+        backward = Projected(product, self.options.apart_entries)
         added = projected_patterns(backward) if self.options.heuristic != 0 else no_patterns()
         growths = self._growths(backward, no_patterns())
         self.bounds = self.bounds._replace(added=added, blocks=growths, projections=backward.projections())
@@ -212,7 +230,12 @@ class Prepared:
         entries = count_entries(self._backward, self._deeper[0])
         if entries > min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries):
             return math.inf
-        return entries * each / (EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base))
+        return self.options.table_effort * entries * each / self._expansion
+
+    @property
+    def _expansion(self) -> float:
+        """Time to expand a label, in units of the time to fill an entry with stages."""
+        return EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base)
 
     def deepen(self) -> None:
         """Fill tables of larger sets."""
@@ -231,7 +254,7 @@ class Prepared:
         most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
         if combinations > most or entries_of(stages) > most:
             return math.inf
-        return combinations * COMBINATION / (EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base))
+        return self.options.table_effort * combinations * COMBINATION / self._expansion
 
     def weigh(self, weights: Weights) -> None:
         """Fill one more Lagrangian table; see `lagrangian.with_table`."""

@@ -65,7 +65,7 @@ class Search(ABC):
 
     Attributes:
         by_cost: whether goals are found in order of the first cost.
-        pops: labels popped between two checks of the limits; they take a few tens of milliseconds.
+        pops: labels popped between two checks of the limits, unless `Options` say so.
     """
 
     labels: Any
@@ -132,7 +132,7 @@ class Search(ABC):
         """
         pending, rank = list[Found](), 0
         while pending or self.counters[AT.EXPANDED] < most_expanded:
-            end = self._run(self.pops)
+            end = self._run(self.prepared.options.pops or self.pops)
             self._require_measured()
             lowest = int(self.counters[AT.LOWEST]) >> (self.product.shift if self.by_cost else 0)
             limits.complete_below = lowest if self.by_cost else 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain
 from typing import Any
@@ -58,7 +59,7 @@ class ObjectiveSearch(Search):
         self.problem, self.entry_map = product.problem, EntryMap.of(product.problem)
         several = self.entry_map.costs > 1
         contraction = options.contraction and not several
-        plain = Options(heuristic=0, landmarks=False, preference_bound=False, contraction=contraction)
+        plain = replace(options, heuristic=0, landmarks=False, preference_bound=False, contraction=contraction)
         self.prepared = Prepared(product, plain, single=first is not None, max_bytes=max_bytes)
         self.product = product
         self.growth = growth_of(product)

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from prefplan.preferences import contracts
-
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
@@ -19,9 +17,3 @@ def file(tmp_path: Path) -> Path:
 @pytest.fixture
 def rng() -> random.Random:
     return random.Random(7)
-
-
-@pytest.fixture
-def few_trials(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Try each expression on a few costs only, where it is known not to fall along a trajectory."""
-    monkeypatch.setattr(contracts, "TRIALS", 100)

@@ -62,7 +62,6 @@ def disturbed(seed: int, kind: str, relaxed: bool) -> tuple[judge.GraphProblem, 
     return judged, problem, Past(actions, costs, states, labels), system
 
 
-@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize(("kind", "relaxed"), KINDS)
 def test_past_and_future_together_are_optimal(kind: str, relaxed: bool) -> None:
     found = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import judge
@@ -17,7 +18,6 @@ from prefplan.claims import Claims
 from prefplan.claims import judge as judged
 from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
-from prefplan.models.manipulation import system
 from prefplan.problem import Problem
 from prefplan.scenario.decode import from_dict, loads
 
@@ -252,12 +252,13 @@ order = ["two", "one"]
         "G !b_p2",
     ],
 )
-def test_models_that_are_not_listed_keep_rules_as_listed_ones_do(rule: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_models_that_are_not_listed_keep_rules_as_listed_ones_do(rule: str) -> None:
     text = BLOCKS.format(rule=rule)
     listed = pareto_front(hall(text))
-    monkeypatch.setattr(system, "LISTED_STATES", 0)
-    generated = pareto_front(hall(text))
+    scenario = loads(text)
+    large = replace(scenario, model=replace(scenario.model, listed_states=0)).problem()
+    generated = pareto_front(large)
     assert [(p.cost, p.preference) for p in generated] == [(p.cost, p.preference) for p in listed]
     assert generated.reason == listed.reason
     for plan in generated:
-        assert not hall(text).broken(Ledger.of_plan(hall(text), plan).labels)
+        assert not large.broken(Ledger.of_plan(large, plan).labels)

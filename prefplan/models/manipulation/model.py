@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from prefplan.errors import ModelError
@@ -26,6 +26,8 @@ class ManipulationModel(Description):
     Attributes:
         operators: the kinds of actions, in the order in which plans of equal worth prefer them; after the standard
             ones there may be others.
+        listed_states: a model of no more states, by an upper bound, is searched as it is: listing these takes about a
+            second.
 
     Raises:
         ModelError: (on construction) as `Description`; for two operators of one kind, and for missing, unknown or
@@ -35,6 +37,7 @@ class ManipulationModel(Description):
     kind: ClassVar[str] = "manipulation"
 
     operators: tuple[Operator, ...] = STANDARD_OPERATORS
+    listed_states: int = field(default=300_000, metadata={"key": None})
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
@@ -77,4 +80,4 @@ class ManipulationModel(Description):
         Raises:
             ModelError: the state mentions what the model does not have, or leaves an object without a place.
         """
-        return ManipulationSystem(self, self.operators, start or self.initial_state)
+        return ManipulationSystem(self, self.operators, start or self.initial_state, self.listed_states)

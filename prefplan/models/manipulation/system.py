@@ -17,9 +17,6 @@ from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.state_space import Generator, reachable
 from prefplan.models.transition_system import Barred, EdgeCosts, Quotient, TransitionSystem
 
-LISTED_STATES = 300_000
-"""Models of no more states, by an upper bound, are searched as they are: listing these takes about a second."""
-
 
 class ManipulationSystem(GeneratedSystem):
     """The states that operators reach from one state of a manipulation model, numbered as they are met.
@@ -28,14 +25,18 @@ class ManipulationSystem(GeneratedSystem):
         generator: what leads from state to state.
         first: the first state.
         barred: actions that do not exist where some propositions hold.
+        listed_states: how many states may be listed, by an upper bound of their number.
     """
 
     generator: Generator
     first: ManipulationState
     barred: Barred
+    listed_states: int
 
-    def __init__(self, model: Description, operators: Sequence[Operator], start: ManipulationState) -> None:
-        """Take the model, the kinds of actions, and the first state.
+    def __init__(
+        self, model: Description, operators: Sequence[Operator], start: ManipulationState, listed_states: int
+    ) -> None:
+        """Take the model, the kinds of actions, the first state, and `listed_states`.
 
         Raises:
             ModelError: the start is not a state of the model, or a state does not fit an integer.
@@ -52,6 +53,7 @@ class ManipulationSystem(GeneratedSystem):
             generator=generator,
             first=start,
             barred=(),
+            listed_states=listed_states,
         )
         unknown = generator.has_gaps and not self.is_large
         if unknown or generator.operators != STANDARD_OPERATORS:
@@ -66,8 +68,8 @@ class ManipulationSystem(GeneratedSystem):
 
     @cached_property
     def is_large(self) -> bool:
-        """Whether listing all states may take long, by an upper bound of their number."""
-        return most_states(self.generator.space) > LISTED_STATES
+        """Whether listing all states may take long."""
+        return most_states(self.generator.space) > self.listed_states
 
     @property
     def cost_names(self) -> tuple[str, ...]:

@@ -10,14 +10,16 @@ import pytest
 from judge.enumerate import cheapest_cost, exact_front
 from judge.verdict import misjudged
 
-from prefplan import cheapest_plan
+from prefplan import Options, cheapest_plan
 from prefplan.heuristics import preprocessing
 from prefplan.heuristics.task_sets import joined_groups
 from prefplan.scenario.decode import from_dict
-from prefplan.search import driver
 
 ALL_SETS = [[*combinations(range(3), k)] for k in (1, 2, 3)]
 GROUPS = [joined_groups(3, groups) for groups in (3, 2)]
+
+AT_ONCE = Options(table_effort=0, pops=1)
+"""Tables are filled as soon as may be."""
 
 
 @pytest.mark.parametrize(("levels", "sizes"), [(ALL_SETS, {2, 3}), (GROUPS, {3})])
@@ -33,13 +35,11 @@ def test_tables_deepened_in_mid_search_lose_nothing(
 
     monkeypatch.setattr(preprocessing.Prepared, "deepen", noted)
     monkeypatch.setattr(preprocessing, "levels_of_sets", lambda backward, wanted, *, single, max_entries: levels)
-    monkeypatch.setattr(preprocessing, "EXPANSION", math.inf)
-    monkeypatch.setattr(driver.Search, "pops", 1)
     for seed in range(60):
         problem = judge.random_problem(seed, tasks=3)
         least = cheapest_cost(problem)
         if least is not None:
-            plan = cheapest_plan(from_dict(problem.scenario()).problem())
+            plan = cheapest_plan(from_dict(problem.scenario()).problem(), options=AT_ONCE)
             assert (plan.cost, plan.preference) == exact_front(problem, max_cost=least)[0], seed
             assert misjudged(problem, plan) is None, seed
     assert set(deepened) == sizes

@@ -11,7 +11,6 @@ import pytest
 from judge.verdict import verdict
 
 from prefplan import Options, Planner
-from prefplan import planner as planner_module
 from prefplan.heuristics import preprocessing
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.lagrangian import Weights, lagrangian_bound, weights_along, with_table, without_tables
@@ -20,7 +19,10 @@ from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
-from prefplan.search import bi_objective_search, driver
+from prefplan.search import bi_objective_search
+
+AT_ONCE = Options(drafted_tasks=1, table_effort=0, pops=1)
+"""Tables are filled as soon as may be."""
 
 
 @pytest.mark.parametrize("unit", [1, 3])
@@ -69,7 +71,7 @@ def test_weights_are_the_same_for_both_ends() -> None:
 
 @pytest.fixture
 def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
-    """Tables that are filled as soon as may be, for any weights."""
+    """Tables that are filled for any weights."""
     found: list[Weights] = []
     weigh = preprocessing.Prepared.weigh
 
@@ -79,9 +81,6 @@ def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
 
     rng = random.Random(0)
     monkeypatch.setattr(preprocessing.Prepared, "weigh", noted)
-    monkeypatch.setattr(preprocessing, "COMBINATION", 0)
-    monkeypatch.setattr(planner_module, "DRAFTED_TASKS", 1)
-    monkeypatch.setattr(driver.Search, "pops", 1)
     monkeypatch.setattr(
         bi_objective_search,
         "weights_along",
@@ -94,7 +93,7 @@ def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
 def test_fronts_found_with_tables_lose_nothing(kind: str, tabulated: list[Weights]) -> None:
     for seed in range(12):
         problem = judge.random_problem(seed, kind=kind, tasks=3, decimals=seed % 3 == 0)
-        assert verdict(problem, [Options()]) is None, seed
+        assert verdict(problem, [AT_ONCE]) is None, seed
     assert len(tabulated) > 6
 
 
@@ -102,7 +101,7 @@ def test_fronts_within_some_percent_that_are_found_with_tables_leave_nothing_out
     for seed in range(8):
         problem = judge.random_problem(seed, kind="order", tasks=3)
         planned = from_dict(problem.scenario()).problem()
-        for plan in Planner(planned).front():
-            near = Planner(planned).front(within=5)
+        for plan in Planner(planned, options=AT_ONCE).front():
+            near = Planner(planned, options=AT_ONCE).front(within=5)
             assert any(a.cost <= 1.05 * plan.cost and a.preference <= 1.05 * plan.preference for a in near), seed
     assert tabulated

@@ -19,7 +19,6 @@ from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pare
 from prefplan.errors import LimitError
 from prefplan.exact_costs import exact, exact_floats, in_common_unit, round_costs
 from prefplan.limits import Limits
-from prefplan.models.graph_files import network
 from prefplan.models.graph_files.model import GraphFileModel
 from prefplan.scenario.decode import from_dict
 
@@ -47,20 +46,14 @@ def without_parallel_edges(model: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
-def test_limits_hold_while_nodes_and_edges_are_read(
-    tmp_path: Path, write: Callable, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(network, "CLOCK_PERIOD", 3)
+def test_limits_hold_while_nodes_and_edges_are_read(tmp_path: Path, write: Callable) -> None:
     model = random_problem(0).scenario()["model"]
     written = write(model, tmp_path)
     with Limits(seconds=0), pytest.raises(LimitError):
         GraphFileModel(tmp_path, **{"start": 1, **written}).network  # noqa: B018
 
 
-def test_limits_hold_while_the_nodes_before_the_edges_are_passed_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(network, "CLOCK_PERIOD", 3)
+def test_limits_hold_while_the_nodes_before_the_edges_are_passed_over(tmp_path: Path) -> None:
     (tmp_path / "town.json").write_text('{"edges": [], "nodes": [{"id": 1}, {"id": 2}, {"id": 3}, {"id": }]}')
     with Limits(seconds=0), pytest.raises(LimitError):
         GraphFileModel(tmp_path, "town.json", start=1).network  # noqa: B018

@@ -25,8 +25,6 @@ from prefplan import (
     cheapest_plan,
     pareto_front,
 )
-from prefplan.heuristics import abstraction
-from prefplan.models.manipulation import system as system_module
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.quotient import most_states
 from prefplan.models.manipulation.system import ManipulationSystem
@@ -35,19 +33,12 @@ SEEDS = 12
 """Random problems of either kind."""
 
 
-@pytest.fixture
-def quotients_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
-
-
-@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("seed", range(SEEDS))
-def test_random_fronts_are_those_of_the_whole_model(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_random_fronts_are_those_of_the_whole_model(seed: int) -> None:
     problem = random_problem(random.Random(seed))
     whole = pareto_front(problem)
     assert_bounded(problem.system)  # type: ignore[arg-type]
-    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
-    again = random_problem(random.Random(seed))
+    again = random_problem(random.Random(seed), large=True)
     for options in (Options(generated=True), Options(generated=False)):
         front = pareto_front(again, options=options)
         assert [(p.cost, p.preference) for p in front] == [(p.cost, p.preference) for p in whole]
@@ -65,14 +56,10 @@ def assert_bounded(system: ManipulationSystem) -> None:
     assert system.size <= most_states(system.generator.space) * len(marks)
 
 
-@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("seed", range(SEEDS))
-def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(seed: int) -> None:
     whole = pareto_front(random_several(random.Random(seed)))
-    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
-    problem = random_several(random.Random(seed))
+    problem = random_several(random.Random(seed), large=True)
     front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
     assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
     assert front.reason == whole.reason
@@ -81,28 +68,27 @@ def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(
         assert best_plan(problem, name).objectives == least
 
 
-@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("draw", [random_problem, random_several])
 @pytest.mark.parametrize("seed", range(4))
 def test_random_fronts_with_measured_costs_are_those_of_the_whole_model(
-    seed: int, draw: Callable[..., Problem], monkeypatch: pytest.MonkeyPatch
+    seed: int, draw: Callable[..., Problem]
 ) -> None:
     listed = draw(random.Random(seed), measured=True)
     whole = pareto_front(listed)
     assert_bounded(listed.system)  # type: ignore[arg-type]
-    monkeypatch.setattr(system_module, "LISTED_STATES", 0)
+    problem = draw(random.Random(seed), measured=True, large=True)
     # Places are merged in the bounds, or not.
-    monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
-    problem = draw(random.Random(seed), measured=True)
-    front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
+    options = Options(generated=seed % 4 > 0, apart_entries=seed % 2 * Options().apart_entries)
+    front = pareto_front(problem, options=options)
     assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
     assert front.reason == whole.reason
 
 
-@pytest.mark.usefixtures("quotients_only")
 def test_an_action_of_a_large_model_that_was_not_measured_is_named_when_it_is_met() -> None:
     objects = tuple(Object(f"o{k}", f"s{k}") for k in range(2))
-    model = ManipulationModel("home", COSTS, (spot("s0"), spot("s1"), spot("bin", capacity=2)), objects)
+    model = ManipulationModel(
+        "home", COSTS, (spot("s0"), spot("s1"), spot("bin", capacity=2)), objects, listed_states=0
+    )
     complete = random_measured(random.Random(0), model, "time").costs
     assert isinstance(complete, MeasuredCosts)
     for gap, known in ((("transport", "s0", "bin[0]"), False), (("transport", "home", "s0"), True)):
@@ -117,7 +103,7 @@ def test_an_action_of_a_large_model_that_was_not_measured_is_named_when_it_is_me
                 pareto_front(problem, options=options)
 
 
-def test_several_objectives_of_a_model_that_no_machine_can_list(quotients_only: None) -> None:
+def test_several_objectives_of_a_model_that_no_machine_can_list() -> None:
     costs = {kind: {"time": time, "energy": time**2} for kind, time in COSTS.items()}
     places = [*(spot(f"s{k}") for k in range(24)), spot("bin", capacity=4)]
     model = ManipulationModel("home", costs, tuple(places), tuple(Object(f"o{k}", f"s{k}") for k in range(20)))
@@ -130,11 +116,11 @@ def test_several_objectives_of_a_model_that_no_machine_can_list(quotients_only: 
     assert [tuple(plan.objectives.values()) for plan in front] == [(40, 144, 0, 36), (40, 144, 10, 0), (47, 171, 7, 0)]
 
 
-def test_what_need_not_be_moved_costs_nothing(quotients_only: None) -> None:
+def test_what_need_not_be_moved_costs_nothing() -> None:
     def states_searched(bystanders: int) -> int:
         places = [spot(f"s{k}") for k in range(4 + bystanders)] + [spot("bin", capacity=4)]
         objects = [Object(f"o{k}", f"s{k}") for k in range(4 + bystanders)]
-        model = ManipulationModel("home", COSTS, tuple(places), tuple(objects))
+        model = ManipulationModel("home", COSTS, tuple(places), tuple(objects), listed_states=0)
         tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_bin & o3_bin)")]
         planner = Planner(Problem(model.transition_system(), tasks, Order()), options=Options(generated=False))
         assert [(plan.cost, plan.preference) for plan in planner.front()] == [(40, 0)]
@@ -143,9 +129,9 @@ def test_what_need_not_be_moved_costs_nothing(quotients_only: None) -> None:
     assert states_searched(0) == states_searched(10)
 
 
-def test_an_object_in_the_way_is_moved(quotients_only: None) -> None:
+def test_an_object_in_the_way_is_moved() -> None:
     objects = [Object("cup", "a"), Object("jug", "b"), Object("bowl", "c")]
-    model = ManipulationModel("home", COSTS, tuple(map(spot, "abcd")), tuple(objects))
+    model = ManipulationModel("home", COSTS, tuple(map(spot, "abcd")), tuple(objects), listed_states=0)
     (plan,) = pareto_front(Problem(model.transition_system(), [Task("t", "F cup_b")], Order()))
     assert plan.actions[:4] == ("transit b", "grasp jug", "transport jug d", "release jug d")
     assert plan.actions[4:] == ("transit a", "grasp cup", "transport cup b", "release cup b")

@@ -10,8 +10,6 @@ from small_models import build
 
 from prefplan import Function, PreferenceError, pareto_front
 
-pytestmark = pytest.mark.usefixtures("few_trials")
-
 
 @pytest.mark.parametrize("contract", ["componentwise", "general", "convex"])
 def test_a_python_function_is_a_preference(contract: str) -> None:

@@ -9,28 +9,17 @@ import judge
 import pytest
 from judge.verdict import beyond, misjudged
 
-from prefplan import Planner, UnfinishedError, pareto_front
+from prefplan import Options, Planner, UnfinishedError, pareto_front
 from prefplan import planner as planner_module
-from prefplan.anytime import guided
 from prefplan.anytime.beam import beam_search
 from prefplan.errors import LimitError
-from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
-from prefplan.search import driver
 from prefplan.search.bi_objective_search import BiObjectiveSearch
-from prefplan.search.vector_search import VectorSearch
 
-
-@pytest.fixture(autouse=True)
-def _few_tasks_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Guide the search for few tasks, too, and let it widen its beam after few labels."""
-    monkeypatch.setattr(guided, "GUIDED_TASKS", 1)
-    monkeypatch.setattr(planner_module, "DRAFTED_TASKS", 1)
-    monkeypatch.setattr(guided, "FIRST_EXPANDED", 2)
-    monkeypatch.setattr(guided, "WIDTHS", (1, 2))
-    for search in (driver.Search, VectorSearch):
-        monkeypatch.setattr(search, "pops", 1)
+GUIDED = Options(guided_tasks=1, drafted_tasks=1, beam_widths=(1, 2), first_expanded=2, pops=1)
+"""The search for few tasks is guided too, and widens its beam after few labels."""
 
 
 def stop_after(looks: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -53,9 +42,9 @@ def problems() -> list[Any]:
 def test_a_guided_search_finds_what_the_exact_one_finds() -> None:
     for problem in problems():
         planned = from_dict(problem.scenario(), name="problem").problem()
-        front = pareto_front(planned, max_cost=100)
+        front = pareto_front(planned, options=GUIDED, max_cost=100)
         if front:
-            plan = Planner(planned).cheapest()
+            plan = Planner(planned, options=GUIDED).cheapest()
             assert (plan.cost, plan.preference) == (front[0].cost, front[0].preference)
             assert misjudged(problem, plan) is None
 
@@ -64,12 +53,12 @@ def test_a_stopped_search_for_a_plan_proves_no_more_than_is_so() -> None:
     known = 0
     for problem in problems():
         planned = from_dict(problem.scenario(), name="problem").problem()
-        front = pareto_front(planned, max_cost=100)
+        front = pareto_front(planned, options=GUIDED, max_cost=100)
         for looks in (0, 3, 9, 20, 60) if front else ():
             with pytest.MonkeyPatch.context() as patch:
                 stop_after(looks, patch)
                 try:
-                    plan, within = Planner(planned).cheapest(max_seconds=60), 0
+                    plan, within = Planner(planned, options=GUIDED).cheapest(max_seconds=60), 0
                 except UnfinishedError as error:
                     assert (error.complete_below or 0) <= front[0].cost
                     plan, within = error.best, error.within
@@ -86,12 +75,12 @@ def test_a_stopped_front_has_plans_beyond_and_proves_no_more_than_is_so(within: 
     proven = 0
     for problem in (*problems(), judge.random_errands(0, "max"), judge.random_errands(0, "expression")):
         planned = from_dict(problem.scenario(), name="problem").problem()
-        exact = pareto_front(planned, max_cost=100)
+        exact = pareto_front(planned, options=GUIDED, max_cost=100)
         expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
         for looks in (10, 20, 30, 40, 55) if exact else ():
             with pytest.MonkeyPatch.context() as patch:
                 stop_after(looks, patch)
-                front = pareto_front(planned, within=within, max_cost=100)
+                front = pareto_front(planned, within=within, options=GUIDED, max_cost=100)
             assert all(misjudged(problem, plan) is None for plan in front)
             below = 0 if within or front.complete_below is None else front.complete_below
             points = [(plan.cost, plan.preference) for plan in front]
@@ -109,11 +98,11 @@ def test_a_front_stopped_before_its_search_begins_has_a_gap_too() -> None:
     proven = 0
     for problem in problems():
         planned = from_dict(problem.scenario(), name="problem").problem()
-        exact = pareto_front(planned, max_cost=100)
+        exact = pareto_front(planned, options=GUIDED, max_cost=100)
         expected = [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in exact]
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(planner_module, "Prepared", stopped)
-            front = pareto_front(planned, max_cost=100)
+            front = pareto_front(planned, options=GUIDED, max_cost=100)
         assert front.ended == "time" and all(misjudged(problem, plan) is None for plan in front)
         if front.within is not None:
             proven += 1
@@ -124,8 +113,8 @@ def test_a_front_stopped_before_its_search_begins_has_a_gap_too() -> None:
 def test_a_wide_beam_follows_every_way() -> None:
     for problem in problems():
         planned = from_dict(problem.scenario(), name="problem").problem()
-        front = pareto_front(planned, max_cost=100)
-        planner = Planner(planned)
+        front = pareto_front(planned, options=GUIDED, max_cost=100)
+        planner = Planner(planned, options=GUIDED)
         light = Prepared(planner._product, Options(heuristic=1, preference_bound=False), single=True)
         search = BiObjectiveSearch(light.for_beams(), cost_only=True)
         found = beam_search(search, 10**6, 10**9)

@@ -29,7 +29,6 @@ ERRANDS = (*range(8), 11, 22)
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("numbers", BLOCKS, ids=lambda numbers: str(numbers[0]))
 def test_fronts_bounds_and_plans_are_those_of_the_judges(numbers: Sequence[int]) -> None:
     """Every kind of preference, over costs and over violations, and every style of numbers."""

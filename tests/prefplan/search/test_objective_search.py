@@ -62,7 +62,6 @@ def wrong(problem: SeveralProblem, options: tuple[Options, ...]) -> str | None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("seeds", BLOCKS, ids=lambda seeds: str(seeds[0]))
 def test_fronts_are_those_of_the_judge(seeds: Sequence[int]) -> None:
     found = {seed: wrong(random_several(seed), OPTIONS[:1] if seed % 4 else OPTIONS) for seed in seeds}

@@ -41,7 +41,6 @@ def test_every_best_trade_off_of_errands_is_within_the_percentage(kind: str) -> 
     assert 50 in fewer
 
 
-@pytest.mark.usefixtures("few_trials")
 @pytest.mark.parametrize("options", [OPTIONS[0], OPTIONS[1], OPTIONS[-1]])
 def test_every_best_trade_off_of_random_problems_is_within_the_percentage(options: Options) -> None:
     """Judged by enumeration: every kind of preference, relaxations, and every style of numbers."""

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import sim
-from prefplan.models.manipulation import system
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
@@ -72,10 +71,9 @@ def test_each_object_and_remote_states_have_their_turn(wanted: dict[Pair, tuple[
 
 
 def test_the_actions_of_a_large_model_are_found_without_listing_all_states(
-    arch_model: ManipulationModel, wanted: dict[Pair, tuple[Trial, ...]], monkeypatch: pytest.MonkeyPatch
+    arch_model: ManipulationModel, wanted: dict[Pair, tuple[Trial, ...]]
 ) -> None:
-    monkeypatch.setattr(system, "LISTED_STATES", 0)
-    large = trials(arch_model)
+    large = trials(replace(arch_model, listed_states=0))
     assert large.keys() == wanted.keys()
     numbers = {pair: number for number, pair in enumerate(large)}
     generator = replace(arch_model, costs=MeasuredCosts("time", numbers)).transition_system().generator
