@@ -36,7 +36,7 @@ class ManipulationModel(Description):
 
     kind: ClassVar[str] = "manipulation"
 
-    operators: tuple[Operator, ...] = STANDARD_OPERATORS
+    operators: tuple[Operator, ...] = field(default=STANDARD_OPERATORS, metadata={"key": None})
     listed_states: int = field(default=300_000, metadata={"key": None})
 
     def __post_init__(self) -> None:

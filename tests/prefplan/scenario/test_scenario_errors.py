@@ -37,6 +37,13 @@ RELAX = 'formula = "F plant"\nrelax = [{ assume = "rock", when = "true", cost = 
             "model.robot.heading: unknown key "
             "(valid: name, at, yaw, mjcf, joints, tool, gripper, home, velocity, torque, acceleration)",
         ),
+        (
+            TABLE,
+            "[model]",
+            '[model]\noperators = ["push"]',
+            "model.operators: unknown key "
+            "(valid: start, costs, locations, objects, propositions, fixtures, robot, scene, kind)",
+        ),
         (TABLE, "release = 1", "releese = 1", "model.costs: unknown action 'releese' (did you mean 'release'?)"),
         (GRID, 'kind = "grid"', 'kind = "gird"', "model.kind: unknown kind 'gird' (did you mean 'grid'?)"),
         (GRID, 'kind = "grid"\n', "", "model.kind: missing (valid: graph, grid, manipulation)"),
