@@ -17,6 +17,8 @@ class Quality:
         shadow_pixels: side of the shadow map.
         rate: constant rate factor of x264: lower is better, and 18 is considered visually lossless.
         preset: of x264.
+        lamp_radius_rad: of the key light, seen from what it lights. With a larger one the shadows of its few points are
+            told apart.
     """
 
     size: tuple[int, int]
@@ -24,6 +26,7 @@ class Quality:
     shadow_pixels: int
     rate: int
     preset: str
+    lamp_radius_rad: float = 0.02
 
 
 # 60 ms on one core per picture; a minute and a half on two cores for both videos of Case Study 3.

@@ -22,9 +22,6 @@ from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import WRIST, Scene
 from sim.world.tabletop import TABLE_TOP, picture
 
-LAMP_RADIUS_RAD = 0.02
-"""Angular radius of the key light. With a larger one, the shadows of its few sample points would be distinguishable."""
-
 WRIST_SHADOW_SCALE = 2
 """Factor by which the shadow map is finer for the camera on the hand, which is close to the shadows."""
 
@@ -174,7 +171,8 @@ class Painter:
         """Move the key light to the k-th of several sample points of a round lamp."""
         across = np.cross(self._key_direction, [0.0, 0.0, 1.0])
         across /= np.linalg.norm(across)
-        radius, angle = LAMP_RADIUS_RAD * np.sqrt((k + 0.5) / samples), k * GOLDEN_ANGLE_RAD
+        radius = self._quality.lamp_radius_rad * np.sqrt((k + 0.5) / samples)
+        angle = k * GOLDEN_ANGLE_RAD
         aside = np.cos(angle) * across + np.sin(angle) * np.cross(self._key_direction, across)
         direction = self._key_direction + radius * aside
         distance = np.linalg.norm(self._key_home - self._scene.focus)

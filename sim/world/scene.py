@@ -59,9 +59,6 @@ SETTLE_DURATION_S = 1.0
 MAX_SETTLING_M, MAX_SETTLING_RAD = 0.003, np.radians(3)
 """Greatest movement and tilt in that time of an object that stands."""
 
-MAX_DRAWS = 1000
-"""Greatest number of random starts that are drawn."""
-
 
 @dataclass(frozen=True)
 class Scene:
@@ -211,7 +208,12 @@ def _check_start(scene: Scene, own: UserScene) -> None:
 
 
 def initial_state(
-    scene: Scene, *, seed: int | None = None, position: float = START_OFFSET_M, angle: float = START_TURN_RAD
+    scene: Scene,
+    *,
+    seed: int | None = None,
+    position: float = START_OFFSET_M,
+    angle: float = START_TURN_RAD,
+    draws: int = 1000,
 ) -> mujoco.MjData:
     """Return the state before the first action: arm at home, hand open, objects at rest in their slots.
 
@@ -220,14 +222,15 @@ def initial_state(
         seed: None for nominal poses; otherwise each object is moved at random.
         position: greatest offset along x and along y, m.
         angle: greatest turn about z, rad.
+        draws: greatest number of random starts that are drawn.
 
     Raises:
-        SimulationError: in each of `MAX_DRAWS` random starts, objects overlap or fall.
+        SimulationError: in each of the random starts, objects overlap or fall.
     """
     data = mujoco.MjData(scene.mujoco)
     scene.robot.put(data, scene.robot.home, width=scene.robot.gripper.opening_m)
     rng = None if seed is None else np.random.default_rng(seed)
-    for _ in range(MAX_DRAWS):
+    for _ in range(draws):
         for obj, slot in start_slots(scene.model, scene.slots, scene.shapes).items():
             off = np.zeros(3) if rng is None else rng.uniform(-1, 1, 3) * [position, position, angle]
             pose = data.joint(obj).qpos

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,17 @@ def square(tmp_path: Path) -> Scenario:
     (tmp_path / "corners.csv").write_text("node,x,y,labels\na,10,60,\nb,12,60,bread\nc,12,62,\nd,10,62,stamps\n")
     (tmp_path / "square.toml").write_text(SCENARIO)
     return load(tmp_path / "square.toml")
+
+
+@pytest.fixture
+def busy(square: Scenario, tmp_path: Path) -> Scenario:
+    """The same with another way from a to b, of so many edges that they are pixels."""
+    between = [f"m{k}" for k in range(road_map.MOST_LINES)]
+    with (tmp_path / "square.csv").open("a") as edges:
+        edges.writelines(f"{one},{other},1\n" for one, other in pairwise(["a", *between, "b"]))
+    with (tmp_path / "corners.csv").open("a") as nodes:
+        nodes.writelines(f"{name},{10 + 2 * k / len(between)},60,\n" for k, name in enumerate(between))
+    return load(square.path)
 
 
 def found_map(scenario: Scenario) -> RoadMap:
@@ -76,23 +88,22 @@ def test_dots_are_where_tasks_are_done_and_names_are_written(square: Scenario) -
     assert sorted(names) == ["post", "shop"]
 
 
-def test_many_edges_are_pixels_that_plans_of_a_report_share(
-    square: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_few_edges_are_lines(square: Scenario) -> None:
     assert "<image" not in maps.svg(found_map(square), pareto_front(square.problem())[0])
-    monkeypatch.setattr(road_map, "MOST_LINES", 3)
+
+
+def test_many_edges_are_pixels_that_plans_of_a_report_share(busy: Scenario, tmp_path: Path) -> None:
     (tmp_path / "page").mkdir()
-    drawn = pictures.plans(square, pareto_front(square.problem()), tmp_path / "page")
+    drawn = pictures.plans(busy, pareto_front(busy.problem()), tmp_path / "page")
     (pixels,) = (tmp_path / "page").glob("*.png")
     for picture in drawn.values():
         assert re.findall(r'href="([^"#]*)"', picture) == [f"page/{pixels.name}"]
 
 
-def test_pixels_are_dark_on_edges_and_clear_beside_them(square: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(road_map, "MOST_LINES", 3)
-    found = found_map(square)
+def test_pixels_are_dark_on_edges_and_clear_beside_them(busy: Scenario) -> None:
+    found = found_map(busy)
     axes = Figure().add_axes((0, 0, 1, 1))
-    found.draw(axes, pareto_front(square.problem())[0])
+    found.draw(axes, pareto_front(busy.problem())[0])
     (image,) = axes.get_images()
     pixels = np.asarray(image.get_array())
     rows, columns = pixels.shape[:2]

@@ -38,12 +38,12 @@ def test_cameras_see_different_pictures(scene: Scene, picture: np.ndarray) -> No
     assert (abs(picture - wrist) > 30).mean() > 0.3
 
 
-def test_a_wide_lamp_sheds_softer_shadows_than_a_point(scene: Scene, gl: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wide_lamp_sheds_softer_shadows_than_a_point(scene: Scene, gl: None) -> None:
     qpos = initial_state(scene).qpos
     pictures = []
-    for radius in (0.0, 2 * renderer.LAMP_RADIUS_RAD):
-        monkeypatch.setattr(renderer, "LAMP_RADIUS_RAD", radius)
-        pictures.append(render_frame(scene, qpos, size=(480, 270), quality=replace(DRAFT, samples=5)).astype(float))
+    for radius in (0.0, 2 * DRAFT.lamp_radius_rad):
+        quality = replace(DRAFT, samples=5, lamp_radius_rad=radius)
+        pictures.append(render_frame(scene, qpos, size=(480, 270), quality=quality).astype(float))
     hard, soft = (sum(float((np.diff(shown, axis=axis) ** 2).sum()) for axis in (0, 1)) for shown in pictures)
     assert soft < 0.985 * hard
     assert abs(pictures[0].mean() - pictures[1].mean()) < 1
