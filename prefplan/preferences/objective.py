@@ -17,7 +17,7 @@ stays ahead. A lone maximum m = max_i w_i c_i continues as max(m, w_i (g + ...))
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -49,7 +49,7 @@ class NamedPreference:
     """
 
     name: str
-    preference: Preference
+    preference: Preference = field(metadata={"key": None})
     of: str | None = None
 
     @property

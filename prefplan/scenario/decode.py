@@ -196,21 +196,16 @@ def _model(table: Any, folder: Path) -> Model:
 
 def _preferences(file: _File) -> list[NamedPreference]:
     """Return the preferences of `[preference]` and `[[preferences]]` in this order."""
-    tables = [] if file.preference is None else [(file.preference, "preference", DEFAULT_PREFERENCE)]
-    for i, table in enumerate(file.preferences):
-        where = f"preferences[{i}]"
-        chosen(PREFERENCES, table, where)
-        if "name" not in table:
-            raise ScenarioError(f"{where}.name: missing")
-        tables.append((table, where, decode(str, table["name"], f"{where}.name")))
-    found = []
-    for table, where, name in tables:
-        also = ("of",) if where == "preference" else ("name", "of")
-        preference = _preference(PREFERENCES, table, where, also)
-        found.append(
-            NamedPreference(name, preference, decode(str, table["of"], f"{where}.of") if "of" in table else None)
-        )
-    return found
+    only = [] if file.preference is None else [_named(file.preference, "preference", name=DEFAULT_PREFERENCE)]
+    return only + [_named(table, f"preferences[{i}]") for i, table in enumerate(file.preferences)]
+
+
+def _named(table: Any, where: str, **given: str) -> NamedPreference:
+    """Return a preference and what its table says beside; a name that is given is none of its keys."""
+    beside = tuple(key for key in ("name", "of") if key not in given)
+    preference = _preference(PREFERENCES, table, where, beside)
+    said = {key: table[key] for key in beside if key in table}
+    return decode_table(NamedPreference, given | said, where, preference=preference)
 
 
 def _preference(kinds: Mapping[str, type[Preference]], table: Any, where: str, also: tuple[str, ...]) -> Preference:
