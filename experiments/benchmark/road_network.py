@@ -140,9 +140,9 @@ def _connected(roads: Roads) -> Roads:
     return Roads(roads.points[inside], number[roads.sources[kept]], number[roads.targets[kept]], roads.seconds[kept])
 
 
-def places(roads: Roads, *, seed: int = 0) -> dict[str, list[int]]:
+def places(roads: Roads) -> dict[str, list[int]]:
     """Return where each kind of place is: random crossings, no two at the same."""
-    drawn = iter(np.random.default_rng(seed).permutation(len(roads.points)).tolist())
+    drawn = iter(np.random.default_rng(0).permutation(len(roads.points)).tolist())
     return {kind: sorted(next(drawn) for _ in range(count)) for kind, count in LABELLED.items()}
 
 

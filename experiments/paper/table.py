@@ -23,7 +23,7 @@ Times = Mapping[tuple[str, str, int], float]
 """Median seconds by what is planned, method and number of tasks."""
 
 
-def compare_times(study: Study, out: Path, results: Path = RESULTS) -> None:
+def compare_times(study: Study, out: Path, results: Path) -> None:
     """Add the times in results of `experiments.benchmark.table1`, with their picture in the folder `out`."""
     content = json.loads((results / "table1.json").read_text(encoding="utf-8"))
     machine = content["machine"]

@@ -53,7 +53,7 @@ def in_a_line(certificate: Certificate) -> str:
     return f"certified: {len(certificate.checks)} checks of its log hold"
 
 
-def show_certificate(console: Console, log: Log, certificate: Certificate, levels: Sequence[str] = ("plain",)) -> None:
+def show_certificate(console: Console, log: Log, certificate: Certificate, levels: Sequence[str]) -> None:
     """Print a certificate, one line for each check and one for several actions that succeeded."""
     claims = log.about.claims
     what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"

@@ -24,8 +24,8 @@ ANY = "random"
 """Faults of any kind, as `--faults` names them."""
 
 
-def random_faults(model: ManipulationModel, actions: int, *, seed: int, kind: str = ANY) -> tuple[Fault, ...]:
-    """Return one to three faults of any kind, or one of one kind, each at any action of a plan.
+def random_faults(model: ManipulationModel, actions: int, *, seed: int, kind: str) -> tuple[Fault, ...]:
+    """Return one to three faults of `ANY` kind, or one of one kind, each at any action of a plan.
 
     Movable objects of the model are moved, to its locations; the plan has at least one action.
     """

@@ -43,9 +43,7 @@ OpenSearch = BiObjectiveSearch | VectorSearch
 class NarrowingSearch:
     """Searches for fronts within ever smaller percentages; each omits what earlier plans approximate well enough."""
 
-    def __init__(
-        self, prepared: Prepared, tolerance: Percent, *, max_cost: float = math.inf, drafted: Sequence[Found] = ()
-    ) -> None:
+    def __init__(self, prepared: Prepared, tolerance: Percent, *, max_cost: float, drafted: Sequence[Found]) -> None:
         """Make the search ready; arguments as of `BiObjectiveSearch`."""
         self._drafted = drafted
         self.prepared, self.product = prepared, prepared.product

@@ -19,7 +19,7 @@ APART = "'"
 
 
 def watching(
-    task: Automaton, modes: Sequence[Sequence[Automaton]], *, apart: frozenset[str] = frozenset()
+    task: Automaton, modes: Sequence[Sequence[Automaton]], *, apart: frozenset[str]
 ) -> tuple[Automaton, tuple[int, ...]]:
     """Return a task's automaton that watches rules, and its initial state in each mode.
 

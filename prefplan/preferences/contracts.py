@@ -54,9 +54,9 @@ def check_claim(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Spa
     check_contract(formula, tasks, where, span)
 
 
-def check_size(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
+def check_size(formula: OpaqueTerm, tasks: Sequence[str], where: str) -> None:
     """Raise PreferenceError if mu is too large at large costs, where it is shown never to fall or be negative."""
-    large = [span.largest] * len(tasks)
+    large = [Span().largest] * len(tasks)
     value_at((large, large), formula, tasks, where)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from prefplan.front import Plan, Stats
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import EXACT, Limits, Percent
+from prefplan.limits import Limits, Percent
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import UNBOUNDED
 from prefplan.product.product_automaton import Product, Start
@@ -72,7 +72,7 @@ class Search(ABC):
     by_cost = True
     pops = 10_000
 
-    def __init__(self, prepared: Prepared, max_cost: float, tolerance: Percent = EXACT) -> None:
+    def __init__(self, prepared: Prepared, max_cost: float, tolerance: Percent) -> None:
         """Make the first labels; `max_cost` is an inclusive bound in units."""
         self.prepared, self.tolerance = prepared, tolerance
         self.product = prepared.product

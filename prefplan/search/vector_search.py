@@ -9,7 +9,7 @@ import numpy as np
 
 from prefplan.errors import PreferenceError
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import EXACT, Percent
+from prefplan.limits import Percent
 from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.product.formula_programs import compile_programs
 from prefplan.product.product_automaton import Start
@@ -24,14 +24,7 @@ class VectorSearch(Search):
 
     pops = 2_000
 
-    def __init__(
-        self,
-        prepared: Prepared,
-        *,
-        max_mu: Fraction | None = None,
-        max_cost: float = math.inf,
-        tolerance: Percent = EXACT,
-    ) -> None:
+    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None, max_cost: float, tolerance: Percent) -> None:
         """Make the search ready; bounds and tolerance as in `BiObjectiveSearch`."""
         problem = prepared.product.problem
         measure = problem.measure

@@ -32,7 +32,7 @@ STEPS, DIRECTIONS = 7, 16
 
 
 def place_labels(
-    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int], *, inset: PixelBox | None = None
+    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int], *, inset: PixelBox | None
 ) -> dict[str, np.ndarray]:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 

@@ -34,7 +34,7 @@ def declare_contacts(
     *,
     pads: Sequence[str],
     supports: Iterable[mujoco.MjsBody],
-    heavy: Collection[str] = (),
+    heavy: Collection[str],
 ) -> None:
     """Give objects their friction on pads, on one another, and on the bodies that they may lie on.
 

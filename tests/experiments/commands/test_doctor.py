@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from command_line import Run
@@ -99,7 +98,7 @@ def test_a_machine_that_cannot_render_is_told_why(chosen: str, mend: str, monkey
     assert diagnosis.rendering() == Diagnosis("rendering", PROBLEM, "no OpenGL here (no display)", mend)
 
 
-def test_a_missing_library_is_a_sentence_even_before_the_program_starts(tmp_path: Path) -> None:
+def test_a_missing_library_is_a_sentence_even_before_the_program_starts() -> None:
     code = "import sys; sys.modules['rich'] = None; from experiments.program import main; sys.exit(main())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (4, "")

@@ -140,7 +140,7 @@ def tilted(degrees: float) -> np.ndarray:
     return Rotation.from_euler("x", degrees, degrees=True).as_matrix()
 
 
-def test_what_leant_beside_a_slot_is_at_it_as_soon_as_it_stands(scene: Scene, see: See) -> None:
+def test_what_leant_beside_a_slot_is_at_it_as_soon_as_it_stands(scene: Scene) -> None:
     data = initial_state(scene)
     poses = true_poses(scene, data)
     poses["pink"] = replace(poses["pink"], position=np.array([0.62, 0.235, 0.0285]), rotation=tilted(21))

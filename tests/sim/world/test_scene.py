@@ -104,9 +104,7 @@ def test_places_that_cannot_work_are_refused_by_name(
         layout_of(*locations)
 
 
-def test_storeys_must_be_within_reach_only_where_there_are_objects_for_them(
-    layout_of: Callable[..., TableLayout],
-) -> None:
+def test_storeys_must_be_within_reach_only_where_there_are_objects_for_them() -> None:
     tower = [Location("s0", at=(0.6, -0.4))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 9)]
     objects = [Object(f"obj{i}", f"s{i}") for i in range(9)]
     locations = (*tower, Location("edge", at=(0.70, 0.2)))
