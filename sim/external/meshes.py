@@ -6,6 +6,7 @@ import functools
 import hashlib
 import os
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -160,10 +161,8 @@ def _kept_parts() -> Path:
 
 def _keep(path: Path, arrays: list[np.ndarray]) -> None:
     """Write parts to the cache, if it is writable."""
-    try:
+    with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
             np.savez_compressed(file, *arrays)
         os.replace(file.name, path)
-    except OSError:
-        pass

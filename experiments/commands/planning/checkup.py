@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -216,11 +217,9 @@ def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
 def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
     task = problem.tasks[i]
     costs, achievable = None, None
-    try:
+    with suppress(UnfinishedError, LimitError):
         costs = _least_costs(problem.system, replace(task, relax=(), skip=None), limits, problem.cost_names)
         achievable = costs is not None or is_achievable(problem.system, task, limits)
-    except (UnfinishedError, LimitError):
-        pass
     return TaskCheck(
         name=task.name,
         formula=task.formula,

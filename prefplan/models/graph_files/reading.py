@@ -6,6 +6,7 @@ import gzip
 import math
 import zlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -96,10 +97,8 @@ def _chosen_attributes(folder: Path, name: str, wanted: str | Mapping[str, str] 
         ModelError: there is no such attribute, or there are several to choose from.
     """
     probe = _Probe()
-    try:
+    with suppress(_EnoughError):
         _read(folder, name, EDGE_READERS, "file", probe)
-    except _EnoughError:
-        pass
     numeric = [attribute for attribute, numbers in probe.numbers.items() if numbers == probe.edges]
     sometimes_numeric = [attribute for attribute, numbers in probe.numbers.items() if numbers]
     if wanted is not None:

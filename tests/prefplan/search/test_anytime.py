@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import random
 from fractions import Fraction
 from typing import Any
 
 import judge
 import pytest
 from judge.verdict import beyond, misjudged
+from random_manipulation import random_problem
 
 from prefplan import Options, Planner, UnfinishedError, pareto_front
 from prefplan import planner as planner_module
@@ -47,6 +49,15 @@ def test_a_guided_search_finds_what_the_exact_one_finds() -> None:
             plan = Planner(planned, options=GUIDED).cheapest()
             assert (plan.cost, plan.preference) == (front[0].cost, front[0].preference)
             assert misjudged(problem, plan) is None
+
+
+def test_a_guided_search_of_a_model_without_landmarks_finds_what_the_exact_one_finds() -> None:
+    for seed in range(12):
+        problem = random_problem(random.Random(seed), large=True)
+        front = pareto_front(problem)
+        if front:
+            plan = Planner(problem, options=GUIDED).cheapest()
+            assert (plan.cost, plan.preference) == (front[0].cost, front[0].preference)
 
 
 def test_a_stopped_search_for_a_plan_proves_no_more_than_is_so() -> None:
