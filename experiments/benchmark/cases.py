@@ -18,7 +18,6 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from unittest import mock
 
 from experiments.benchmark.instances import RANDOM, instance
 from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
@@ -29,7 +28,6 @@ from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, Search
 from experiments.benchmark.summary import cells, table
 from experiments.scenarios import find
 from prefplan import Options, Problem
-from prefplan.heuristics import cost_to_go
 
 NAMES = ("problem", "method")
 """What the rows of a table begin with."""
@@ -40,10 +38,11 @@ ABLATED = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
 DEVICES = {
     "whole planner": Options(),
     "no contraction": Options(contraction=False),
+    "no topological sweep": Options(sweep=False),
     "tables of pairs of tasks": Options(heuristic=2),
     "no preference bound": Options(preference_bound=False),
 }
-"""The planner without one device; one more is left out by `_without_sweep`."""
+"""The planner without one device."""
 
 Group = Callable[[Path, range], Iterator[Run]]
 """Yields runs, given a folder for files and the seeds of instances."""
@@ -88,21 +87,12 @@ def ablation(folder: Path, seeds: range) -> Iterator[Run]:
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
     problems |= {(FRONT, name): [partial(_shipped, name)] * len(seeds) for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
-        searches: dict[str, SearchMethod] = {
-            device: partial(search, kind, options=opts) for device, opts in DEVICES.items()
-        }
-        yield from _runs(
-            f"{kind}, {name}", instances, searches | {"no topological sweep": partial(_without_sweep, kind)}
-        )
+        searches = {device: partial(search, kind, options=options) for device, options in DEVICES.items()}
+        yield from _runs(f"{kind}, {name}", instances, searches)
 
 
 def _shipped(name: str) -> Problem:
     return find(name).problem()
-
-
-def _without_sweep(kind: str, problem: Problem) -> Record:
-    with mock.patch.object(cost_to_go, "stages_of", lambda product, view: None):
-        return search(kind, problem)
 
 
 def large(sizes: Mapping[str, Size], folder: Path, seeds: range) -> Iterator[Run]:

@@ -36,15 +36,16 @@ class Backward:
         nodes: of the graph.
         sizes: (N,) int64, states of each automaton.
         shift: the low bits of costs, that count actions and do not make mu grow.
-        stages: the product, if its automata are acyclic up to self-loops and its graph is contracted; else None.
+        stages: the product, if its automata are acyclic up to self-loops, its graph is contracted, and it is to be
+            swept; else None.
         monotone: whether besides no automaton ever loses by reading a label.
     """
 
-    def __init__(self, product: Product, forward: ProductView) -> None:
-        """Turn a product round."""
+    def __init__(self, product: Product, forward: ProductView, *, sweep: bool = True) -> None:
+        """Turn a product round; `sweep` as in `Options`."""
         self.nodes, self.sizes, self.shift = len(forward.classes), product.sizes, forward.shift
         self._product, self._forward = product, forward
-        self.stages = stages_of(product, forward)
+        self.stages = stages_of(product, forward) if sweep else None
         self.monotone = self.stages is not None and never_lose(product)
 
     def tabulate(self, tasks: Sequence[int], table: np.ndarray) -> None:

@@ -98,7 +98,7 @@ def _costs_to_go(
         projected = Projected(product, options.apart_entries)
         each = [projected.with_costs(view.moves.costs) for view in views]
         return [projected_patterns(one) if options.heuristic != 0 else no_patterns() for one in each], each
-    listed = [Backward(product, view) for view in views]
+    listed = [Backward(product, view, sweep=options.sweep) for view in views]
     most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(views)
     sets, *_ = levels_of_sets(listed[0], options.heuristic, single=single, max_entries=most)
     return [patterns(one, sets) for one in listed], listed

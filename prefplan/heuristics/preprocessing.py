@@ -71,6 +71,7 @@ class Options:
         landmarks: whether to bound the cost-to-go by what every plan still visits.
         preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states that change nothing, where few matter.
+        sweep: whether to fill tables in topological order, where automata allow it.
         generated: whether states of large manipulation models are generated as the search meets them, where they can
             be; else they are listed before.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
@@ -91,6 +92,7 @@ class Options:
     landmarks: bool = True
     preference_bound: bool = True
     contraction: bool = True
+    sweep: bool = True
     generated: bool = True
     compiled: bool = True
     guided_tasks: int = 9
@@ -177,7 +179,7 @@ class Prepared:
 
     def _look_back(self, *, single: bool) -> None:
         """Set the bounds of a product over a graph."""
-        backward = self._backward = Backward(self.product, self.view)
+        backward = self._backward = Backward(self.product, self.view, sweep=self.options.sweep)
         wanted, most = self.options.heuristic, self._max_entries
         sets, *self._deeper = levels_of_sets(backward, wanted, single=single, max_entries=most)
         known = patterns(backward, sets)
