@@ -17,8 +17,8 @@ class Quality:
         shadow_pixels: side of the shadow map.
         rate: constant rate factor of x264: lower is better, and 18 is considered visually lossless.
         preset: of x264.
-        lamp_radius_rad: angular radius of the key light. With a larger one, the shadows of its few sample points would be
-            distinguishable.
+        lamp_radius_rad: angular radius of the key light. With a larger one, the shadows of its few sample points
+            would be distinguishable.
     """
 
     size: tuple[int, int]
