@@ -1,4 +1,4 @@
-"""Case Study 1 of the paper: five orders for a delivery robot, and every best trade-off of cost and desired order.
+"""Case Study 1 of the paper: a delivery robot's five tasks, and every best trade-off of cost and desired order.
 
 Plans from Python, prints the front beside Figure 3's captions and every plan, and draws the figure again.
 """

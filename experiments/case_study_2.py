@@ -26,7 +26,7 @@ TASKS = (
 )
 
 WEIGHTS = {"phi1": 1, "phi2": 1, "phi3": 1, "phi4": 1, "phi5": 2}
-"""Of what is paid to relax each task."""
+"""Weight of the price paid to relax each task."""
 
 PUBLISHED = ((50, 77), (60, 30), (64, 15))
 """(cost, mu) in the captions of Figure 4 (a) to (c)."""
@@ -43,7 +43,7 @@ def main() -> int:
     empty = pp.pareto_front(pp.Problem(town.transition_system(), strict, pp.Order()))
     print(f"As they are: {empty.reason}")
 
-    # Relaxed for a price (Remarks 1 to 6); mu weighs what is paid (partial satisfaction).
+    # Relaxed for a price (Remarks 1 to 6); mu is the weighted sum of the prices paid.
     preference = pp.WeightedSum(WEIGHTS, over="violation")
     front = pp.pareto_front(pp.Problem(town.transition_system(), TASKS, preference))
 

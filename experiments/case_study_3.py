@@ -72,7 +72,7 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
 def perform(
     scenario: Scenario, scene: Scene, plan: Plan, path: Path, *, tell: Tell
 ) -> tuple[Outcome, Recording | None]:
-    """Carry a plan out, and leave a video and its recording at a path without an ending unless it was interrupted."""
+    """Carry a plan out and write its video and recording to `path` plus an ending; if interrupted, write neither."""
     outcome = carry_out(scenario, scene, plan, video=path.with_suffix(".mp4"), tell=tell)
     return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, path)
 

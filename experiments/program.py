@@ -18,6 +18,6 @@ def main() -> int:
             mend = f"{sys.executable} -m pip install {error.name}"
             print(f"prefplan: the Python package {error.name} is missing; install it: {mend}", file=sys.stderr)
             return FAILED
-    if isinstance(sys.stdout, io.TextIOWrapper):  # names may have letters that its encoding lacks
+    if isinstance(sys.stdout, io.TextIOWrapper):  # its encoding may lack characters of the user's names
         sys.stdout.reconfigure(errors="backslashreplace")
     return run()

@@ -1,8 +1,9 @@
-"""Scenes drawn at random, each planned and carried out once: how general the arm is.
+"""Random scenes, each planned and carried out once: how general the arm's skills are.
 
-Each has three to eight objects of all shapes, up to three obstacles, in every third a shelf, and two or three tasks.
-What is finished is not lost: the same command goes on. Run it as `python -m experiments.random_scenes`; it
-prints a page for `experiments/results/random_scenes.md`, and keeps every scene as a file that `prefplan run` takes.
+Each has three to eight objects (cubes, boxes and cylinders), up to three obstacles, two or three tasks, and about every
+third a shelf. Finished scenes are kept: after an interruption, the same command continues. Run it as `python -m
+experiments.random_scenes`; it prints a page for `experiments/results/random_scenes.md`, and leaves every scene as a
+file for `prefplan run`.
 """
 
 from __future__ import annotations
@@ -35,31 +36,31 @@ from prefplan.scenario.decode import load
 from sim.world.randomization import Perturbation
 
 USUAL = Perturbation()
-"""By how much starts differ."""
+"""Greatest differences of the start poses."""
 
 NEAR_M, FAR_M, ASIDE_RAD = 0.32, 0.68, 1.0
-"""Where locations are drawn: distances from the base, and angles from straight ahead."""
+"""Locations are drawn at distances from the base between these two, and within this angle of straight ahead."""
 
 BETWEEN_LOCATIONS_M, TO_OBSTACLES_M = 0.14, 0.11
-"""Least distances of the middle of a location from that of another, and from an obstacle."""
+"""Least distances of the centre of a location from another one's, and from an obstacle."""
 
 SHELF_DEPTH_M, SHELF_WIDTH_M = 0.24, 0.5
 
 TRIALS = 1000
-"""Draws of one position; a scene without room for it is drawn again."""
+"""Attempts to place one location or obstacle; if all fail, the whole scene is drawn again."""
 
 REFUSED = "refused"
-"""What happened to a scene that `prefplan check` refuses."""
+"""Class of a scene that `prefplan check` refuses."""
 
 
 class Drawing:
-    """A scene as it is drawn, in the lines of its file."""
+    """A random scene, as the lines of its scenario file."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         """Draw a scene."""
         self._rng = rng
         self._taken: list[tuple[np.ndarray, np.ndarray]] = []
-        """Middle and half the sides of what stands where no location may be, m."""
+        """Centres and half sides of the boxes that are occupied, m."""
         self.fixtures: list[str] = []
         self.locations: dict[str, str] = {}
         self.objects: dict[str, str] = {}
@@ -96,7 +97,7 @@ class Drawing:
         return f"at = [{', '.join(f'{value:.3f}' for value in point)}]"
 
     def _free(self, half: np.ndarray, margin: float) -> np.ndarray:
-        """Return a point about which a box of half these sides keeps a distance from everything, and take it."""
+        """Draw a centre for a box with these half sides, `margin` away from everything, and mark it occupied, m."""
         for _ in range(TRIALS):
             radius, angle = self._rng.uniform(NEAR_M, FAR_M), self._rng.uniform(-ASIDE_RAD, ASIDE_RAD)
             point = radius * np.array([np.cos(angle), np.sin(angle)])
@@ -120,8 +121,8 @@ class Drawing:
         self._taken.append((middle, np.array([SHELF_DEPTH_M, SHELF_WIDTH_M]) / 2 + 0.08))
 
     def _add_obstacle(self, name: str) -> None:
-        """Add a wall or a block; it may stand turned."""
-        # Heights of full centimetres have middles of full millimetres, as they are written.
+        """Add a wall or a block with a random yaw."""
+        # The centre of a box of whole centimetres is written exactly, in millimetres.
         size = np.round(self._rng.uniform([0.02, 0.05, 0.05], [0.1, 0.25, 0.3]), 2)
         half = np.full(2, np.hypot(*size[:2]) / 2)
         point = self._free(half, TO_OBSTACLES_M - BETWEEN_LOCATIONS_M / 2)
@@ -141,7 +142,7 @@ class Drawing:
         return f'kind = "{kind}", size = [{size}]'
 
     def _add_tasks(self, free: list[str]) -> None:
-        """Add two or three tasks: an object is to be somewhere else, at some time or after another one was moved."""
+        """Add two or three tasks: move an object to a free location, and in a third of them another one after it."""
         moved = self._rng.permutation([*self.objects])
         for k in range(min(int(self._rng.integers(2, 4)), len(moved))):
             goal = free[k % len(free)]
@@ -152,7 +153,7 @@ class Drawing:
 
 
 class NoRoomError(Exception):
-    """A scene became too full."""
+    """A scene has no room for another location or obstacle."""
 
 
 def scene_text(seed: int, number: int) -> str:
@@ -166,7 +167,7 @@ def scene_text(seed: int, number: int) -> str:
 
 
 def carry_out(seed: int, number: int, folder: Path) -> RolloutRecord:
-    """Draw a scene, check it, carry its cheapest plan out if the check finds no fault, and return what happened."""
+    """Draw and check a scene, carry its cheapest plan out if the check finds no fault, and return the record."""
     path = folder / f"scene_{number}.toml"
     write_bytes(path, scene_text(seed, number).encode())
     heading = {"scene": number, "replay": f"prefplan run {path} --seed {seed}"}
@@ -198,32 +199,33 @@ def markdown(records: Sequence[RolloutRecord], seed: int) -> str:
         "refused by `prefplan check`": len(records) - len(feasible),
         "completed, of the others": f"{share(len(completed), len(feasible))} [{low:.1%}, {high:.1%}]",
         "wrongly called completed": sum(record["wrongly_completed"] for record in feasible),
-        "with a touch that is no grasp": sum(record.get("contacts", 0) > 0 for record in feasible),
+        "with an unwanted contact": sum(record.get("contacts", 0) > 0 for record in feasible),
         "certificates that hold": sum(bool(record["certified"]) for record in feasible),
     }
     refusals = Counter(record["reason"] for record in records if record["class"] == REFUSED)
     failures = [record for record in feasible if not record["completed"] or record["refuted"]]
     return "\n".join(
         [
-            "# Scenes drawn at random, each carried out once",
+            "# Random scenes, each carried out once",
             "",
             f"`python -m experiments.random_scenes --scenes {len(records)} --seed {seed}`, MuJoCo "
-            f"{version('mujoco')}: three to eight cubes, boxes and cylinders, up to three obstacles, in every third "
-            f"scene a shelf, two or three tasks, starts that differ by {USUAL}. Brackets: 95 % interval (Wilson).",
+            f"{version('mujoco')}: three to eight cubes, boxes and cylinders, up to three obstacles, a shelf in about "
+            f"every third scene, two or three tasks, and start poses perturbed by {USUAL} (mm and degrees). Brackets: "
+            "95 % interval (Wilson).",
             "",
             *("| | |", "| --- | --- |"),
             *(f"| {name} | {value} |" for name, value in rows.items()),
             "",
-            *(["What is refused:", ""] if refusals else []),
+            *(["Refused:", ""] if refusals else []),
             *(f"- {count} x {why}" for why, count in refusals.most_common()),
-            *([*([""] if refusals else []), "What failed:", ""] if failures else []),
+            *([*([""] if refusals else []), "Failed:", ""] if failures else []),
             *(f"- {record['reason'] or '; '.join(record['refuted'])}: `{record['replay']}`" for record in failures),
         ]
     )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Carry out what is missing, print the page and return the exit status."""
+    """Carry out the scenes without a record, print the page and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=positive, default=200, metavar="N", help="how many (default: 200)")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the scenes (default: 0)")
@@ -242,7 +244,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 records.add(record)
                 bars("carrying out", count, options.scenes, "")
         except KeyboardInterrupt:
-            print("interrupted; the same command goes on", file=sys.stderr)
+            print("interrupted; the same command continues", file=sys.stderr)
             return INTERRUPTED
         print(markdown([records.done[number] for number in range(options.scenes)], options.seed))
     return DONE

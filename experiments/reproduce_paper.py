@@ -1,4 +1,4 @@
-"""Reproduce the examples, case studies and benchmark of the paper, and write one page with the paper's values beside.
+"""Reproduce the examples, case studies and benchmark of the paper, and compare all values with the paper's on one page.
 
 The exit status is 0 if everything agrees (except for errata of the paper, marked as such), 1 if something differs or
 could not be completed, 2 for a wrong call and 130 after Ctrl-C.
@@ -36,7 +36,7 @@ EXAMPLE_3 = ((20, 5, 10), 15)
 """A preference cost set and its mu."""
 
 WITH_SKIP_20 = ((50, 67), (60, 30), (64, 15))
-"""The front of Case Study 2 with the price in the text, which is not the one in Figure 4."""
+"""The front of Case Study 2 with the price given in the text, which differs from that in Figure 4."""
 
 FIGURE_5 = {"cost-optimal": 0, "preference-optimal": -1}
 """The plans of Figure 5, by their index on the front."""
@@ -66,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Case Study 3: a robot arm carries out both ends of the front (Figure 5).
         case_study_3(report, options.out, simulate=not options.quick)
 
-        # Table I: planning time without and with the heuristic, from the results that ship or taken again.
+        # Table I: planning time without and with the heuristic, from the results that ship or measured again.
         with report.study("Table I", "Planning time without and with the heuristic.") as study:
             compare_times(study, options.out, benchmark(options) if options.benchmark else RESULTS)
 
@@ -185,7 +185,7 @@ def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
         except RenderingError as error:
             study.texts.append(f"No figure: {error}")
         else:
-            caption = "the moments at which a block is put down, on the cheapest and on the preferred plan"
+            caption = "the moments at which a block is put down, in the cheapest and in the preferred plan"
             study.figures.append((figure, caption))
 
 
@@ -198,10 +198,10 @@ def draw_plans(study: Study, scenario: pp.Scenario, front: pp.Front, figure: Pat
 
 
 def benchmark(options: argparse.Namespace) -> Path:
-    """Take the times of Table I on this machine, which takes hours, and return the folder with the results.
+    """Measure the times of Table I on this machine, which takes hours, and return the folder with the results.
 
     Raises:
-        PrefplanError: an answer is wrong, so that its time means nothing.
+        PrefplanError: a front or a least cost is wrong, so that its time means nothing.
     """
     folder: Path = options.out / "table_1"
     status = table1.main(["--out", str(folder), *(["--quick"] if options.quick else [])])

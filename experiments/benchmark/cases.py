@@ -1,13 +1,13 @@
-"""Time the planner on groups of cases, each search in a process of its own; prints a table for each group.
+"""Time the planner on groups of cases, each search in a separate process; prints a table for each group.
 
 Times are CPU seconds of the search, its heuristics included, and mostly medians over some instances. The groups:
 
 - `tasks`: instances like those of the paper's Table I, with many tasks.
-- `stopped`: the same, stopped after some seconds: how much is proven by then.
+- `stopped`: the same, stopped after some seconds: the gap that is proven by then.
 - `within`: fronts within some percent.
-- `ablation`: the planner with one device left out at a time.
-- `large`, `measured`: manipulation models too large to write down, also with measured costs.
-- `roads`: fronts of two and of three costs on the made-up city's roads.
+- `ablation`: the planner without one of its components at a time.
+- `large`, `measured`: manipulation models too large to enumerate, also with measured costs.
+- `roads`: fronts of two and of three costs on the roads of a made-up city.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from experiments.scenarios import find
 from prefplan import Options, Problem
 
 NAMES = ("problem", "method")
-"""What the rows of a table begin with."""
+"""Entries with which the rows of a table begin."""
 
 ABLATED = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
-"""Numbers of tasks with which devices are left out."""
+"""Numbers of tasks of the problems in `ablation`."""
 
 DEVICES = {
     "whole planner": Options(),
@@ -42,14 +42,14 @@ DEVICES = {
     "tables of pairs of tasks": Options(heuristic=2),
     "no preference bound": Options(preference_bound=False),
 }
-"""The planner without one device."""
+"""The planner without one of its components."""
 
 Group = Callable[[Path, range], Iterator[Run]]
 """Yields runs, given a folder for files and the seeds of instances."""
 
 
 def _runs(problem: str, instances: Iterable[Callable[[], Problem]], searches: Mapping[str, SearchMethod]) -> list[Run]:
-    """Return all searches of some instances of a problem, in turns."""
+    """Return all searches of all instances of a problem, instance by instance."""
     return [
         Run({"problem": problem, "method": name, "seed": seed}, made, searched)
         for seed, made in enumerate(instances)
@@ -62,14 +62,14 @@ def _of_size(tasks: int, seeds: range) -> list[Callable[[], Problem]]:
 
 
 def many_tasks(folder: Path, seeds: range) -> Iterator[Run]:
-    """Yield searches to their end."""
+    """Yield searches without a time limit."""
     for kind, sizes in {SINGLE: (9, 10, 12, 15), FRONT: (9, 10)}.items():
         for tasks in sizes:
             yield from _runs(f"{kind}, {tasks} tasks", _of_size(tasks, seeds), {"whole": partial(search, kind)})
 
 
 def stopped(folder: Path, seeds: range) -> Iterator[Run]:
-    """Yield searches that are stopped."""
+    """Yield searches with a time limit."""
     for kind, tasks, limits in ((SINGLE, 14, (1, 5, 20)), (SINGLE, 20, (1, 5, 20)), (FRONT, 10, (2, 10))):
         searches = {f"{limit} s": partial(search, kind, max_seconds=limit) for limit in limits}
         yield from _runs(f"{kind}, {tasks} tasks", _of_size(tasks, seeds), searches)
@@ -83,7 +83,7 @@ def within(folder: Path, seeds: range) -> Iterator[Run]:
 
 
 def ablation(folder: Path, seeds: range) -> Iterator[Run]:
-    """Yield searches without one device of the planner."""
+    """Yield searches without one component of the planner."""
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
     problems |= {(FRONT, name): [partial(_shipped, name)] * len(seeds) for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
@@ -96,14 +96,14 @@ def _shipped(name: str) -> Problem:
 
 
 def large(sizes: Mapping[str, Size], folder: Path, seeds: range) -> Iterator[Run]:
-    """Yield the cheapest plan and the front of models too large to write down."""
+    """Yield searches for the cheapest plan and the front in models too large to enumerate."""
     for name, size in sizes.items():
         made = partial(large_problem, size, folder / "large.toml")
         yield from _runs(name, [made], {kind: partial(search, kind) for kind in KINDS})
 
 
 def roads(folder: Path, seeds: range) -> Iterator[Run]:
-    """Yield fronts of two and of three costs between places of the made-up city."""
+    """Yield searches for fronts of two and of three costs between crossings of the made-up city."""
     city = road_network()
     write_files(city, folder)
     for query in random_queries(city):
@@ -124,7 +124,7 @@ GROUPS: dict[str, Group] = {
 
 
 def told(run: Run) -> Record:
-    """Carry a run out, and say so on stderr."""
+    """Announce a run on stderr, carry it out and return its record."""
     print(", ".join(map(str, run.what.values())), file=sys.stderr)
     return carry_out(run)
 
@@ -140,7 +140,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for group in options.groups:
         with tempfile.TemporaryDirectory() as folder:
             runs = list(GROUPS[group](Path(folder), range(options.seeds)))
-            # Other models load kernels of their own.
+            # The first search of another kind of model loads further kernels.
             runs[0].search(runs[0].instance())
             found = cells(map(told, runs))
         print(table(found, NAMES), end="\n\n", flush=True)

@@ -40,9 +40,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _show(path.stem, found)
     _show("all", whole)
     sizes = list(compared(folder / "sizes" / "coSafety.json", read))
-    print(f"\n{len(read)} different co-safe formulas; Owl publishes an automaton of {len(sizes)} of them:")
+    print(
+        f"\n{len(read)} different co-safe formulas; Owl publishes the size of its automaton for {len(sizes)} of them:"
+    )
     for words, count in (
-        ("as many states", sum(ours == theirs for _, ours, theirs in sizes)),
+        ("as many states here", sum(ours == theirs for _, ours, theirs in sizes)),
         ("fewer here", sum(ours < theirs for _, ours, theirs in sizes)),
         ("more here", sum(ours > theirs for _, ours, theirs in sizes)),
     ):
@@ -76,7 +78,7 @@ def kind_of(text: str) -> str:
 
 
 def compared(sizes: Path, read: dict[Formula, Automaton]) -> Iterator[tuple[Formula, int, int]]:
-    """Yield each formula that the other tool has an automaton of, and both numbers of states, dead ones left out."""
+    """Yield each formula whose automaton's size is published, and both numbers of states, ours without the dead one."""
     for entry in json.loads(sizes.read_text(encoding="utf-8")):
         try:
             formula = parse(entry["formula"])

@@ -1,4 +1,4 @@
-"""How long graph files take to load and how much memory: a road network of a million roads in each format."""
+"""Time and memory to load graph files: a road network of a million roads in each format."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from experiments.benchmark.road_network import Roads, arcs_text, coordinates_tex
 from prefplan.models.graph_files.model import GraphFileModel
 
 COLUMNS, ROWS = 820, 708
-"""Crossings from west to east and from south to north, before those outside the city are left out."""
+"""Crossings from west to east and from south to north, before those outside the city are removed."""
 
 
 def main() -> None:
@@ -46,7 +46,7 @@ def load(folder: Path, keys: dict[str, Any], edges: int) -> tuple[float, float, 
     read = time.process_time()
     model.transition_system()
     built = time.process_time()
-    # In KiB. What `resource` tells counts the process that this one was made by.
+    # In KiB. `resource` would count the parent process, too.
     peak = re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())
     return read - began, built - read, int(peak[1]) / 1024 if peak else math.nan
 
@@ -59,7 +59,7 @@ def write_dimacs(roads: Roads, folder: Path) -> dict[str, Any]:
 
 
 def write_csv(roads: Roads, folder: Path) -> dict[str, Any]:
-    """Write a table of the roads with lengths of 17 digits; return the keys of the model."""
+    """Write a CSV file of the roads with lengths of 17 digits; return the keys of the model."""
     rows = (f"{source},{target},{length},Main Street\n" for source, target, length in _with_lengths(roads))
     (folder / "roads.csv").write_text("from,to,length,name\n" + "".join(rows))
     return {"file": "roads.csv", "cost": "length"}
@@ -77,7 +77,7 @@ def write_json(roads: Roads, folder: Path) -> dict[str, Any]:
 
 
 def write_graphml(roads: Roads, folder: Path) -> dict[str, Any]:
-    """Write GraphML with the attributes that OSMnx gives most roads, all as texts; return the keys of the model."""
+    """Write GraphML with the attributes that OSMnx gives most roads, all as strings; return the keys of the model."""
     names = ("osmid", "highway", "name", "length", "travel_time")
     keys = [f'<key id="d{i}" for="edge" attr.name="{name}" attr.type="string"/>' for i, name in enumerate(names)]
     keys += [f'<key id="{name}" for="node" attr.name="{name}" attr.type="string"/>' for name in "xy"]

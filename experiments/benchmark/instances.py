@@ -21,7 +21,7 @@ FAMILIES = (RANDOM, PAPER)
 
 
 def instance(family: str, tasks: int, seed: int) -> Problem:
-    """Return an instance: tasks on three random cells each, or the first of a shuffle of the paper's formulas."""
+    """Return an instance: tasks on three random cells each, or the first of the paper's formulas, shuffled."""
     if family == RANDOM:
         draw = random.Random(f"{tasks} tasks, seed {seed}")
         cells = [divmod(cell, SIZE) for _ in range(tasks) for cell in draw.sample(range(SIZE * SIZE), 3)]
@@ -37,7 +37,7 @@ def formula(a: Cell, b: Cell, c: Cell) -> str:
 
 
 def on_grid(formulas: Sequence[str]) -> Problem:
-    """Return a problem whose propositions `x3y5` are cells of a grid with moves of cost 1, from its corner (0, 0)."""
+    """Return a problem on a grid with unit costs, from (0, 0); a proposition such as `x3y5` names a cell."""
     named = {name: (int(x), int(y)) for text in formulas for name, x, y in re.findall(r"(x(\d)y(\d))", text)}
     model = GridModel((SIZE, SIZE), (0, 0), regions={name: [cell * 2] for name, cell in named.items()})
     tasks = [Task(f"phi{i}", text) for i, text in enumerate(formulas, start=1)]
@@ -45,7 +45,7 @@ def on_grid(formulas: Sequence[str]) -> Problem:
 
 
 def known() -> Iterator[tuple[str, Problem, Points]]:
-    """Yield the instances whose fronts are known: the line that defines each, the instance and its front."""
+    """Yield the instances whose fronts are known: the line of `KNOWN_FRONTS`, the instance and its front."""
     for line in KNOWN_FRONTS.split("\n")[1:-1]:
         tasks, _, front = line.partition(": ")
         cells = [[(int(xy[0]), int(xy[1])) for xy in task.split()] for task in tasks.split(",")]
@@ -54,5 +54,5 @@ def known() -> Iterator[tuple[str, Problem, Points]]:
 
 
 def points(front: Front) -> Points:
-    """Return the points of a front; of several costs and preferences, every value."""
+    """Return the points of a front, every cost and preference of each."""
     return [[*map(float, point_of(plan))] for plan in front]

@@ -1,4 +1,4 @@
-"""Manipulation models too large to write down, also with made-up measured costs."""
+"""Manipulation models too large to enumerate, also with made-up measured costs."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ TWO_COSTS = (
 
 
 class Size(NamedTuple):
-    """A model: how many objects and single places, the tasks, each a set of objects that go into a box, and the costs.
+    """A model: numbers of objects and of single places, the objects that each task puts into a box, and the costs.
 
-    Two boxes have room for half of the objects each; tasks take them in turn.
+    Two boxes have room for half of the objects each; the tasks use them in turn.
     """
 
     objects: int
@@ -65,7 +65,7 @@ MEASURED = {
         (8, "4 tasks about all", "time"),
     )
 }
-"""Models with measured costs; all states of the first are listed."""
+"""Models with measured costs; all states of the first are enumerated."""
 
 
 def scenario(size: Size) -> str:
@@ -84,7 +84,7 @@ def scenario(size: Size) -> str:
 def write_measurements(path: Path) -> None:
     """Write made-up measurements beside a scenario with measured costs.
 
-    An action takes 1 s, and 10 s for each metre, and ten times as many joules; each is off by up to a fifth.
+    An action takes 1 s plus 10 s per metre, and ten times as many joules; each value is varied by up to a fifth.
     """
     model = load(path, measured=False).model
     assert isinstance(model, ManipulationModel)
@@ -103,7 +103,7 @@ def write_measurements(path: Path) -> None:
 
 
 def large_problem(size: Size, path: Path) -> Problem:
-    """Return a model with its tasks as a problem; its files are written to a path."""
+    """Return a model with its tasks as a problem; the scenario file is written to `path`."""
     path.write_text(scenario(size), encoding="utf-8")
     if "measured" in size.costs:
         write_measurements(path)

@@ -19,7 +19,7 @@ SIZE_IN = (9.5, 8.0)
 TITLES = {SINGLE: "one plan of least cost", FRONT: "Pareto front"}
 
 STYLES = {OURS: ("C0", "o"), MAX_MIN: ("C1", "s"), BARE: ("C2", "D")}
-"""Colour and marker; markers tell the methods apart without colours."""
+"""Colour and marker of each method."""
 
 NAMES = {OURS: "prefplan", MAX_MIN: "paper's method, our kernels", BARE: "the same without heuristic"}
 
@@ -47,7 +47,7 @@ def draw(report: Mapping[str, Any], path: Path) -> None:
 
 
 def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
-    """Draw medians with their range; an arrow stands on a median that is a lower bound."""
+    """Draw medians with their range; a triangle marks a median that is a lower bound."""
     for method, (colour, marker) in STYLES.items():
         shown = [cell for cell in cells if cell["method"] == method]
         tasks = [cell["tasks"] for cell in shown]

@@ -1,4 +1,4 @@
-"""The published Table I, the formulas that it timed, and instances whose fronts are known."""
+"""The published Table I, its formulas, and instances whose fronts are known."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ PUBLISHED: dict[tuple[str, str], dict[int, float]] = {
     ("front", "no heuristic"): {2: 0.0408, 3: 0.269, 4: 1.67, 5: 10.2, 6: 59.3, 7: 334, 8: 1860},
     ("front", "max-min"): {2: 0.009, 3: 0.0526, 4: 0.31, 5: 1.98, 6: 11.3, 7: 62.6, 8: 348},
 }
-"""Seconds by what is planned, heuristic and number of tasks: means over 100 runs in C++, as printed."""
+"""Seconds by kind of search, heuristic and number of tasks: means over 100 runs in C++, as printed."""
 
 FORMULAS = (
     "F(x2y8 & F(x8y1) & F(x7y3))",
@@ -24,7 +24,7 @@ FORMULAS = (
     "F(x6y1 & F(x0y9) & F(x5y2))",
     "F(x8y4 & F(x3y3) & F(x1y9))",
 )
-"""The fixed list of which the paper timed random orderings, each time the first N."""
+"""The paper's fixed list; it timed the first N formulas of random orderings of this list."""
 
 KNOWN_FRONTS = """
 58 07 99, 61 99 98: (31,10) (32,0)

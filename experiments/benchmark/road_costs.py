@@ -1,4 +1,4 @@
-"""Queries on the made-up city's roads with several costs: the driving time, the length and how far a road climbs."""
+"""Queries on the roads of the made-up city with several costs: driving time, length and climb."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from experiments.benchmark.road_front import Query
 from experiments.benchmark.road_network import BLOCK_M, Roads, arcs_text
 
 COSTS = ("seconds", "metres", "climb")
-"""The costs, in the order in which they are compared; climbs are in decimetres."""
+"""The costs, in the order of objectives; climbs are in decimetres."""
 
 HILLS_M = ((30.0, 700.0), (10.0, 190.0))
-"""Heights of hills and of bumps on them, and the lengths over which they rise and fall, m."""
+"""Amplitudes and length scales of hills and of bumps on them, m."""
 
 BLOCKS = (40, 40, 80, 80, 120, 120)
-"""How far apart the places of each query are, as the crow flies, in blocks."""
+"""Straight-line distance between the ends of each query, blocks."""
 
 
 def costs_of(roads: Roads) -> dict[str, np.ndarray]:
@@ -30,13 +30,13 @@ def costs_of(roads: Roads) -> dict[str, np.ndarray]:
 
 
 def heights(points: np.ndarray) -> np.ndarray:
-    """Return how high (S, 2) points lie, m."""
+    """Return the (S,) heights of (S, 2) points, m."""
     waves = [height * np.sin(points[:, 0] / length) * np.cos(points[:, 1] / length) for height, length in HILLS_M]
     return np.asarray(sum(waves))
 
 
 def random_queries(roads: Roads, blocks: Sequence[int] = BLOCKS) -> list[Query]:
-    """Return a query for each number of blocks: from a random crossing to one that is about so far away."""
+    """Return a query for each number of blocks, from a random crossing to one at about that distance."""
     rng, found = np.random.default_rng(0), list[Query]()
     while len(found) < len(blocks):
         source = int(rng.integers(len(roads.points)))

@@ -1,4 +1,4 @@
-"""Fronts of two costs between places of published road networks: how many points they have, and how long they take.
+"""Fronts of two costs on published road networks: number of points and planning time.
 
 The networks are those of Raith and Ehrgott, "A comparison of solution strategies for biobjective shortest path
 problems" (2009): a line `sp min NODES ARCS`, lines of a source and a target, and a line `FROM TO COST COST` for each
@@ -33,14 +33,14 @@ CostPair = tuple[int, int]
 
 
 class Query(NamedTuple):
-    """A path that is asked for."""
+    """A path query: source and target nodes."""
 
     source: int
     target: int
 
 
 def main() -> None:
-    """Print a row of a table for each query, and check it by a search of its own."""
+    """Print a row of a table for each query, and check its front by a second, independent search."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help=f"with the files {NETWORK} and {QUERIES}")
     source = parser.parse_args().folder

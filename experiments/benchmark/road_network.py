@@ -1,4 +1,4 @@
-"""A made-up city's roads, and plans on them: makes the files of the scenario `city`.
+"""Roads of a made-up city: makes the files of the scenario `city`.
 
 Crossings lie on a jittered grid that is denser downtown and ends at an uneven edge. Some streets are missing, some are
 one-way, every few blocks a faster road runs through, and only these roads cross the river.
@@ -19,16 +19,16 @@ from experiments import scenarios
 from experiments.cli.files import write_bytes
 
 COLUMNS, ROWS = 310, 268
-"""Crossings from west to east and from south to north, before those outside the city are left out."""
+"""Crossings from west to east and from south to north, before those outside the city are removed."""
 
 BLOCK_M = 90.0
 """Distance of crossings, on average."""
 
 JITTER = 0.28
-"""How far crossings lie from a grid, blocks."""
+"""Greatest distance of a crossing from its grid point along each axis, blocks."""
 
 CENTRE_SHARE = 0.35
-"""How much closer crossings are downtown."""
+"""Share by which distances between crossings are smaller in the centre."""
 
 MAIN_ROADS = 12
 """Blocks between two main roads."""
@@ -37,16 +37,16 @@ SPEED_M_S, MAIN_SPEED_M_S = 8.0, 16.0
 """Speed on streets and on main roads."""
 
 MISSING_SHARE, ONE_WAY_SHARE = 0.29, 0.1
-"""How many streets are missing, and are one-way."""
+"""Shares of streets that are missing, and that are one-way."""
 
 EDGE = 0.1
-"""How uneven the edge of the city is, parts of its radius."""
+"""Unevenness of the city's edge, as a share of its radius."""
 
 RIVER_BEND, RIVER_BLOCKS = 0.1, 1.6
-"""How far the river swings, parts of the city's height, and half its width in blocks."""
+"""Amplitude of the river's bends, as a share of half the city's height, and half its width in blocks."""
 
 DEGREE_M = 111_320.0
-"""Length of a degree of latitude."""
+"""Length of a degree of latitude, m."""
 
 SOUTH_WEST_DEG = (10.0, 50.0)
 """Longitude and latitude of the corner."""
@@ -64,7 +64,7 @@ LABELLED = {
     "library": 4,
     "bank": 6,
 }
-"""Places of each kind."""
+"""Number of places of each kind."""
 
 
 class Roads(NamedTuple):
@@ -88,7 +88,7 @@ def road_network(columns: int = COLUMNS, rows: int = ROWS, *, seed: int = 0) -> 
     rng = np.random.default_rng(seed)
     x, y = np.tile(np.arange(columns), rows), np.repeat(np.arange(rows), columns)
     points = np.stack([x, y], axis=1) + rng.uniform(-JITTER, JITTER, (columns * rows, 2))
-    # From -1 to 1 in both directions.
+    # Scaled to -1 .. 1 in both directions.
     place = 2 * points / (columns - 1, rows - 1) - 1
     is_bridge = x % MAIN_ROADS == 0
     exists = _inside(place) & (is_bridge | ~_in_river(place, rows))
@@ -141,7 +141,7 @@ def _connected(roads: Roads) -> Roads:
 
 
 def places(roads: Roads) -> dict[str, list[int]]:
-    """Return where each kind of place is: random crossings, no two at the same."""
+    """Return the crossings of each kind of place, drawn at random without repetition."""
     drawn = iter(np.random.default_rng(0).permutation(len(roads.points)).tolist())
     return {kind: sorted(next(drawn) for _ in range(count)) for kind, count in LABELLED.items()}
 

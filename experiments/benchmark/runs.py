@@ -1,4 +1,4 @@
-"""Runs of a benchmark: one search of one instance, in a process of its own."""
+"""Runs of a benchmark: one search of one instance, in a separate process."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SINGLE, FRONT = "single", "front"
 KINDS = (SINGLE, FRONT)
 
 OURS, MAX_MIN, BARE = "ours", "max-min", "no heuristic"
-"""Our search, and the yardstick (the method of the paper in our compiled kernels) with its heuristic and with none."""
+"""Our search, and the yardstick (the method of the paper in our compiled kernels) with its heuristic or none."""
 
 YARDSTICKS = {
     MAX_MIN: Options(heuristic=1, preference_bound=False, contraction=False),
@@ -36,19 +36,19 @@ MAX_BYTES = 8e9
 """Memory limit of every search: what a laptop with 16 GB has to spare."""
 
 Record = dict[str, Any]
-"""What came of a run, JSON-ready: what the run is, and
+"""Result of a run, JSON-ready: `Run.what`, and
 
 - `seconds`: CPU time of product, heuristics and search; a lower bound if the run was ended.
 - `expanded`: labels expanded until the end.
-- `points`: of the front; the cost alone of a single plan. None if the run was ended.
-- `within`: the percentage that is proven, 0 for exact results; None if none is.
+- `points`: those of the front, or the cost of a single plan; None if the run was ended.
+- `within`: the percentage that is proven, 0 for exact results; None if nothing is.
 - `ended`: None, or what ended the run: `time`, `memory`, or `killed` by the system.
 - `peak_bytes`: peak memory of the process beyond `baseline_bytes`.
 - `baseline_bytes`: memory of the process before the run, with everything loaded and compiled.
 """
 
 SearchMethod = Callable[[Problem], Record]
-"""Searches an instance; returns what a `Record` says of the search. It can be pickled, as `functools.partial` can."""
+"""Searches an instance and returns the `Record` without `Run.what` and memory; can be pickled (`functools.partial`)."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Run:
     """One search of one instance.
 
     Attributes:
-        what: tells it from others, JSON-ready. Runs that differ in their `seed` alone are counted together, and runs
+        what: identifies the run, JSON-ready. Runs that differ only in their `seed` are summarised together, and runs
             that differ in their `method` are compared with those of the first method.
         instance: makes the instance.
         search: searches it.
@@ -75,7 +75,7 @@ def search(
     max_seconds: float = math.inf,
     within: float = 0,
 ) -> Record:
-    """Search for the plan of least cost or for the front, which may be one within some percent."""
+    """Search for the plan of least cost or for the front, if `within` is not 0 for one within that percentage."""
     began, planner = time.process_time(), Planner(problem, options=options)
     found: Points | None
     try:
@@ -117,12 +117,12 @@ def warm_up() -> None:
     for kind in KINDS:
         for name in (OURS, *YARDSTICKS):
             method(kind, name, max_seconds=math.inf)(instance(RANDOM, 3, 0))
-        # Long searches take kernels of their own.
+        # Long searches use further kernels.
         search(kind, instance(RANDOM, 9, 1), max_seconds=1)
 
 
 def wrong_fronts() -> list[str]:
-    """Return those known instances whose front our search gets wrong, with the front found."""
+    """Return the known instances for which our search finds another front, with that front."""
     return [
         f"{line}, but found {found}"
         for line, problem, expected in known()
@@ -131,7 +131,7 @@ def wrong_fronts() -> list[str]:
 
 
 def carry_out(run: Run) -> Record:
-    """Carry a run out in a fork of this process: everything is loaded and compiled, and memory is counted from 0."""
+    """Carry a run out in a fork of this process, where everything is loaded and compiled."""
     began = time.perf_counter()
     with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
         try:
@@ -143,7 +143,7 @@ def carry_out(run: Run) -> Record:
 
 
 def _measure(run: Run) -> Record:
-    # A fork copies each page of memory at its first use, which should not count.
+    # A fork copies each page of memory when it is first written to, which should not count.
     run.search(instance(RANDOM, 3, 0))
     problem = run.instance()
     baseline = _peak()

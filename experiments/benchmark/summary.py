@@ -12,7 +12,7 @@ from experiments.benchmark.runs import FRONT, SINGLE, Record
 MEGABYTE = 1e6
 
 FOUND = ("seconds", "expanded", "points", "within", "ended", "peak_bytes", "baseline_bytes")
-"""Entries of a record that say what came of the run; the others say what the run is."""
+"""Entries of a record with results; the others identify the run."""
 
 STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
     "median": statistics.median,
@@ -22,7 +22,7 @@ STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
 }
 
 TableColumns = tuple[tuple[str, str, str], ...]
-"""Columns of a table: heading, entry of the cell, and statistic. The ratio is that to the first method."""
+"""Columns of a table: heading, entry of the cell, and statistic; `ratio` is the time over the first method's."""
 
 EFFORT: TableColumns = (
     ("s", "seconds", "median"),
@@ -39,7 +39,7 @@ def _key(record: Record, *without: str) -> tuple[tuple[str, Any], ...]:
 
 
 def disagreements(records: Sequence[Record]) -> list[str]:
-    """Return the instances on which two methods that were not ended find different fronts, or least costs."""
+    """Return the instances on which two methods that finished find different fronts or least costs."""
     found: dict[tuple[tuple[str, Any], ...], dict[str, Any]] = {}
     for record in records:
         if record["points"] is not None:
@@ -51,7 +51,7 @@ def disagreements(records: Sequence[Record]) -> list[str]:
 
 
 def cells(records: Iterable[Record]) -> list[dict[str, Any]]:
-    """Return the statistics of all runs that differ in their seed alone, cell by cell in the order of the runs."""
+    """Return a cell with statistics for each set of runs that differ only in their seed, in the order of the runs."""
     groups: dict[tuple[tuple[str, Any], ...], dict[int, Record]] = {}
     first: dict[tuple[tuple[str, Any], ...], dict[int, Record]] = {}
     for record in records:
@@ -97,12 +97,12 @@ def _spread(numbers: Sequence[float], is_bound: Sequence[bool]) -> dict[str, Any
 
 
 def _rounded(value: float) -> float:
-    """Return three significant digits, all of whole numbers before the point."""
+    """Return a number rounded to three significant digits, or from 1000 on to a whole number."""
     return float(f"{value:.3g}") if abs(value) < 1000 else round(value)
 
 
 def table(found: Iterable[Mapping[str, Any]], names: Sequence[str], columns: TableColumns = COLUMNS) -> str:
-    """Return a Markdown table with a row for each cell; it begins with the entries of the cell with these names."""
+    """Return a Markdown table with a row for each cell, which begins with the entries that `names` lists."""
     rows = [[*names, *(heading for heading, *_ in columns)]]
     rows += [[*(str(cell[name]) for name in names), *(_show(cell, *which) for _, *which in columns)] for cell in found]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -42,10 +42,10 @@ from experiments.cli.journal import Journal
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 
 SIZES = {SINGLE: (2, 3, 4, 5, 6, 7, 8, 10, 12), FRONT: (2, 3, 4, 5, 6, 7, 8, 9, 10, 11)}
-"""Numbers of tasks: those of the paper and more, up to minutes or gigabytes."""
+"""Numbers of tasks: those of the paper and more, up to instances that take minutes or gigabytes."""
 
 MANY = {SINGLE: 12, FRONT: 8}
-"""Greatest number of tasks with all instances; larger fronts take minutes: only `FEW_SEEDS`, on random cells."""
+"""Greatest number of tasks with all instances; above it, only `FEW_SEEDS` are run, on random cells."""
 
 FEW_SEEDS = 3
 """Greatest number of instances for the yardstick, and for fronts of more tasks than `MANY`."""
@@ -63,26 +63,27 @@ PAPER = "paper: s"
 """Heading of the column with the published times."""
 
 ABOUT = (
-    "Tasks `F(a & F(b) & F(c))` on a 10 x 10 grid with unit costs, from its corner, preferred in the order listed; "
+    "Tasks `F(a & F(b) & F(c))` on a 10 x 10 grid with unit costs, starting in a corner, with order preference; "
     "medians over instances. `ours` is `Planner.cheapest()` and `Planner.front()`. `max-min` and `no heuristic` are "
-    "the paper's method in our compiled kernels, over the whole product: A* with one cost a state for one plan, "
-    "BOA* for the front, with the paper's heuristic and with none, and no bound for the second objective. "
-    "`x first` is the median of time over ours on the same instance."
+    "the paper's method in our compiled kernels, on the whole product: A* with one cost per state for one plan, BOA* "
+    "for the front, with the paper's heuristic or none, and no bound for the second objective. These two are the "
+    "yardstick. `x first` is the median of the ratio of the time to ours on the same instance."
 )
 
 NOTES = (
-    "Times are CPU seconds. They hold product, heuristics, search and plans; not the model and the tasks' automata "
-    "(about 1 ms a task), which all methods are given. Every kernel was compiled and loaded before. "
-    "MB is the peak memory of the run's process beyond what it held before the run.",
+    "Times are CPU seconds. They include product, heuristics, search and plans, but not the model and the tasks' "
+    "automata (about 1 ms per task), which all methods are given. Every kernel was compiled and loaded before. "
+    "MB is the peak memory of the run's process beyond its memory before the run.",
     f"A run of the yardstick ends after {YARDSTICK_SECONDS} s, one of ours after {OUR_SECONDS} s, and any at "
-    f"{MAX_BYTES / 1e9:g} GB; it then counts with what it took, and `>=` marks what is a lower bound for that.",
+    f"{MAX_BYTES / 1e9:g} GB; it then counts with the time and memory used, and `>=` marks statistics that are "
+    "therefore lower bounds.",
     "The paper's times are its printed means, of its C++ on its machine, over orderings of its list of formulas, for a "
-    "preference that counts delays in positions, not in cost; those with "
-    "the heuristic leave out building it, ours hold it. They show the trend; the yardstick is what ours compares with.",
-    "The yardstick shares our labels and open list: a new label is compared with all undominated ones of its state, "
-    "and of equal estimates the last in is the first out. BOA* as published keeps the least preference penalty of "
-    "a state and breaks ties by it.",
-    "Before timing, every known front was met, and all methods agreed on all instances that they finished.",
+    "preference that counts delays in positions, not in cost; those with the heuristic exclude computing it, ours "
+    "include it. They show the trend; ours should be compared with the yardstick.",
+    "The yardstick uses our labels and open list: a new label is compared with all undominated ones of its state, "
+    "and ties between equal estimates are broken last in, first out. BOA* as published keeps the least preference "
+    "penalty of each state and breaks ties by it.",
+    "Before timing, our search reproduced every known front; all methods agreed on all instances that they finished.",
 )
 
 
@@ -98,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _refuse("fronts differ from the known ones, so that times would mean nothing", wrong)
         results = carry_out_all(runs, journal)
     except KeyboardInterrupt:
-        print(f"interrupted; {journal} has the finished runs, the same command goes on", file=sys.stderr)
+        print(f"interrupted; the same command continues from {journal}", file=sys.stderr)
         return INTERRUPTED
     except prefplan.PrefplanError as error:
         print(f"table1: {error}", file=sys.stderr)
@@ -107,8 +108,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse("two methods disagree, so that times would mean nothing", wrong)
     few = min(options.seeds, FEW_SEEDS)
     instances = (
-        f"Instances of each size: {options.seeds} for ours, {few} of them for the yardstick and for fronts of over "
-        f"{MANY[FRONT]} tasks."
+        f"Instances of each size: {options.seeds} for ours, {few} of them for the yardstick and for fronts of more "
+        f"than {MANY[FRONT]} tasks."
     )
     report = write(results, options.out, instances)
     print(markdown(report))
@@ -132,7 +133,7 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def plan_runs(sizes: Sequence[int], seeds: int) -> list[Run]:
-    """Return all runs, small instances first, of each instance ours first."""
+    """Return all runs, those with few tasks first, and for each instance our method first."""
     runs = []
     for tasks in sizes:
         for kind in KINDS:
@@ -154,10 +155,10 @@ def plan_runs(sizes: Sequence[int], seeds: int) -> list[Run]:
 
 
 def carry_out_all(runs: Sequence[Run], path: Path) -> list[Record]:
-    """Carry runs out one after the other, except those in the journal of an earlier benchmark.
+    """Carry runs out one after the other, except those that are in the journal, and return all records.
 
     Raises:
-        PrefplanError: the journal is one of other runs, another planner or another machine.
+        PrefplanError: the journal was written for other runs, by other sources or on another machine.
     """
     conditions = hashlib.sha256(json.dumps([_machine(), [run.what for run in runs]]).encode())
     for package in (prefplan, experiments.benchmark):
@@ -173,7 +174,7 @@ def carry_out_all(runs: Sequence[Run], path: Path) -> list[Record]:
 
 
 def _machine() -> dict[str, Any]:
-    """Return the hardware and software that times depend on."""
+    """Return the hardware and software on which times depend."""
     models = re.findall(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
     return {
         "cpu": models[0] if models else platform.machine(),
@@ -185,7 +186,7 @@ def _machine() -> dict[str, Any]:
 
 
 def write(records: Sequence[Record], folder: Path, remark: str) -> dict[str, Any]:
-    """Write the results as JSON, a page and a picture, and return what the JSON holds."""
+    """Write the results as JSON, Markdown and a picture, and return the contents of the JSON file."""
     report: dict[str, Any] = {
         "about": ABOUT,
         "notes": [*NOTES, remark],
@@ -201,7 +202,7 @@ def write(records: Sequence[Record], folder: Path, remark: str) -> dict[str, Any
 
 
 def markdown(report: Mapping[str, Any]) -> str:
-    """Return the results as a page: a table for each family of instances and kind of planning."""
+    """Return the results as Markdown, with a table for each family of instances and kind of search."""
     machine = report["machine"]
     made = f"{machine['cpu']}, {machine['cores']} cores, Python {machine['python']}, numba {machine['numba']}"
     lines = ["# The benchmark of the paper's Table I", "", report["about"], "", f"{report['date']}, {made}.", ""]
@@ -215,7 +216,7 @@ def markdown(report: Mapping[str, Any]) -> str:
 
 
 def table_of(kind: str, found: Sequence[Mapping[str, Any]]) -> str:
-    """Return a table of the cells of one family and kind of planning, with the paper's times."""
+    """Return a table of the cells of one family and kind of search, with the paper's times."""
     published = [PUBLISHED.get((kind, cell["method"]), {}).get(cell["tasks"], "") for cell in found]
     rows = [{**cell, PAPER: seconds} for cell, seconds in zip(found, published, strict=True)]
     return table(rows, ("tasks", "method", PAPER), EFFORT)

@@ -19,10 +19,10 @@ Commands = argparse._SubParsersAction
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that answers a wrong call with one sentence, like every other error, and the usage of the command."""
+    """A parser that reports a wrong call in one sentence, followed by the usage of the command."""
 
     def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """Parse arguments; end with status 2 at an unknown one, in the command that it was given to."""
+        """Parse arguments; end with status 2 at an unknown one, with the usage of its command."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             wrong = unknown[0].partition("=")[0]
@@ -32,18 +32,18 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Suggest the nearest valid value, where argparse lists them all."""
+        """Suggest the nearest valid value, where argparse would list them all."""
         if action.choices is not None and value not in action.choices:
             raise argparse.ArgumentError(action, f"unknown value {value!r} {choices(value, map(str, action.choices))}")
 
     def error(self, message: str) -> NoReturn:
-        """End with status 2, and show how the command is used."""
+        """End with status 2, and show the usage of the command."""
         told = message.removeprefix("argument ")
         self.exit(BAD_INPUT, f"{self.prog}: {told}\n{self.format_usage()}More: `{self.prog} --help`\n")
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
-    """Fits paragraphs to the width of the terminal; one with indented lines, such as examples, stays as it is."""
+    """Wraps paragraphs to the width of the terminal, except those with indented lines, such as examples."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         paragraphs = text.rstrip().split("\n\n")
@@ -55,12 +55,12 @@ def add_command(
 ) -> argparse.ArgumentParser:
     """Add a command with the name of its function, without a `_` at the end, and return its parser.
 
-    The first line of the function's docstring is what the help says of it.
+    The first line of the function's docstring is its summary in the help.
 
     Args:
-        commands: where it is added.
+        commands: the subparsers to which it is added.
         command: carries it out.
-        examples: calls that work, two at least.
+        examples: at least two calls that work.
         more: text at the end of the help, see `HelpFormatter`.
     """
     summary = (command.__doc__ or "").partition("\n")[0]
@@ -85,7 +85,7 @@ def add_quiet(parser: argparse.ArgumentParser, *, default: Any = False) -> None:
 
 
 class Bound(argparse.Action):
-    """Collects bounds in a dictionary; of several on one name the last counts."""
+    """Collects bounds in a dictionary; the last bound on a name counts."""
 
     def __call__(self, parser: Any, namespace: argparse.Namespace, values: Any, option_string: Any = None) -> None:
         """Add a bound."""
@@ -94,7 +94,7 @@ class Bound(argparse.Action):
 
 
 def number(text: str) -> Decimal:
-    """Return a number >= 0, exactly."""
+    """Return a number >= 0 as an exact decimal."""
     try:
         value = Decimal(text)
     except InvalidOperation:
@@ -118,12 +118,12 @@ def percentage(text: str) -> Decimal:
 
 
 def seconds(text: str) -> float:
-    """Return a time >= 0."""
+    """Return a time >= 0, s."""
     return float(number(text))
 
 
 def megabytes(text: str) -> float:
-    """Return an amount of memory in bytes."""
+    """Return an amount of memory given in MiB, in bytes."""
     return float(number(text)) * 2**20
 
 

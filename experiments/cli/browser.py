@@ -12,14 +12,14 @@ from experiments.cli.output import number
 
 
 def open_page(address: str) -> None:
-    """Open an address in the browser, if there is a display; without one Python would start a browser for text."""
+    """Open an address in the browser, if there is a display; without one Python would start a text browser."""
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         webbrowser.open(address)
 
 
 @cache
 def template(package: str | None, name: str) -> jinja2.Template:
-    """Return a template that lies in a package; its filter `number` writes costs."""
+    """Return a template from a package's folder, with a filter `number` that formats costs."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader(str(package), ""),
         autoescape=True,

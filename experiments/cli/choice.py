@@ -1,4 +1,4 @@
-"""Plans of a front as options name them: `--plan cost|preference|INDEX` within `--max-preference` and `--max-cost`."""
+"""The plan that options choose: `--plan cost|preference|INDEX` within `--max-preference` and `--max-cost`."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def chosen_plan(planner: Planner, options: argparse.Namespace, *, keep_on_interr
 
 
 def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
-    """Return which plan a run follows after a surprise, see `experiments.runs.carry_out.Conditions.choice`."""
+    """Return which plan a run follows after a mismatch, see `experiments.runs.carry_out.Conditions.choice`."""
     return "bounded" if wanted == "cost" and max_preference is not None else wanted
 
 
 def plan_name(wanted: str | int) -> str:
-    """Return what the files of a run are called, by the value of `--plan`."""
+    """Return the name of a run's files for a value of `--plan`."""
     return wanted if isinstance(wanted, str) else f"plan_{wanted}"
 
 
@@ -48,10 +48,10 @@ def choose(
 
     Raises:
         NoPlanError: there is none at all.
-        UnfinishedError: a limit ended the search first; its `best` is the best plan known by then, or that which is
-            nearest to the index among those known.
+        UnfinishedError: a limit ended the search first; its `best` is the best plan known by then, or for an index the
+            known plan that is nearest to it.
         PreferenceError: a bound on the cost is needed.
-        PrefplanError: the front has no plan of that index, or that plan is not preferred enough.
+        PrefplanError: the front has no plan of that index, or its penalty exceeds `max_preference`.
     """
     if isinstance(wanted, str):
         name = objective_name(planner.problem, wanted)
@@ -94,7 +94,7 @@ def objective_name(problem: Problem, name: str) -> str:
 
 
 def check_bounds(problem: Problem, options: argparse.Namespace) -> None:
-    """Raise PrefplanError, which names the option, if `--at-most` or `--max-preference` bounds what a problem lacks."""
+    """Raise PrefplanError if `--at-most` or `--max-preference` bounds an objective that a problem does not have."""
     for name in getattr(options, "at_most", None) or ():
         check_known("--at-most", "objective", name, problem.objective_names, PrefplanError)
     if options.max_preference is not None and not problem.preferences:
@@ -105,7 +105,7 @@ def plan_at(front: Front, index: int, option: str) -> Plan:
     """Return a plan of a front.
 
     Raises:
-        PrefplanError: it has no plan of that index; the message names the option.
+        PrefplanError: the front has no plan of that index; the message names the option.
     """
     if index >= len(front):
         valid = "one plan, 0" if len(front) == 1 else f"plans 0 to {len(front) - 1}" if front else "no plans"
@@ -114,7 +114,7 @@ def plan_at(front: Front, index: int, option: str) -> Plan:
 
 
 def show_no_plan(options: argparse.Namespace, scenario: Scenario, planner: Planner, error: NoPlanError) -> int:
-    """Say why there is no plan, with --json as an object too, and return the exit status."""
+    """Print why there is no plan on stderr, with --json also as an object on stdout; return the exit status."""
     if options.json:
         output.print_json(output.no_plan_json(scenario, error.reason, planner.stats))
     return no_plan(error.reason)

@@ -15,15 +15,15 @@ SHELLS = ("bash", "zsh", "fish", "tcsh")
 
 
 class Suggestions(tuple[str, ...]):
-    """Choices that completion offers; any other value is one, too."""
+    """Choices that completion offers; argparse accepts any other value as well."""
 
     def __contains__(self, value: object) -> bool:
-        """Take every value."""
+        """Accept every value."""
         return True
 
 
 OBJECTIVES = Suggestions((DEFAULT_COST, DEFAULT_PREFERENCE))
-"""Names of costs and preferences: every scenario has these."""
+"""Names of objectives that every scenario accepts."""
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
@@ -34,13 +34,13 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
 def complete(argument: argparse.Action, how: Any) -> None:
     """Set how an argument is completed.
 
-    Beside what is here there are `shtab.FILE`, `shtab.DIRECTORY`, and `shtab.glob("*.npz")` and its like.
+    `how` is a value of this module, `shtab.FILE`, `shtab.DIRECTORY`, or for example `shtab.glob("*.npz")`.
     """
     argument.complete = how  # type: ignore[attr-defined]
 
 
 def scenario_files() -> dict[str, Any]:
-    """Return how a scenario is completed: by the names of those that ship, TOML files and folders."""
+    """Return the completion of a scenario: names of those that ship, TOML files and folders."""
     names = " ".join(scenarios.names())
     bash = f"""
 _prefplan_scenarios() {{

@@ -1,4 +1,4 @@
-"""Output for people: framed tables and colour on a terminal, plain columns elsewhere."""
+"""Text output: framed tables and colour on a terminal, plain columns elsewhere."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ COLUMN_GAP = (0, 2, 0, 0)
 
 
 class Console(rich.console.Console):
-    """Standard output that may be a terminal, a file, or a pipe whose reader leaves early."""
+    """Standard output that may be a terminal, a file, or a pipe whose reader closes it early."""
 
     def __init__(self, *, highlight: bool = True) -> None:
-        """Write to stdout; `highlight` colours numbers and the like on a terminal."""
+        """Write to stdout; `highlight` colours numbers, paths and strings on a terminal."""
         super().__init__(soft_wrap=True, highlight=highlight)
         if not self.is_terminal:
             self.width = UNLIMITED
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print like rich, but tables whole however narrow the terminal is, and as plain columns without one."""
+        """Print like rich, but never truncate tables, and print them as plain columns if there is no terminal."""
         for table in objects:
             if not isinstance(table, Table):
                 continue
@@ -35,5 +35,5 @@ class Console(rich.console.Console):
         super().print(*objects, **options)
 
     def on_broken_pipe(self) -> NoReturn:
-        """Raise the BrokenPipeError again for the `main` of the program; rich would exit with status 1."""
+        """Let the program's `main` handle the BrokenPipeError; rich would exit with status 1."""
         raise

@@ -13,7 +13,7 @@ from prefplan.errors import PrefplanError
 
 
 class Journal(AbstractContextManager["Journal"]):
-    """An open file of results; one process at a time can have it.
+    """An open file of results, locked for one process.
 
     Attributes:
         path: the file.
@@ -21,10 +21,10 @@ class Journal(AbstractContextManager["Journal"]):
     """
 
     def __init__(self, path: Path, header: dict[str, Any], *, key: str) -> None:
-        """Open a file or begin it; a last line that was cut off is dropped.
+        """Open or create a file; an incomplete last line is dropped.
 
-        The header, JSON-ready and with an entry `prefplan`, is all that defines the results; a result's number is its
-        entry `key`.
+        The header, JSON-ready and with an entry `prefplan`, is everything on which the results depend; a result's
+        number is its entry `key`.
 
         Raises:
             PrefplanError: the file has another header, is in use, is damaged, or cannot be written.
@@ -63,7 +63,7 @@ class Journal(AbstractContextManager["Journal"]):
             raise PrefplanError(f"{self.path}: holds another experiment ({told}); give another --out")
 
     def add(self, result: dict[str, Any]) -> None:
-        """Write a result; it is on the disk when this returns.
+        """Write a result to the disk.
 
         Raises:
             PrefplanError: it cannot be written.
@@ -117,7 +117,7 @@ def _decode(path: Path, line: bytes, number: int) -> dict[str, Any]:
 
 
 def _difference(key: str, found: Any, expected: Any) -> str:
-    """Return in what two headers differ, short enough for a message."""
+    """Return how two headers differ in an entry, short enough for a message."""
     key = key.replace("_", " ")
     short = all(isinstance(value, (str, int, float)) and len(str(value)) < 60 for value in (found, expected))
     return f"{key} {found}, not {expected}" if short else f"other {key}"

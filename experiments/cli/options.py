@@ -1,4 +1,4 @@
-"""Options that several commands take, by their names."""
+"""Options that several commands have, by name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from experiments.cli.completion import complete, scenario_files
 from prefplan.limits import Limits
 
 LIMITS = ("--max-seconds", "--max-memory")
-"""Of a search, which ends with what it has `found` by then."""
+"""Limits of a search; `found` is what it returns when one is reached."""
 
 PLAN = ("--plan", "--max-preference", "--max-cost")
 """The choice of a plan of the front; read by `experiments.cli.choice`."""
@@ -65,7 +65,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--max-memory": {
         "type": megabytes,
         "metavar": "MB",
-        "help": "stop before the search takes more memory, with {found}",
+        "help": "stop before the search uses more memory, with {found}",
     },
     "--plan": {
         "type": which_plan,
@@ -120,7 +120,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def add_options(parser: argparse._ActionsContainer, *names: str, **texts: str) -> None:
-    """Add some of `OPTIONS` to a parser, in this order; `texts` take the place of some of `TEXTS` in their help."""
+    """Add some of `OPTIONS` to a parser, in this order; `texts` replace some of `TEXTS` in their help."""
     for name in names:
         option = OPTIONS[name]
         told = option["help"].format(**TEXTS | texts)
@@ -130,6 +130,6 @@ def add_options(parser: argparse._ActionsContainer, *names: str, **texts: str) -
 
 
 def limits_of(options: argparse.Namespace) -> Limits:
-    """Return the values of `LIMITS`, from now on: as a context, also for reading a scenario."""
+    """Return the limits that `LIMITS` set, from now on; as a context, they hold for reading a scenario as well."""
     seconds, memory = options.max_seconds, options.max_memory
     return Limits(math.inf if seconds is None else seconds, math.inf if memory is None else memory)

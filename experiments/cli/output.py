@@ -1,4 +1,4 @@
-"""Fronts and plans as tables for people and as JSON for programs."""
+"""Fronts and plans as tables and as JSON."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def number(value: Number) -> str:
 
 
 def condense(actions: Sequence[str]) -> str:
-    """Return a plan on one line; a move repeated n times in a row is written `n x move`, on grids `nMOVE`."""
+    """Return a plan on one line; n equal actions in a row are written `n x ACTION`, those of one letter `nACTION`."""
     runs = [(action, len(list(run))) for action, run in groupby(actions)]
     if all(len(action) == 1 for action in actions):
         return " ".join(action if n == 1 else f"{n}{action}" for action, n in runs)
@@ -41,7 +41,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def worth(plan: Plan, *, penalty: str = "preference penalty") -> str:
-    """Return the objectives of a plan in words; `penalty` is what the only preference is called."""
+    """Return the objectives of a plan in words; `penalty` names the preference if there is only one."""
     if len(plan.costs) > 1 or len(plan.preferences) != len(plan.costs):
         return ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())
     return f"cost {number(plan.cost)}, {penalty} {number(plan.preference)}"
@@ -101,13 +101,13 @@ def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any
 
 
 def no_plan_json(scenario: Scenario, reason: Reason, stats: Stats) -> dict[str, Any]:
-    """Return that there is no such plan, in place of `one_plan_json`, and why."""
+    """Return the documented JSON object in place of `one_plan_json` if there is no plan."""
     why = {"complete": True, "front": [], "plan": None, "reason": asdict(reason)}
     return _heading(scenario) | why | {"stats": stats_json(stats)}
 
 
 def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) -> dict[str, Any]:
-    """Return the result of a search for one plan that a limit ended."""
+    """Return the documented JSON object of a search for one plan that a limit ended."""
     return _heading(scenario) | {
         "complete": False,
         "plan": error.best and plan_json(error.best),
@@ -130,7 +130,7 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
 
 
 def relaxed(plan: Plan) -> list[str]:
-    """Return a line for every relaxation that a plan uses."""
+    """Return an indented line for every relaxation that a plan uses."""
     lines = []
     for bought in plan.relaxations:
         when = f"after action {bought.step}" if bought.step else "at the start"
@@ -144,7 +144,7 @@ def relaxed(plan: Plan) -> list[str]:
 
 
 def assumptions(problem: Problem) -> list[str]:
-    """Return a sentence for every assumption of a front."""
+    """Return a sentence for every assumption under which a front is exact."""
     notes = []
     if problem.resolution is not None:
         notes.append(f"Costs are rounded to multiples of {number(problem.resolution)}; the front is exact for those.")
@@ -152,12 +152,12 @@ def assumptions(problem: Problem) -> list[str]:
         if objective.measure.claimed:
             called = "the preference" if problem.is_bi_objective else objective.name
             claim = f"That {called} is {objective.measure.contract} is a claim of the scenario"
-            notes.append(f"{claim}, tried on random costs only.")
+            notes.append(f"{claim}, tested on random costs only.")
     return notes
 
 
 def show_front(console: Console, scenario: Scenario, front: Front) -> None:
-    """Print a front as a table, the plans below it."""
+    """Print a front as a table, and the plans below it."""
     problem = scenario.problem()
     what, columns = "cost and preference penalty", ["cost", "penalty"]
     if not problem.is_bi_objective:

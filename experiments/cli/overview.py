@@ -1,4 +1,4 @@
-"""What a scenario is about, without planning."""
+"""The introduction of a scenario file: the comment with which it begins."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from itertools import dropwhile, takewhile
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of a file's introduction."""
+    """Return the first sentence of `introduction`."""
     return re.split(r"(?<=[.!?])\s", introduction(text), maxsplit=1)[0]
 
 
 def introduction(text: str) -> str:
-    """Return the first paragraph of the comment that opens a file, on one line, without the file's name before it."""
+    """Return the first paragraph of a file's opening comment on one line, without the file's name at its start."""
     opening = re.match(r"(?:[ \t]*#[^\n]*\n)*", text)
     assert opening is not None
     lines = [line.strip().lstrip("#").strip() for line in opening[0].splitlines()]

@@ -9,14 +9,14 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 Tell = Callable[[str, int, int, str], None]
-"""Shows a stage, how many of its parts are done, of how many (0: unknown), and the next part."""
+"""Reports progress: the stage, how many of its parts are done, of how many (0: unknown), and the next part."""
 
 
 class Bars:
-    """One bar for each stage of a long command, on stderr if that is a terminal, until the command ends."""
+    """One bar for each stage of a long command, shown on stderr until the command ends, if that is a terminal."""
 
     def __init__(self, *, quiet: bool) -> None:
-        """Make the bars without drawing them; `quiet` ones are never drawn."""
+        """Begin without bars; if `quiet`, none is ever drawn."""
         console = Console(stderr=True)
         self._progress = Progress(
             TextColumn("{task.description:>10}"),

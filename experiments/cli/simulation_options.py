@@ -1,4 +1,4 @@
-"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise`, `--robot` and of a video."""
+"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise`, `--robot` and those of videos."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def perturbation_of(text: str | None, *, seed: int | None) -> Perturbation:
     if text is None:
         return Perturbation()
     if seed is None:
-        raise PrefplanError("--perturb: needs --seed, a number that the random differences are drawn from: --seed 1")
+        raise PrefplanError("--perturb: needs --seed, from which the random differences are drawn: --seed 1")
     with prefixed("--perturb: "):
         return read_perturbation(text)
 
@@ -50,7 +50,7 @@ def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
     """Return the sensor with the error `--noise`, mm; None without the option.
 
     Raises:
-        PrefplanError: it is larger than anything that the certificate accepts.
+        PrefplanError: it is larger than the greatest `noise` of `--perturb`.
     """
     if noise and noise > (greatest := KEYS["noise"].greatest):
         raise PrefplanError(f"--noise {noise}: must be at most {greatest} mm")
@@ -74,7 +74,7 @@ def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:
 def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     """Return the value of `--camera`: a name, or `az,el,dist`.
 
-    The scene, whose MJCF may have more cameras, is built only for a name that not every scene has.
+    The scene, whose MJCF may have more cameras, is built only if the name is not one that every scene has.
 
     Raises:
         PrefplanError: the scene has no such camera.
@@ -89,7 +89,7 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
 
 
 def _inset(options: argparse.Namespace) -> str:
-    """Return what `--inset` adds to the name of a camera."""
+    """Return the suffix that `--inset` adds to the name of a camera."""
     if options.inset is None:
         return ""
     if options.inset == options.camera:
@@ -98,10 +98,10 @@ def _inset(options: argparse.Namespace) -> str:
 
 
 def checked(option: str, name: str, valid: Collection[str]) -> str:
-    """Return the value of an option that names one of several.
+    """Return the value of an option if it is a valid name.
 
     Raises:
-        PrefplanError: it names none.
+        PrefplanError: it is not.
     """
     check_known(option, "name", name, valid, PrefplanError)
     return name

@@ -13,7 +13,7 @@ from experiments.cli.status import INTERRUPTED
 
 
 def tell_if_compiling(*, quiet: bool = False) -> None:
-    """Say on stderr that the first search takes a minute, if it is not compiled and the user wants to hear of it."""
+    """Print on stderr that compiling takes a minute, if the search is not compiled and `quiet` is False."""
     from prefplan.warm_up import is_compiled
 
     if not quiet and not is_compiled():
@@ -22,7 +22,7 @@ def tell_if_compiling(*, quiet: bool = False) -> None:
 
 @contextmanager
 def loading() -> Iterator[None]:
-    """End the process at once on Ctrl-C: while they load, libraries drop a KeyboardInterrupt or print a traceback."""
+    """End the process at once on Ctrl-C: while libraries load, they drop a KeyboardInterrupt or print a traceback."""
     before = signal.signal(signal.SIGINT, _end)
     try:
         yield

@@ -6,13 +6,13 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    # The programs look here before they load anything else.
+    # The programs import this module before they load anything else.
     from prefplan.front import Reason
 
 DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
 
 
 def no_plan(reason: Reason) -> int:
-    """Say on stderr why there is no plan, and return the exit status."""
+    """Print on stderr why there is no plan, and return the exit status."""
     print(f"prefplan: {reason}", file=sys.stderr)
     return NO_PLAN

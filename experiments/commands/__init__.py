@@ -1,1 +1,1 @@
-"""The commands of `prefplan`, one a module; each has `add(commands)`, which adds its parser."""
+"""The commands of `prefplan`, one per module; each has `add(commands)`, which adds its parser."""

@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = _carry_out(arguments)
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader has closed the pipe: nothing can be flushed to it, at exit either.
+        # The reader has closed the pipe, so flushing at exit would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return status
 
@@ -79,7 +79,7 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         options = parser().parse_args(arguments)
         command: Command = options.command
         return command(options)
-    except SystemExit as end:  # argparse has printed the help, or what is wrong with the call
+    except SystemExit as end:  # argparse has printed the help or an error
         return int(end.code or 0)
     except (UnfinishedError, LimitError) as error:
         print(f"prefplan: {error}", file=sys.stderr)

@@ -15,7 +15,7 @@ SIZE_IN = (6.4, 3.6)
 
 
 def draw(result: Mapping[str, Any], path: Path) -> None:
-    """Write a figure of what `experiments.sweep.boundary` found.
+    """Write a figure of a result of `experiments.sweep.boundary`.
 
     Raises:
         PrefplanError: the file cannot be written.

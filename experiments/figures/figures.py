@@ -17,10 +17,10 @@ from experiments.cli.files import write_bytes
 from prefplan.errors import PrefplanError
 
 ENDINGS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-"""Endings of files that can be written, with the metadata to leave out so that equal figures give equal files."""
+"""Supported file endings, with the metadata to leave out so that equal figures give equal files."""
 
 POINTS_PER_INCH = 72
-"""Points in an inch: lengths of letters and lines are in points."""
+"""Points in an inch: sizes of letters and lines are in points."""
 
 STYLE = Path(__file__).with_name("prefplan.mplstyle")
 
@@ -29,7 +29,7 @@ def picture_file(text: str) -> Path:
     """Return the path of a picture to write.
 
     Raises:
-        PrefplanError: the ending is not a known kind of picture.
+        PrefplanError: the ending is not supported.
     """
     path = Path(text)
     if path.suffix.lower() not in ENDINGS:
@@ -40,11 +40,11 @@ def picture_file(text: str) -> Path:
 
 @contextmanager
 def drawing(*, size: tuple[float, float], layout: bool = False) -> Iterator[Figure]:
-    """Give an empty figure, with the style of all figures until the end of the block.
+    """Yield an empty figure; the style of all figures holds until the end of the context.
 
     Args:
         size: width and height, inches.
-        layout: whether matplotlib places the axes, so that nothing overlaps.
+        layout: whether matplotlib places the axes so that nothing overlaps.
     """
     with matplotlib.rc_context({"figure.constrained_layout.use": layout}, STYLE):
         figure = Figure(figsize=size)
@@ -65,11 +65,11 @@ def write_figure(figure: Figure, path: Path) -> None:
 
 
 def inline_svg(figure: Figure, *, kind: str, title: str) -> str:
-    """Return a figure as SVG for a page, of the class `kind`; the `gid` of each part are its classes."""
+    """Return a figure as inline SVG of the class `kind`; the `gid` of each part becomes its classes."""
     content = io.StringIO()
     figure.set_facecolor("none")
     figure.savefig(content, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    # On a page with several figures an id would occur twice.
+    # On a page with several figures ids would not be unique.
     drawn = re.sub(r' id="([^"]*)"', r' class="\1"', content.getvalue())
     drawn = re.sub(r'="([\d.]+)pt"', r'="\1"', drawn[drawn.index("<svg") :], count=2)
     return drawn.replace("<svg ", f'<svg class="{kind}" role="img" aria-label={quoteattr(title)} ', 1)

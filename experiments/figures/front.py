@@ -25,11 +25,11 @@ MARGIN = 0.09
 """Empty border around the points, as a fraction of their range."""
 
 MARGIN_FOR_LABEL = 0.17
-"""The same left of the first point if points have labels."""
+"""The same to the left of the first point if points have labels."""
 
 
 TICK_GAP_PX = 1.5
-"""Half the least distance between labels of ticks, px."""
+"""Half the least distance between tick labels, px."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
@@ -49,15 +49,15 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         axes = figure.subplots()
         draw_front(axes, scenario, front)
         axes.set_title(f"{scenario.name}: {count}")
-        # Inside the axes it could cover the border of the front, and its marker would look like a plan.
+        # Inside the axes the legend could cover the front, and its marker would look like a plan.
         figure.legend(loc="outside lower center", ncols=4)
         write_figure(figure, path)
 
 
 def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = False) -> None:
-    """Draw a front: its points, the region that they dominate, and the ideal point; if `brief` with indices only.
+    """Draw a front: its points, the region that they dominate, and the ideal point; if `brief`, label indices only.
 
-    One of several costs or preferences is drawn in parallel coordinates.
+    A front of more than two objectives is drawn in parallel coordinates.
     """
     if not scenario.problem().is_bi_objective:
         draw_parallel(axes, front)
@@ -99,7 +99,7 @@ def _limits(values: np.ndarray, *, before: float = MARGIN) -> tuple[float, float
 
 
 def cost_unit(scenario: Scenario) -> str | None:
-    """Return what costs were measured in, such as `energy, J`; None for costs that are only numbers."""
+    """Return the measured quantity and its unit, such as `energy, J`; None if costs were given as numbers."""
     model = scenario.model
     if isinstance(model, ManipulationModel) and isinstance(model.costs, MeasuredCosts):
         return f"{model.costs.quantity}, {QUANTITIES[model.costs.quantity]}"
@@ -107,7 +107,7 @@ def cost_unit(scenario: Scenario) -> str | None:
 
 
 def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
-    """Label the points, the ends of the front first; leave out labels that would overlap others or leave the axes."""
+    """Label the points, first the ends of the front; omit labels that would overlap others or leave the axes."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.draw_without_rendering()
@@ -128,7 +128,7 @@ def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
 
 
 def _thin_out(labels: Sequence[Text]) -> None:
-    """Hide labels of ticks that overlap others; those of the ends stay."""
+    """Hide tick labels that overlap others; the first and the last stay if they do not overlap."""
     taken: list[Bbox] = []
     for i in sorted(range(len(labels)), key=lambda i: (0 < i < len(labels) - 1, i)):
         extent = labels[i].get_window_extent().padded(TICK_GAP_PX)

@@ -18,16 +18,16 @@ from prefplan.models.grid import Cell, GridBox, GridModel
 from prefplan.problem import Problem
 
 GROUNDS = ("#efe6d3", "#dcdfe6", "#f3f0ea", "#e3ead8")
-"""Colours of terrains, in turn: pale, so that regions on them stand out."""
+"""Colours of terrains, used in turn: pale, so that regions on them stand out."""
 
 MOST_CELLS = 2_500
-"""Most cells of a grid that is drawn with its cells, which are too small to see in larger ones."""
+"""Greatest number of cells of a grid whose cell borders are drawn: in larger grids they are too small to see."""
 
 LANE = 0.15
-"""Distance between two lines side by side, cells."""
+"""Distance between adjacent lanes, in which overlapping parts of a path are drawn, cells."""
 
 LANES = (0, 1, -1, 2, -2)
-"""Lanes, in the order in which they are tried; if none is free, lines lie on each other."""
+"""Lanes in the order in which they are tried; if none is free, lines overlap."""
 
 ARROWS = 5
 """Cells per arrow on a straight part of the path."""
@@ -39,13 +39,13 @@ class GridMap(PlanMap):
     path_width = 1.1
 
     def __init__(self, problem: Problem, model: GridModel) -> None:
-        """Take a problem, and the grid that it is about."""
+        """Make the map of the grid model of a problem."""
         self.problem, self.model = problem, model
         self.size = model.size
         self.mark = min(0.3, 0.012 * max(model.size))
 
     def path(self, plan: Plan) -> np.ndarray:
-        """Return the (S, 2) points of a plan's states; where it passes a cell again, they lie beside its middle."""
+        """Return the (S, 2) points of a plan's states; where a plan returns to a cell, they lie beside its centre."""
         return _trail(plan).states
 
     def _start(self, plan: Plan) -> np.ndarray:
@@ -81,7 +81,7 @@ class GridMap(PlanMap):
         return [_rectangle(box) for boxes in self.model.obstacles.values() for box in boxes]
 
     def _kept_clear(self, plan: Plan) -> np.ndarray:
-        """Return up to some hundred points along a path, between its states too."""
+        """Return about `MOST_SAMPLES` of the points of a path's states, and the midpoints between them."""
         states = self.path(plan)
         line = states[:: max(1, len(states) // MOST_SAMPLES)]
         return np.concatenate([line, (line[1:] + line[:-1]) / 2])
@@ -89,7 +89,7 @@ class GridMap(PlanMap):
 
 @dataclass(frozen=True)
 class Trail:
-    """A path in units of cells, in which the middle of cell (x, y) is the point (x, y).
+    """A path in units of cells; the centre of cell (x, y) is the point (x, y).
 
     Attributes:
         states: (S, 2) a point for every state of the plan.
@@ -103,7 +103,7 @@ class Trail:
 
 
 def trail(cells: Sequence[Cell]) -> Trail:
-    """Return the path through cells, each beside the one before."""
+    """Return the path through cells, each a neighbour of the one before."""
     points = np.array(cells, dtype=float)
     moves = [_move(a, b) for a, b in zip(cells, cells[1:], strict=False)]
     taken: dict[tuple[Cell, Cell], set[int]] = defaultdict(set)
@@ -120,7 +120,7 @@ def trail(cells: Sequence[Cell]) -> Trail:
         aside = np.array([move[1], move[0]], dtype=float) ** 2 * lane * LANE
         begin, end = points[first] + aside, points[last] + aside
         if line and moves[first - 1][0] * move[0] + moves[first - 1][1] * move[1] == 0:
-            # At a right angle both parts are moved aside, so that they meet.
+            # At a right angle both parts are shifted to their lanes, so that they meet.
             line[-1] = begin = line[-1] + aside
             states[first] = begin
         else:

@@ -1,4 +1,4 @@
-"""Places for the labels of a map: near what they name, apart from each other, and off what should be seen."""
+"""Label placement on maps: near what a label names, without overlaps, and off what should stay visible."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 STEPS = 48
-"""Places tried along each side of the frame."""
+"""Number of positions tried along each axis of the frame."""
 
 BESIDE, PER_LINE, COVERED_POINT, COVERED_AREA, COVERED_DOT = 2.0, 1.5, 1.0, 2.0, 40.0
-"""Penalties: for a place outside, for each line of text of distance, and for what a label lies on."""
+"""Penalties of a position: outside its target, per distance of one line height, and per thing that the label covers."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class MapLabel:
     Attributes:
         size: width and height.
         target: (4,) rectangle that it names.
-        inside: whether it may lie in the rectangle; otherwise beside it.
+        inside: whether the label may lie in that rectangle; otherwise it must lie beside it.
     """
 
     size: tuple[float, float]
@@ -36,7 +36,7 @@ class Obstacles:
     Attributes:
         points: (P, 2) of a path.
         dots: (D, 4) rectangles of marks.
-        areas: (A, 4) rectangles of what else has a name.
+        areas: (A, 4) rectangles of named and other areas.
     """
 
     points: np.ndarray
@@ -47,11 +47,10 @@ class Obstacles:
 def place(
     labels: Sequence[MapLabel], frame: np.ndarray, obstacles: Obstacles, *, line: float
 ) -> list[np.ndarray | None]:
-    """Return the rectangle of each label, None where it would overlap another one everywhere.
+    """Return the rectangle of each label, None if it would overlap another label at every position.
 
-    Labels that have little space are placed first, each at the place of the least penalty that is left.
-
-    All is in the coordinates of the (4,) frame, in which they stay; `line` is the height of a line of text.
+    Labels with little space are placed first, each at the free position of least penalty. All coordinates are those of
+    the (4,) frame, which no label leaves; `line` is the height of a line of text.
     """
     taken: list[np.ndarray] = []
     places: list[np.ndarray | None] = [None] * len(labels)
@@ -66,14 +65,14 @@ def place(
 
 
 def leader(rectangle: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the (2, 2) ends of the shortest line from a label to the middle of its target's nearest part."""
+    """Return the (2, 2) ends of a leader line from a label to its target, which ends slightly inside the target."""
     middle = (target[:2] + target[2:]) / 2
     start = np.clip(middle, rectangle[:2], rectangle[2:])
     return np.array([start, np.clip(start, *_shrunk(target))])
 
 
 def gap(rectangles: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the (R,) distances of (R, 4) rectangles from one."""
+    """Return the (R,) distances of (R, 4) rectangles from a (4,) target."""
     apart = np.maximum(rectangles[:, :2] - target[2:], target[:2] - rectangles[:, 2:]).clip(min=0)
     return np.hypot(*apart.T)
 
@@ -88,7 +87,7 @@ def _area(rectangle: np.ndarray) -> float:
 
 
 def _candidates(label: MapLabel, frame: np.ndarray) -> np.ndarray:
-    """Return (R, 4) rectangles of a label's size in the frame: on a lattice, and around its target."""
+    """Return (R, 4) candidate rectangles of a label in the frame: on a grid, and around its target."""
     low, high = frame[:2], frame[2:] - label.size
     if (high < low).any():
         return np.empty((0, 4))
@@ -119,7 +118,7 @@ def _penalties(rectangles: np.ndarray, label: MapLabel, obstacles: Obstacles, li
     others = obstacles.areas[(obstacles.areas != label.target).any(axis=1)]
     left, low, right, high = label.target
     within = (rectangles[:, :2] >= (left, low)).all(axis=1) & (rectangles[:, 2:] <= (right, high)).all(axis=1)
-    # Of places inside an area, its upper left corner is where a reader looks first.
+    # Inside an area, prefer its upper left corner, where a reader looks first.
     corner = np.hypot(rectangles[:, 0] - left, rectangles[:, 3] - high) / line
     return (
         np.where(within, 0.05 * corner, BESIDE + PER_LINE * gap(rectangles, label.target) / line)

@@ -1,4 +1,4 @@
-"""Maps of models that have one: grids, and graphs whose nodes have coordinates."""
+"""Maps of grids and of graphs whose nodes have coordinates."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 
 SIDE_IN = 4.5
-"""Longer side of a map that stands alone, inches."""
+"""Longer side of a map on its own, inches."""
 
 FONT_SIZE_PT = 9.0
-"""Size of text on a map that stands alone, points."""
+"""Size of text on a map on its own, points."""
 
 
 def map_of(scenario: Scenario) -> PlanMap | None:
-    """Return the map of a scenario's model, None if it has none."""
+    """Return the map of a scenario's model; None if it is neither a grid nor a graph with coordinates."""
     model = scenario.model
     if isinstance(model, GridModel):
         return GridMap(scenario.problem(), model)
@@ -35,7 +35,7 @@ def map_of(scenario: Scenario) -> PlanMap | None:
 
 
 def svg(plan_map: PlanMap, plan: Plan) -> str:
-    """Return a map with the path of a plan as inline SVG; the map fills it.
+    """Return a map with the path of a plan as inline SVG, without margins.
 
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
     also `grid`, `region` and `obstacle`, and on a graph `roads` and `place`.
@@ -45,7 +45,7 @@ def svg(plan_map: PlanMap, plan: Plan) -> str:
 
 
 def draw(plan_map: PlanMap, plan: Plan, path: Path, *, side: float = SIDE_IN) -> None:
-    """Write a map with the path of a plan, its longer side that many inches."""
+    """Write a map with the path of a plan; its longer side has a length `side`, inches."""
     with _drawn(plan_map, plan, side) as figure:
         write_figure(figure, path)
 

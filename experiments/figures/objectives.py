@@ -1,4 +1,4 @@
-"""Fronts of three and more objectives: every two against each other, and all of them in parallel coordinates."""
+"""Fronts of three and more objectives: every pair of objectives, and all of them in parallel coordinates."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from experiments.cli.output import number
 from prefplan.front import Front
 
 PANEL_IN = 3.4
-"""Width of a panel with two objectives, inches."""
+"""Width and height of a panel with two objectives, inches."""
 
 COLUMNS = 3
-"""Most such panels side by side."""
+"""Greatest number of such panels side by side."""
 
 MOST_NUMBERED = 30
-"""Most points that are numbered."""
+"""Greatest number of plans of a front whose points are numbered."""
 
 NUMBERED_APART = 0.045
-"""Least distance between the numbers of two plans on an axis, as a share of it; nearer ones stand side by side."""
+"""Least distance between two plan numbers on an axis, as a share of it; closer numbers share one label."""
 
 COLORS = "viridis"
-"""Colours of the plans, from the first of the front to the last; people who see few colours can tell them apart."""
+"""Colour map of the plans, from the first of the front to the last; suits colour-blind readers."""
 
 
 def figure_size(front: Front) -> tuple[float, float]:
@@ -35,7 +35,7 @@ def figure_size(front: Front) -> tuple[float, float]:
 
 
 def draw_objectives(figure: Figure, front: Front) -> None:
-    """Draw every two objectives of a front, and below them all of them."""
+    """Draw every pair of objectives of a front, and all objectives below."""
     pairs = list(combinations(front.objectives, 2))
     rows = -(-len(pairs) // COLUMNS)
     grid = figure.add_gridspec(rows + 1, min(len(pairs), COLUMNS))
@@ -45,7 +45,7 @@ def draw_objectives(figure: Figure, front: Front) -> None:
 
 
 def draw_pair(axes: Axes, front: Front, first: str, second: str) -> None:
-    """Draw two objectives: every plan, and the border of what the front of these two alone dominates."""
+    """Draw two objectives: every plan, and the border of the region that the front of these two alone dominates."""
     values, colors = _values(front), _colors(front)
     x, y = (values[:, front.objectives.index(name)] for name in (first, second))
     alone = front.over([first, second])

@@ -1,4 +1,4 @@
-"""Maps on which plans are drawn: what those of grids and of graphs have in common."""
+"""Maps on which plans are drawn: the common part of those of grids and of graphs."""
 
 from __future__ import annotations
 
@@ -20,38 +20,38 @@ from prefplan.ledger import Ledger
 from prefplan.problem import Problem
 
 AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")
-"""Colours of regions, in turn: `light` of P. Tol, "Colour Schemes", SRON technical note, 2021."""
+"""Colours of regions, used in turn: `light` of P. Tol, "Colour Schemes", SRON technical note, 2021."""
 
 PATH, GOOD, START_COLOR = "#222255", "#117733", "#bb5566"
-"""Colours of the path, of satisfied tasks and of the start; people who see few colours can tell them apart."""
+"""Colours of the path, of satisfied tasks and of the start, suited to colour-blind readers."""
 
 SMALL_FONT_SIZE_PT = 7.5
 """Size of text on a map in a panel, points."""
 
 MOST_LETTERS = 20
-"""Most letters in a line of tasks' names."""
+"""Greatest number of letters in a line of task names."""
 
 LEADER = 0.7
-"""Distance from which on a line leads from a label to what it names, heights of a line."""
+"""A label that is farther than this from what it names gets a leader line, in heights of a text line."""
 
 PAD_PX = 2.0
 """Empty border of a label, px."""
 
 START_SIZE = 1.2
-"""Size of the start, marks of a satisfied task."""
+"""Size of the start's dot, relative to that of a satisfied task."""
 
 MOST_SAMPLES = 300
-"""Most points of a path that labels keep clear of, without those between them."""
+"""Approximate number of points of a path that labels should not cover."""
 
 THIN: dict[str, Any] = {"color": "#555555", "linewidth": 0.7}
-"""A leader."""
+"""Style of leader lines."""
 
 SHEET = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.8, "linewidth": 0}
 """Background of text on a map."""
 
 
 class Named(NamedTuple):
-    """Text on a map: of the kind `name`, `terrain` or `task`, for a (4,) rectangle, in which it may lie or not."""
+    """Text of the kind `name`, `terrain` or `task` for a (4,) rectangle; `inside`: whether it may lie in that."""
 
     text: str
     kind: str
@@ -68,10 +68,10 @@ def write_names(
     path: np.ndarray,
     font_size: float,
 ) -> None:
-    """Write names on a map whose axes have their final place, where there is space.
+    """Write names on a map where there is space; its axes must have their final position.
 
-    They cover neither `dots` nor `others`, (4,) rectangles, nor the (P, 2) points of a path, nor what has another name,
-    if they can; the font size is in points.
+    If possible, names cover neither `dots` nor `others`, both (4,) rectangles, nor the (P, 2) points of a path, nor
+    another named area; the font size is in points.
     """
     to_pixels = axes.transData.transform
     texts = [_write(axes, one.text, one.kind, font_size) for one in named]
@@ -107,7 +107,7 @@ def _write(axes: Axes, text: str, kind: str, font_size: float) -> Text:
 
 
 def square(middle: Sequence[float] | np.ndarray, radius: float) -> np.ndarray:
-    """Return the (4,) rectangle around a mark."""
+    """Return the (4,) rectangle around a circle."""
     return np.array([*middle, *middle]) + radius * np.array([-1, -1, 1, 1])
 
 
@@ -115,9 +115,9 @@ class PlanMap(ABC):
     """A map on which plans of a problem are drawn.
 
     Attributes:
-        problem: what is planned.
-        size: width and height in units of the map; its corner is (-0.5, -0.5).
-        mark: radius of the dot of a satisfied task.
+        problem: the problem of the plans.
+        size: width and height in units of the map; its lower left corner is (-0.5, -0.5).
+        mark: radius of the dot of a satisfied task, in the same units.
         path_width: of a path's line, points.
     """
 
@@ -140,18 +140,18 @@ class PlanMap(ABC):
 
     @abstractmethod
     def _draw_ground(self, axes: Axes) -> None:
-        """Draw what is the same with every plan."""
+        """Draw the background, which is the same for every plan."""
 
     @abstractmethod
     def _names(self, reached: set[Any], goals: list[Named]) -> list[Named]:
-        """Return all names to write, in which those of satisfied tasks are, given the states where these are."""
+        """Return all names to write, including `goals`, the names of tasks satisfied at the states `reached`."""
 
     @abstractmethod
     def _kept_clear(self, plan: Plan) -> np.ndarray:
-        """Return (P, 2) points of a plan's path that names do not cover."""
+        """Return (P, 2) points of a plan's path that names should not cover."""
 
     def _unnamed(self) -> list[np.ndarray]:
-        """Return the (4,) rectangles of areas that no name is for."""
+        """Return the (4,) rectangles of areas without a name."""
         return []
 
     def draw(self, axes: Axes, plan: Plan) -> None:
@@ -177,9 +177,9 @@ class PlanMap(ABC):
             axes.add_patch(Circle(tuple(path[step]), self.mark, facecolor=GOOD, gid="goal", **dot))
 
     def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE_PT) -> None:
-        """Write names on the map, whose axes have their final place.
+        """Write names on the map, whose axes must have their final position.
 
-        No label overlaps another one or leaves the map; one for which no space is left is not written.
+        No label overlaps another one or leaves the map; a label for which there is no space is omitted.
         """
         path, goals = self.path(plan), self.goals(plan)
         done = []
@@ -199,7 +199,7 @@ class PlanMap(ABC):
         )
 
     def goals(self, plan: Plan) -> dict[int, list[str]]:
-        """Return the tasks that a plan satisfies, by the number of actions taken until then."""
+        """Return the tasks that a plan satisfies, by the number of actions done when they are."""
         found: dict[int, list[str]] = defaultdict(list)
         for task, step in Ledger.of_plan(self.problem, plan).satisfied.items():
             if step is not None:

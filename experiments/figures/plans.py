@@ -18,12 +18,12 @@ PANEL_IN = 3.1
 """Width of a panel with a map, inches."""
 
 MOST_PLANS = 23
-"""Most plans in a figure; with the front it has two dozen panels."""
+"""Greatest number of plans in a figure; with the front it has two dozen panels."""
 
 COLUMNS = 4
 
 TITLE_LETTERS, LINE = 34, 0.18
-"""Most letters in a line of a panel's title, and the height of one more line, inches."""
+"""Greatest number of letters in a line of a panel's title, and the height of each further line, inches."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:

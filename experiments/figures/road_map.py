@@ -20,7 +20,7 @@ from prefplan.models.graph_files.network import Network
 from prefplan.problem import Problem
 
 WIDTH = 40.0
-"""Width of a map in its units; the page draws its robot about so much narrower."""
+"""Longer side of a map in its own units; the report page draws the robot about one unit wide."""
 
 MARGIN = 0.6
 """Empty border of a map, units."""
@@ -37,7 +37,7 @@ ROAD_WIDTH, MANY_ROADS_WIDTH = 0.8, 0.6
 """Line widths of edges that are lines and that are pixels, points."""
 
 MOST_LINES = 3_000
-"""Edges from which on they are pixels, which a browser shows faster than lines."""
+"""Greatest number of edges that are drawn as lines; more are pixels, which a browser shows faster."""
 
 PIXELS, DPI = 1400, 100
 """Longer side of a map of pixels, and its pixels in an inch."""
@@ -51,13 +51,13 @@ class RoadMap(PlanMap):
 
     Attributes:
         points: (S, 2) nodes, in units of the map.
-        lines: (L, 2, 2) an edge between each two nodes that have any.
+        lines: (L, 2, 2) ends of a line for each pair of nodes with an edge between them.
     """
 
     mark, path_width = MARK, 1.3
 
     def __init__(self, problem: Problem, network: Network) -> None:
-        """Take a problem, and the graph with coordinates that it is about."""
+        """Make the map of the graph of a problem, whose nodes have coordinates."""
         assert network.coordinates is not None
         points = network.coordinates.copy()
         if network.degrees is not None:
@@ -113,7 +113,7 @@ class RoadMap(PlanMap):
 
     @cached_property
     def _pixels(self) -> np.ndarray:
-        """The (H, W, 4) uint8 picture of all edges on a clear ground."""
+        """The (H, W, 4) uint8 picture of all edges on a transparent background."""
         scale = PIXELS / DPI / max(self.size)
         figure = Figure(figsize=(scale * self.size[0], scale * self.size[1]), dpi=DPI, facecolor="none")
         canvas = FigureCanvasAgg(figure)
@@ -124,7 +124,7 @@ class RoadMap(PlanMap):
         return np.asarray(canvas.buffer_rgba()).copy()
 
     def _places(self) -> dict[int, list[str]]:
-        """Return the propositions of the tasks by node, of the nodes that carry some."""
+        """Return the tasks' propositions that each node carries, of the nodes that carry any."""
         system, used = self.problem.system, self.problem.task_propositions
         shown = np.array([not used.isdisjoint(names) for names in system.label_sets])
         labelled = np.flatnonzero(shown[system.labels]).tolist()

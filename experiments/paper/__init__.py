@@ -1,1 +1,1 @@
-"""The paper's figures, tables and examples once more, beside what it printed."""
+"""The paper's figures, tables and examples, reproduced and compared with the printed ones."""

@@ -1,4 +1,4 @@
-"""Case Study 3 of the paper: what both plans and the model should be like, and Figure 5."""
+"""Case Study 3 of the paper: comparison of both plans and the model with the text, and Figure 5."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ TITLE = "Case Study 3"
 ABOUT = "A Panda sanitizes and bins two blocks of an arch; the block that is wanted first lies under the other one."
 
 STATES = 6_000
-"""The paper's model has over that many."""
+"""The paper's model has more than this."""
 
 PANEL_PX = (640, 360)
 """(width, height) of a picture in Figure 5, pixels."""
 
 
 def compare_plans(study: Study, scenario: Scenario, front: Front) -> None:
-    """Add what the paper says of the model and of both plans beside a front."""
+    """Compare the model and both ends of the front with what the paper says about them."""
     cheapest, preferred = front[0], front[-1]
     study.compare(
         "cost-optimal plan",
@@ -49,11 +49,11 @@ def compare_plans(study: Study, scenario: Scenario, front: Front) -> None:
     states = scenario.problem().system.size
     study.compare(
         "states of the model",
-        "over 6 000",
+        "over 6,000",
         str(states),
         agrees=states > STATES,
         remark="in ours all blocks may move; with the green one fixed, as the paper's text assumes, it has "
-        f"{_states_with_fixed_base(scenario)}, so that the paper's figure must be that of another model",
+        f"{_states_with_fixed_base(scenario)}, so that the paper's number must be that of another model",
     )
 
 

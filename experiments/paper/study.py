@@ -1,4 +1,4 @@
-"""Studies: results beside those of the paper, printed one by one and collected on one self-contained page."""
+"""Studies: results compared with the paper's, printed one by one and collected on one self-contained page."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from experiments.regression.front_comparison import FrontPoint, compare
 from prefplan import Front, PrefplanError
 
 AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "erratum", "measured"
-"""Verdicts. An erratum: the paper contradicts itself, and ours is what its other statement gives; times: measured."""
+"""Verdicts. Erratum: the paper contradicts itself, and ours agrees with its other statement; measured: for times."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One result: what is compared, the paper's value, ours, the verdict, and what a reader should know of it."""
+    """One result: what is compared, the paper's value, ours, the verdict, and a remark for the reader."""
 
     what: str
     paper: str
@@ -40,7 +40,7 @@ class Study:
     Attributes:
         title: its name in the paper.
         about: one sentence on what it is about.
-        findings: results beside the paper's.
+        findings: results compared with the paper's.
         figures: files with pictures, each with its caption.
         texts: lines of text, such as plans.
         failure: why it could not be completed; None if it was.
@@ -55,7 +55,7 @@ class Study:
 
     @property
     def reproduced(self) -> bool:
-        """Whether it was completed and nothing differs from the paper except for errata."""
+        """Whether the study was completed and nothing differs from the paper except for errata."""
         return self.failure is None and all(finding.verdict != DIFFERS for finding in self.findings)
 
     def compare(self, what: str, paper: str, ours: str, *, agrees: bool, remark: str = "") -> None:
@@ -63,15 +63,15 @@ class Study:
         self.findings.append(Finding(what, paper, ours, AGREES if agrees else DIFFERS, remark))
 
     def erratum(self, what: str, paper: str, ours: str, *, confirmed: bool, remark: str) -> None:
-        """Add a result that the paper has wrong, if that was confirmed; else it differs."""
+        """Add a result as an erratum of the paper if that was confirmed, else as one that differs."""
         self.findings.append(Finding(what, paper, ours, ERRATUM if confirmed else DIFFERS, remark))
 
     def measured(self, what: str, paper: str, ours: str) -> None:
-        """Add a time, which no two machines have in common."""
+        """Add a time, which depends on the machine."""
         self.findings.append(Finding(what, paper, ours, MEASURED))
 
     def compare_front(self, figure: str, published: Sequence[FrontPoint], front: Front) -> None:
-        """Add every point that is published or found, and the plans found.
+        """Add every point that is published or found.
 
         Published points are in the order of the figure's panels, which have letters.
         """
@@ -97,16 +97,16 @@ class Study:
 
 
 class Report:
-    """All studies, in the order in which they are made."""
+    """All studies, in order."""
 
     def __init__(self, console: Console) -> None:
-        """Begin with none; each is printed on the console when it ends."""
+        """Begin without studies; each is printed on the console when it ends."""
         self.studies: list[Study] = []
         self._console = console
 
     @contextmanager
     def study(self, title: str, about: str) -> Iterator[Study]:
-        """Give a new study to fill; a PrefplanError ends it with the reason, and the next study can go on."""
+        """Yield a new study to fill; a PrefplanError ends it and is kept as its failure, and the next can follow."""
         study = Study(title, about)
         try:
             yield study
@@ -117,7 +117,7 @@ class Report:
 
     @property
     def reproduced(self) -> int:
-        """How many studies are reproduced."""
+        """Number of studies that are reproduced."""
         return sum(study.reproduced for study in self.studies)
 
     def write(self, path: Path) -> None:

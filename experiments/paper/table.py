@@ -1,4 +1,4 @@
-"""Table I of the paper: how long planning takes, without and with the heuristic."""
+"""Table I of the paper: planning times without and with the heuristic."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ RESULTS = Path(__file__).parents[1] / "results"
 ORDER_OF_MAGNITUDE = 10
 
 Times = Mapping[tuple[str, str, int], float]
-"""Median seconds by what is planned, method and number of tasks."""
+"""Median seconds by kind of search, method and number of tasks."""
 
 
 def compare_times(study: Study, out: Path, results: Path) -> None:
-    """Add the times in results of `experiments.benchmark.table1`, with their picture in the folder `out`."""
+    """Add the times from the results of `experiments.benchmark.table1`; their picture is copied to the folder `out`."""
     content = json.loads((results / "table1.json").read_text(encoding="utf-8"))
     machine = content["machine"]
     study.about = (
@@ -34,7 +34,7 @@ def compare_times(study: Study, out: Path, results: Path) -> None:
     )
     wrong = wrong_fronts()
     study.compare(
-        f"fronts of {len(list(known()))} instances like its own",
+        f"fronts of {len(list(known()))} instances like the paper's",
         "-",
         f"{len(wrong)} are wrong" if wrong else "as an independent exact solver has them",
         agrees=not wrong,
@@ -53,7 +53,7 @@ def compare_times(study: Study, out: Path, results: Path) -> None:
 
 
 def _growth(study: Study, times: Times) -> None:
-    """Add by which factor planning time grows with each task, with the heuristic."""
+    """Add the factor by which the time with the heuristic grows with each task."""
     for kind, name in ((SINGLE, "one plan"), (FRONT, "front")):
         paper = PUBLISHED[kind, MAX_MIN]
         tasks = [n for n in paper if (kind, MAX_MIN, n) in times]
@@ -69,7 +69,7 @@ def _growth(study: Study, times: Times) -> None:
 
 
 def _speed_up(study: Study, times: Times) -> None:
-    """Add the speed-up by the heuristic at the greatest number of tasks that all methods finish."""
+    """Add the speed-up by the heuristic for the greatest number of tasks that both methods finish."""
     most = max(n for kind, method, n in times if method == BARE and kind == FRONT)
     paper = {kind: PUBLISHED[kind, BARE][most] / PUBLISHED[kind, MAX_MIN][most] for kind in (SINGLE, FRONT)}
     ours = {kind: times[kind, BARE, most] / times[kind, MAX_MIN, most] for kind in (SINGLE, FRONT)}

@@ -1,1 +1,1 @@
-"""Regression tests on outcomes of plans, for users."""
+"""Assertions on fronts, plans and executions for users' regression tests."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from experiments.runs.outcome import Outcome
 
 Given = str | Path | Scenario | Problem
-"""A scenario's name or path, a scenario that was read, or a problem made in Python."""
+"""A scenario's name or path, a loaded scenario, or a problem made in Python."""
 
 
 def assert_front(scenario: Given, points: Sequence[FrontPoint], *, max_cost: Number | None = None) -> Front:
@@ -30,12 +30,12 @@ def assert_front(scenario: Given, points: Sequence[FrontPoint], *, max_cost: Num
 
     Args:
         scenario: what is planned.
-        points: (cost, preference penalty) of each, or every cost and then every preference; empty if there should be
-            no plan.
+        points: (cost, preference penalty) of each, or all costs and then all preferences; empty if no plan should
+            exist.
         max_cost: as in `prefplan.pareto_front`.
 
     Raises:
-        AssertionError: the front is another one; the message shows both side by side.
+        AssertionError: the front differs; the message shows both side by side.
         PrefplanError: the scenario cannot be used.
     """
     __tracebackhide__ = True
@@ -58,17 +58,17 @@ def assert_plan(
     task_costs: Mapping[str, Number] | None = None,
     max_cost: Number | None = None,
 ) -> Plan:
-    """Assert that one plan takes exactly these actions, or that its tasks cost exactly this, and return it.
+    """Assert that a plan has exactly these actions or these task costs, or both, and return it.
 
     Args:
         scenario: what is planned.
         actions: from the first to the last; None if they do not matter.
         plan: `cost`, `preference` or its number on the front.
-        task_costs: c_i by task, of any number of tasks; None if they do not matter.
+        task_costs: task costs c_i by name, for some or all tasks; None if they do not matter.
         max_cost: as in `prefplan.pareto_front`.
 
     Raises:
-        AssertionError: the plan is another one; the message shows the first action, or all the costs, that differ.
+        AssertionError: the plan differs; the message shows the first action that differs, or all task costs.
         PrefplanError: the scenario cannot be used or has no such plan, or nothing is asserted.
     """
     __tracebackhide__ = True
@@ -91,9 +91,9 @@ def assert_plan(
 
 
 def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost", seed: int | None = None) -> Outcome:
-    """Assert that the simulated arm carries a plan out and its log confirms that, and return the outcome.
+    """Assert that the simulated arm carries a plan out and that its log confirms this, and return the outcome.
 
-    After a surprise the arm plans again, as in `prefplan run`; `pursuit.replans` counts that.
+    After a mismatch the arm plans again, as in `prefplan run`; `pursuit.replans` counts the new plans.
 
     Args:
         scenario: with a manipulation model.
@@ -101,11 +101,11 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
         seed: None for nominal poses; otherwise objects start up to 5 mm and 5 degrees off.
 
     Raises:
-        AssertionError: it was not carried out as it was planned; the message says why, and how to watch it.
+        AssertionError: the run was not completed; the message says why, and which command shows it.
         PrefplanError: the scenario cannot be used, or has no such plan.
     """
     __tracebackhide__ = True
-    # MuJoCo takes a second to load, which tests of fronts alone are spared.
+    # MuJoCo takes a second to load, and tests of fronts do not need it.
     from experiments.runs.carry_out import carry_out, scene_of
     from experiments.runs.certificates import in_a_line
     from experiments.runs.evidence import evidence
@@ -135,7 +135,7 @@ def _named(scenario: Given) -> tuple[str, Problem]:
 
 
 def _parting(expected: Sequence[str], found: Sequence[str]) -> str:
-    """Return two plans that differ as text, and the first action at which they do."""
+    """Return text with two plans and the first action in which they differ."""
     pairs = zip_longest(expected, found, fillvalue="(the end)")
     k, one, other = next((k, one, other) for k, (one, other) in enumerate(pairs) if one != other)
     return (

@@ -11,7 +11,7 @@ from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Front, Plan, point_of
 
 FrontPoint = tuple[Number, ...]
-"""(cost, preference), or every cost and then every preference, in the user's units."""
+"""(cost, preference), or all costs and then all preferences, in the user's units."""
 
 TOLERANCE = 1e-9
 """Relative tolerance for preference penalties that are doubles, such as thirds. Other values are exact."""
@@ -22,9 +22,9 @@ class Row:
     """A point that is expected, found or both.
 
     Attributes:
-        expected: None for a point that should not be there.
-        index: of the plan on the front; None for a point that is missing.
-        plan: the plan found.
+        expected: the expected point; None if the point found is not expected.
+        index: of the plan on the front; None if the expected point is missing.
+        plan: the plan found, or None.
     """
 
     expected: FrontPoint | None
@@ -55,7 +55,7 @@ def compare(expected: Sequence[FrontPoint], front: Front) -> list[Row]:
 
 
 def side_by_side(rows: Sequence[Row]) -> str:
-    """Return a comparison as text: `-` marks points that are missing, `+` points too many, whose plans follow."""
+    """Return a comparison as text: `-` marks missing points, `+` unexpected ones, followed by their plans."""
     cells = [("", "expected", "found", "")]
     for row in rows:
         mark = " " if row.same else "-" if row.plan is None else "+"

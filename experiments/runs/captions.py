@@ -1,4 +1,4 @@
-"""Captions of a run's video: the action under way, the costs so far and which tasks are satisfied."""
+"""Captions of a run's video: the current action, the costs so far and the satisfied tasks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NEWS = {"replan": "planned again: ", "retry": "once more: "}
 """Words before the first action after an event."""
 
 TO_START = "to the start"
-"""Words while the hand moves to where the model's start state has it."""
+"""Words while the hand moves to its location in the model's start state."""
 
 
 def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
@@ -53,6 +53,6 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
 
 
 def _news(rollout: Rollout, since: float, until: float) -> str:
-    """Return whether the plan is new or the action is tried again, for events between two times, s."""
+    """Return the words for the last new plan or new attempt between two times, s; empty if there was none."""
     news = [NEWS[event.kind] for event in rollout.events if event.kind in NEWS and since < event.time <= until]
     return news[-1] if news else ""

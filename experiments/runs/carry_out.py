@@ -1,4 +1,4 @@
-"""Carry out a plan in simulation, plan again after surprises, and render a video of what happened."""
+"""Carry out a plan in simulation, plan again after a mismatch, and render a video of the run."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from sim.world.scene import Scene, build_scene, initial_state
 
 
 class Conditions(TypedDict, total=False):
-    """What a plan is carried out under; all of it may be left out.
+    """Conditions under which a plan is carried out; all are optional.
 
     Attributes:
-        seed: of all random numbers; None for the nominal world.
-        perturbation: bounds of the random changes that a seed makes to the world; None for 5 mm and 5 degrees.
+        seed: of all random numbers; None for the nominal scene.
+        perturbation: greatest random changes of the scene, drawn with the seed; None for 5 mm and 5 degrees.
         faults: faults to inject; the scene must hold a spare object for each `foreign` among them.
-        sensor: observes the objects, with the bias of the perturbation; None for one with its noise, too.
-        choice: which plan to follow after a surprise: `cost` (default), `preference`, or for `bounded` and a number the
+        sensor: observes the objects, with the perturbation's bias added; None for a sensor with its noise as well.
+        choice: the plan to follow after a mismatch: `cost` (default), `preference`, or for `bounded` and a number the
             cheapest plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
     """
 
@@ -59,11 +59,11 @@ def scene_of(
         scenario: what is to be carried out.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         faults: faults to inject; the scene gets a spare object for each `foreign` among them.
-        measuring: whether actions are only measured, of which there may be several costs.
+        measuring: whether actions are only measured; then a scenario may have several costs and preferences.
 
     Raises:
-        ScenarioError: it has another kind of model, several costs or preferences, or a scene that the arm cannot work
-            in; the message names the file and the key.
+        ScenarioError: the scenario has another kind of model, several costs or preferences, or a scene in which the arm
+            cannot work; the message names the file and the key.
         RobotError: the robot is not available.
     """
     if not isinstance(scenario.model, ManipulationModel):
@@ -98,7 +98,7 @@ def carry_out(
     tell: Tell = lambda stage, done, total, what: None,
     **conditions: Unpack[Conditions],
 ) -> Outcome:
-    """Carry out a plan to its end, planning again after surprises, and render a video of what happened.
+    """Carry out a plan to its end, planning again after a mismatch, and render a video of the run.
 
     Args:
         scenario: what was planned.
@@ -106,14 +106,14 @@ def carry_out(
         plan: one of its plans.
         video: file to render a video to; None for no video. It appears only when it is complete.
         quality: of the video's pictures.
-        camera: that the video is seen from.
+        camera: of the video, as for `sim.rendering.cameras.Camera`.
         captioned: whether the video has captions below the picture.
         tell: called with the progress.
         **conditions: `seed`, `perturbation`, `faults`, `sensor` and `choice`, see `Conditions`.
     """
     problem = scenario.problem()
     loop = begin(problem, scene, plan, tell=partial(tell, "executing"), **conditions)
-    # A surprise may replace the model by one with more locations; the video needs the first.
+    # After a mismatch the model may have more locations; the video shows those of the first model.
     scene, interrupted = loop.run.scene, False
     try:
         loop.pursue()
@@ -154,7 +154,7 @@ def begin(
         problem: what was planned.
         scene: from `scene_of`.
         plan: one of the problem's plans.
-        tell: told before each action how many are done, how many there are, and its name.
+        tell: called before each action with the number of actions done, that of all actions, and its name.
         **conditions: as in `carry_out`.
     """
     seed, sensor = conditions.get("seed"), conditions.get("sensor")
@@ -196,9 +196,9 @@ def _outcome(
 
 
 def _go_on(choice: str | int, plan: Plan, contract: str) -> GoOn:
-    """Return which plan to follow after a surprise, given the choice of the first plan.
+    """Return how to plan after a mismatch, given the choice of the first plan.
 
-    Preferred plans under a `general` preference need a bound on the cost, and after a surprise there is none.
+    Preferred plans under a `general` preference need a bound on the cost, and after a mismatch there is none.
     """
     if choice == "cost" or contract == "general":
         return continue_cheaply

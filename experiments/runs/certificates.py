@@ -1,4 +1,4 @@
-"""Certificates for people and as JSON for programs."""
+"""Certificates as text and as JSON."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def in_a_line(certificate: Certificate) -> str:
 
 
 def show_certificate(console: Console, log: Log, certificate: Certificate, levels: Sequence[str]) -> None:
-    """Print a certificate, one line for each check and one for several actions that succeeded."""
+    """Print a certificate, one line for each check; consecutive actions as predicted share a line."""
     claims = log.about.claims
     what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
     verdict = "confirmed" if certificate.confirmed else "refuted"

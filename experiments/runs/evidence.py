@@ -1,4 +1,4 @@
-"""The log of an outcome, what is said in it, and its certificate."""
+"""The log of an outcome, the claims in it, and its certificate."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def prove(
     scenario: Scenario, scene: Scene, outcome: Outcome, path: Path, *, key: Ed25519PrivateKey | None = None
 ) -> Outcome:
-    """Write the log of an outcome and the certificate that the written file gets; return the outcome with both.
+    """Write the log of an outcome and the certificate of the written file; return the outcome with both.
 
     The log is `NAME.npz`; the certificate, `NAME.certificate.json`, lies beside it. Without a key it is not signed.
 
@@ -40,13 +40,13 @@ def prove(
 
 
 def evidence(scenario: Scenario, scene: Scene, outcome: Outcome) -> Log:
-    """Return the log of an outcome, from which `sim.evidence.certificate` can check all that is said of it."""
+    """Return the log of an outcome, from which `sim.evidence.certificate` can check every claim about the run."""
     claims, setting = claims_of(outcome), outcome.setting
     return log_of(scene, outcome.rollout, claims, scenario=scenario.name, text=scenario.text, setting=setting)
 
 
 def claims_of(outcome: Outcome) -> Claims:
-    """Return what an outcome claims of its run; of a run that was not completed, the costs and relaxations so far."""
+    """Return the claims about a run; for a run that was not completed, the costs and relaxations so far."""
     said, completed = asdict(outcome.ledger.final), outcome.rollout.completed
     return Claims(
         completed=completed,

@@ -1,4 +1,4 @@
-"""Tasks in words: what each is called, and its formula for readers who do not know temporal logic."""
+"""Tasks in words: titles, and formulas for readers who do not know temporal logic."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from prefplan.scenario.decode import Model, Scenario
 def titles(scenario: Scenario) -> dict[str, str]:
     """Return the title of each task and rule.
 
-    That of a task is its name, with the object it is about if no other task is about that one.
+    A task's title is its name, followed by its object if it is about a single object and no other task is about that.
     """
     subjects = {task.name: _subject(task, scenario.model) for task in scenario.tasks}
     count = Counter(subjects.values())
@@ -26,7 +26,7 @@ def titles(scenario: Scenario) -> dict[str, str]:
 
 
 def _subject(task: Task, model: Model) -> str | None:
-    """Return the one object that a task wants in some state, or None."""
+    """Return the object that a task is about; None if there is none, or more than one."""
     if not isinstance(model, ManipulationModel):
         return None
     goals = _goals(task.tree)
@@ -49,12 +49,12 @@ def _goals(formula: Formula) -> set[str]:
 
 
 def goal_words(task: Task, model: Model) -> str:
-    """Return what a task wants in the end, in few words, e.g. `blue: sanitized and in bin1`.
+    """Return a task's goal in few words, e.g. `blue: sanitized and in bin1`.
 
-    What must not happen before is left out. A formula that counts actions is put into words as a whole.
+    What must not happen before is left out. A formula with bounded operators is put into words as a whole.
 
     Raises:
-        FormulaError: the task's formula is not a co-safe formula.
+        FormulaError: the task's formula is not co-safe.
     """
     formula = task.tree
     subject = _subject(task, model)
@@ -70,13 +70,13 @@ def goal_words(task: Task, model: Model) -> str:
 
 
 def at_words(place: str, model: Model) -> str:
-    """Return where something is that is at a location."""
+    """Return `in` or `on` and the location."""
     inside = isinstance(model, ManipulationModel) and model.location(place).kind == "bin"
     return f"{'in' if inside else 'on'} {place}"
 
 
 def _goal_words(formula: Formula, phrases: Mapping[str, str]) -> str | None:
-    """Return what has to become true, propositions in other words where there are any; None if it counts actions."""
+    """Return what has to become true, with phrases in place of propositions; None if an operator is bounded."""
     match formula:
         case Literal(name, positive):
             return phrases.get(name, name) if positive else f"not {phrases.get(name, name)}"
@@ -98,7 +98,7 @@ def _goal_words(formula: Formula, phrases: Mapping[str, str]) -> str | None:
 
 
 def words_of(formula: Formula) -> str:
-    """Return what a formula asks for, e.g. `eventually (grocer and eventually p2)`.
+    """Return a formula in words, e.g. `eventually (grocer and eventually p2)`.
 
     It is in negation normal form: `a -> b` becomes `no a or b`.
     """
@@ -124,7 +124,7 @@ def words_of(formula: Formula) -> str:
 
 
 def _steps(low: int, high: int | None) -> str:
-    """Return the bounds of a counting operator in words; nothing if it has none."""
+    """Return the bounds of an operator in words; empty if it has none."""
     if high is None:
         return f"after at least {low} actions" if low else ""
     if low == high:
@@ -133,13 +133,13 @@ def _steps(low: int, high: int | None) -> str:
 
 
 def _part(formula: Formula) -> str:
-    """Return a part of a formula, in brackets where it would be ambiguous without."""
+    """Return a part of a formula in words, in brackets where it would be ambiguous without them."""
     alone = isinstance(formula, Truth | Literal | Next) or (isinstance(formula, Until) and formula.left == TRUE)
     return words_of(formula) if alone else f"({words_of(formula)})"
 
 
 def _members(formula: Formula, kind: type[And] | type[Or]) -> list[Formula]:
-    """Return the members of one connective, however they are bracketed."""
+    """Return the operands of nested connectives of one kind, such as all of `(a & b) & c`."""
     if isinstance(formula, kind):
         return _members(formula.left, kind) + _members(formula.right, kind)
     return [formula]

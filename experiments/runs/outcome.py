@@ -1,4 +1,4 @@
-"""What came of a plan, for people and as JSON for programs."""
+"""The outcome of a run, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from sim.simulation.rollout import Event, Rollout, Step
 
 NEWS = {
     "fault": "fault {fault}",
-    "refused": "not now: {fault}: {reason}",
+    "refused": "fault {fault} is not possible now: {reason}",
     "turned over": "{object} turned over: no single grasp sets it upright",
     "set aside": "{object} set aside: where it lay, no single grasp set it upright",
-    "drawn free": "{object} drawn free: beside it the fingers had no room",
+    "drawn free": "{object} dragged free: the fingers had no room beside it",
     "retry": "{reason}: tried again",
     "unaffected": "{reason}: what is left of the plan is not affected",
     "replan": "{reason}: planned again, cost {cost}, preference penalty {preference}: {plan}",
@@ -39,22 +39,22 @@ NEWS = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a plan.
+    """The outcome of a run.
 
     Attributes:
-        plan: what was meant to happen, as it was planned last.
-        rollout: what happened.
+        plan: the last plan that was followed.
+        rollout: what was recorded.
         ledger: costs and satisfied tasks, from the observations after each action.
-        pursuit: how often it was planned again, and what was violated.
+        pursuit: numbers of new plans and retries, and the tasks that were violated.
         seed: of the random numbers, or None.
-        setting: what made this run differ from others, JSON-ready: its seed, perturbation and faults.
-        faults: the faults, and when each happened, s; None where the run ended before.
+        setting: the run's seed, perturbation and faults, JSON-ready.
+        faults: the faults, and the simulated time at which each happened, s; None if it did not.
         video: its file, or None.
-        no_video: why there is none although one was asked for, in one sentence.
-        interrupted: whether the user ended it early.
-        log: where the run's log is, or None.
-        certificate: what checking the log came to, or None.
-        quantity: what the costs were measured in, one of `QUANTITIES`; None for costs that are only numbers.
+        no_video: why there is none although one was requested, in one sentence.
+        interrupted: whether the user ended the run early.
+        log: the file of the run's log, or None.
+        certificate: of that log, or None.
+        quantity: the measured quantity that is the cost, one of `QUANTITIES`; None if costs were given as numbers.
     """
 
     plan: Plan
@@ -73,12 +73,12 @@ class Outcome:
 
     @property
     def completed(self) -> bool:
-        """Whether the plan was carried out, and the log does not refute it."""
+        """Whether the plan was carried out and the log does not refute this."""
         return self.reason is None
 
     @property
     def reason(self) -> str | None:
-        """Why it was not, in one sentence; None if it was."""
+        """Why the run was not completed, in one sentence; None if it was."""
         if self.rollout.completed and self.certificate is not None and self.certificate.refuted:
             first = self.certificate.refuted[0]
             return f"the log refutes it: {first.name}: {first.words}"
@@ -96,9 +96,9 @@ class Outcome:
 
 
 def ledger_of(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Ledger:
-    """Return the ledger of the actions that were carried out, from what was observed after each of them.
+    """Return the ledger of the actions that were carried out, from the observation after each of them.
 
-    The plan begins with the state that was observed first; its relaxations apply to the observations.
+    The plan's first state is the first observed one; the plan's relaxations are applied to the observations.
     """
     start = cast(ManipulationState, plan.states[0])
     return Ledger.of(
@@ -111,7 +111,7 @@ def ledger_of(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Ledger:
 
 
 def outcome_json(outcome: Outcome) -> dict[str, Any]:
-    """Return what came of a plan as the documented JSON object."""
+    """Return an outcome as the documented JSON object."""
     rollout = outcome.rollout
     result = {
         "completed": outcome.completed,
@@ -147,12 +147,12 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
 
 
 def _executed(outcome: Outcome, quantity: str) -> float:
-    """Return the measured time or energy of all actions."""
+    """Return the measured quantity summed over all actions, in its unit."""
     return float(sum(getattr(step.effort, quantity) for step in outcome.rollout.steps))
 
 
 def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None:
-    """Print what came of a plan, for people."""
+    """Print an outcome."""
     plan, rollout = outcome.plan, outcome.rollout
     done = f"{len(outcome.executed)} of {len(plan.actions)} actions"
     if outcome.completed:
@@ -167,7 +167,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         if name in outcome.ledger.final.satisfied:
             console.print(f"  {name} satisfied at cost {number(cost)}")
         else:
-            lost = ", and it cannot be any more" if name in outcome.pursuit.violated else ""
+            lost = ", and no longer possible" if name in outcome.pursuit.violated else ""
             console.print(f"  {name} not satisfied{lost}")
     console.print(f"  preference penalty of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
@@ -185,16 +185,16 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 
 
 def _surprises(outcome: Outcome) -> list[str]:
-    """Return a line for every fault and every surprise."""
+    """Return a line for every fault and every event to show."""
     lines = news_of(event for event in outcome.rollout.events if event.kind != "ended")
-    lines += [f"fault {fault} never happened: the run ended before" for fault, time in outcome.faults if time is None]
+    lines += [f"fault {fault} did not happen: the run ended first" for fault, time in outcome.faults if time is None]
     if outcome.faults:
         lines.append(f"seed of the faults {outcome.seed or 0}")
     return lines
 
 
 def news_of(events: Iterable[Event]) -> list[str]:
-    """Return a line for each event that is news."""
+    """Return a line for each event of a kind in `NEWS`."""
     return [f"{event.time:6.1f} s  {_in_words(event)}" for event in events if event.kind in NEWS]
 
 
@@ -208,7 +208,7 @@ def _in_words(event: Event) -> str:
 
 
 def no_outcome_json() -> dict[str, Any]:
-    """Return what is known of a run that was interrupted before there was a plan."""
+    """Return the JSON object of a run that was interrupted before there was a plan."""
     return {
         "completed": False,
         "plan": None,

@@ -17,9 +17,9 @@ def names() -> list[str]:
 
 
 def find(scenario: str, *, measured: bool = True) -> Scenario:
-    """Read a scenario by the name of one that ships, or by a path; the path's `.toml` may be left out.
+    """Load a scenario by the name of one that ships, or by a path, whose `.toml` may be left out.
 
-    A name that ships comes first; `measured` is as in `prefplan.load`.
+    Names of scenarios that ship take precedence over files; `measured` is as in `prefplan.load`.
 
     Raises:
         ScenarioError: there is no such scenario, or it has a mistake.

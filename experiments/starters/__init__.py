@@ -8,5 +8,5 @@ KINDS = ("grid", "manipulation", "graph")
 
 
 def starter(kind: str, *, file: str) -> str:
-    """Return the text of a scenario of one of `KINDS` that plans as it is, and names its file."""
+    """Return the text of a scenario of one of `KINDS` that can be planned as it is; its comments name `file`."""
     return files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8").replace("@FILE@", file)

@@ -1,1 +1,1 @@
-"""A plan carried out many times."""
+"""Sweeps: a plan carried out many times under random perturbations."""

@@ -1,4 +1,4 @@
-"""By how much the world may differ until a plan fails: bisection over the amount of one perturbation."""
+"""Robustness boundary of a plan: bisection over the amount of one perturbation."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ THRESHOLD = 0.95
 """Share of the rollouts that must be completed."""
 
 HALVINGS = 6
-"""The boundary is known to a 64th of the key's greatest amount."""
+"""Number of bisection steps: the boundary is found to a 64th of the key's greatest amount."""
 
 DIGITS = 4
 """Decimals of an amount."""
 
 MIN_ROLLOUTS = 10
-"""Rollouts of an amount that are carried out even if fewer decide: its share of completed ones is reported, too."""
+"""Least number of rollouts of an amount, even if fewer decide: its share of completed ones is reported, too."""
 
 SWEEP_TOLD = ("scenario", "plan", "cost", "preference", "seed", "robot", "faults", "prefplan", "mujoco", "perturb")
-"""What a result says of the sweeps that it comes from."""
+"""Entries of a sweep's header that a result repeats."""
 
 Interval = tuple[float | None, float | None]
-"""The greatest amount tried at which a plan holds, and the least at which it does not; None where there is none."""
+"""The greatest amount at which the plan held, and the least at which it did not; None where there is none."""
 
 
 def bisect(greatest: float, holds: Callable[[float], bool]) -> Interval:
-    """Return between which amounts something ceases to hold; it is taken to hold at every amount below one."""
+    """Return the interval in which `holds` becomes false; if it holds at an amount, it is assumed to hold below."""
     if holds(greatest):
         return greatest, None
     low, high = 0.0, greatest
@@ -54,20 +54,20 @@ def bisect(greatest: float, holds: Callable[[float], bool]) -> Interval:
 
 
 def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> dict[str, Any]:
-    """Search, up to Ctrl-C, for the amount at which fewer than `THRESHOLD` of a sweep's rollouts are completed.
+    """Search, until Ctrl-C, for the least amount at which fewer than `THRESHOLD` of a sweep's rollouts are completed.
 
-    A rollout is completed if its log confirms it. Every amount is a sweep of its own, with a folder and the same seeds:
-    finished rollouts are not lost, and the search goes on where it ended. An amount is left, after `MIN_ROLLOUTS` at
-    least, as soon as enough have failed that it is below whatever the others give.
+    A rollout is completed if its log confirms it. Every amount is a separate sweep with its own folder and the same
+    seeds: finished rollouts are kept, and an interrupted search continues. An amount is abandoned, after `MIN_ROLLOUTS`
+    at the earliest, when the threshold can no longer be reached.
 
     Args:
         scenario: what is carried out.
-        job: the sweep without the perturbation that is searched; the results go to its folder.
-        key: of that perturbation, one of `KEYS`.
-        tell: shows progress.
+        job: the sweep, whose perturbation gives all keys but `key`; the results go to its folder.
+        key: of the perturbation to search, one of `KEYS`.
+        tell: called with the progress.
 
     Returns:
-        What is known as the documented JSON object.
+        The result, if interrupted an incomplete one, as the documented JSON object.
     """
     trials: dict[float, list[RolloutRecord]] = {}
 
@@ -105,7 +105,7 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
 
 
 def decisive(done: Mapping[int, RolloutRecord], rollouts: int) -> list[RolloutRecord]:
-    """Return the records up to the first gap, or until they are `decided`."""
+    """Return the records by number, up to the first missing one or until they are `decided`."""
     records: list[RolloutRecord] = []
     for number in range(rollouts):
         if number not in done or decided(records, rollouts):
@@ -115,12 +115,12 @@ def decisive(done: Mapping[int, RolloutRecord], rollouts: int) -> list[RolloutRe
 
 
 def decided(records: Sequence[RolloutRecord], rollouts: int) -> bool:
-    """Return whether the threshold is out of reach after enough rollouts, or no rollouts are left."""
+    """Return whether all rollouts are done, or after `MIN_ROLLOUTS` the threshold can no longer be reached."""
     return len(records) == rollouts or len(records) >= MIN_ROLLOUTS and fails(records, rollouts)
 
 
 def fails(records: Sequence[RolloutRecord], rollouts: int) -> bool:
-    """Return whether fewer than `THRESHOLD` of all rollouts are completed, whatever those without record give."""
+    """Return whether fewer than `THRESHOLD` of all rollouts are completed, whatever the outcome of the missing ones."""
     failed = sum(not record["completed"] for record in records)
     return failed > math.floor((1 - THRESHOLD) * rollouts + 1e-9)
 
@@ -138,7 +138,7 @@ def _trial(amount: float, records: Sequence[RolloutRecord], rollouts: int) -> di
 
 
 def boundary_words(result: Mapping[str, Any]) -> str:
-    """Return between which amounts the boundary lies, in a sentence."""
+    """Return the interval of the boundary in words."""
     if not result["complete"]:
         return "not found yet"
     (low, high), unit, key = result["boundary"], result["unit"], result["key"]

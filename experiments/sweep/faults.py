@@ -1,4 +1,4 @@
-"""Faults drawn at random for the rollouts of a sweep."""
+"""Random faults for the rollouts of a sweep."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from prefplan.models.manipulation.model import ManipulationModel
 from sim.execution.faults import SPELLINGS, Fault
 
 MAX_FAULTS = 3
-"""Most faults in one rollout."""
+"""Greatest number of faults in one rollout."""
 
 MAX_MISSES = 2
-"""Most grasps in a row that one fault makes fail: fewer than the robot tries."""
+"""Greatest number of grasps in a row that one fault makes fail: fewer than the robot tries."""
 
 DROPOUT_S = (0.5, 3.0)
 """Shortest and longest sensor dropout: shorter than the robot waits."""
@@ -25,9 +25,9 @@ ANY = "random"
 
 
 def random_faults(model: ManipulationModel, actions: int, *, seed: int, kind: str) -> tuple[Fault, ...]:
-    """Return one to three faults of `ANY` kind, or one of one kind, each at any action of a plan.
+    """Return one to three faults of `ANY` kind, or one of a given kind, each at a random action of a plan.
 
-    Movable objects of the model are moved, to its locations; the plan has at least one action.
+    Only movable objects are moved or knocked over. The plan must have at least one action.
     """
     rng = np.random.default_rng([seed, STREAM])
     objects = [obj.name for obj in model.objects if not obj.fixed]

@@ -33,24 +33,24 @@ RolloutRecord = dict[str, Any]
 
 @dataclass(frozen=True)
 class Sweep:
-    """Rollouts of one plan, each with other random differences from the nominal scene.
+    """Rollouts of one plan, each with different random perturbations of the nominal scene.
 
     Attributes:
-        packed: the scenario, from `pack`: bytes, so that a worker can tell whether it has built the scene already.
+        packed: the scenario, from `pack`: bytes, which are hashable, so that a worker builds each scene only once.
         given: the scenario as named on the command line.
         which: the plan as named by `--plan`.
         plan: the plan.
         seed: the seeds of the rollouts are drawn from it.
-        perturbation: greatest random differences.
+        perturbation: greatest random changes of the scene.
         faults: kind of the random faults of each rollout (`experiments.sweep.faults.random_faults`), or None.
-        folder: where a replay of a rollout goes.
+        folder: of the results; a replay of a rollout is written to a subfolder.
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
         max_preference: bound on their preference, or None.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         resimulate: whether each rollout is simulated again from its log.
         rollouts: number of rollouts.
-        jobs: number of processes; None for one a core.
-        cluster: address of a Dask cluster that takes the place of the processes.
+        jobs: number of processes; None for one per core.
+        cluster: address of a Dask cluster to use instead of processes on this machine.
     """
 
     packed: bytes
@@ -70,7 +70,7 @@ class Sweep:
     cluster: str | None = None
 
     def rollout_seed(self, number: int) -> int:
-        """Return the seed of a rollout, counted from 0; more rollouts leave those of the first as they are."""
+        """Return the seed of a rollout, counted from 0; it does not depend on the number of rollouts."""
         return int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0])
 
     def rollout_faults(self, number: int, model: ManipulationModel) -> tuple[Fault, ...]:
@@ -100,7 +100,7 @@ def pack(scenario: Scenario) -> bytes:
 
 
 def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
-    """Carry a rollout out and return its record; an error of the program gives a record, too."""
+    """Carry a rollout out and return its record, also if the program raises an error."""
     seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
     faults: tuple[Fault, ...] = ()
     try:
@@ -134,7 +134,7 @@ def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
 
 
 def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> RolloutRecord:
-    """Return the record of a rollout that has no outcome."""
+    """Return the record of a rollout that raised an error or whose process crashed."""
     unchecked: RolloutRecord = {
         "certified": None,
         "agrees": None,
@@ -176,7 +176,7 @@ def _observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
 
 
 def failure_class(reason: str, model: ManipulationModel) -> str:
-    """Return a reason without names and numbers, so that equal failures can be counted."""
+    """Return a reason without names and numbers, so that failures of the same class can be counted."""
     for kind, names in (("LOCATION", model.locations), ("OBJECT", model.objects)):
         words = "|".join(re.escape(entry.name) for entry in names)
         reason = re.sub(rf"\b(?:{words})\b", kind, reason)
@@ -185,7 +185,7 @@ def failure_class(reason: str, model: ManipulationModel) -> str:
 
 @lru_cache(maxsize=1)
 def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
-    """Return the scenario, its transition system built, and its model: once a process."""
+    """Return the scenario, its transition system built, and its model; computed once per process."""
     scenario: Scenario = pickle.loads(packed)
     scenario.problem()
     assert isinstance(scenario.model, ManipulationModel)
@@ -194,5 +194,5 @@ def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
 
 @lru_cache(maxsize=MAX_FAULTS + 1)
 def _scene(packed: bytes, robot: str | None, spares: int) -> Scene:
-    """Return the scene with this many foreign objects, compiled once a process."""
+    """Return the scene with this many spare objects for `foreign` faults, compiled once per process."""
     return build_scene(_unpacked(packed)[1], robot=robot, spares=spares)

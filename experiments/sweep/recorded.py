@@ -1,4 +1,4 @@
-"""Rollouts of a sweep into a file of records: each is kept as soon as it is finished, and none is done twice."""
+"""Rollouts of a sweep, recorded in a file as soon as each is finished, so that none is repeated."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RECORDS = "rollouts.jsonl"
 
 
 def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
-    """Return everything that defines the rollouts of a sweep, except for their number and where they are computed."""
+    """Return everything that determines the records of a sweep; not the number of rollouts or the machines used."""
     return {
         "prefplan": version("prefplan"),
         "mujoco": version("mujoco"),
@@ -53,7 +53,7 @@ def work(
     stage: str = "sweeping",
     enough: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Carry out every rollout that has no record yet, until the records are `enough`; tell of it as a stage."""
+    """Carry out every rollout without a record until `enough` returns True; report the progress as a stage."""
     wanted = range(job.rollouts)
     missing = [number for number in wanted if number not in records.done]
     done, good = len(wanted) - len(missing), sum(records.done[i]["completed"] for i in wanted if i in records.done)

@@ -1,6 +1,6 @@
-"""Where the time of a run goes, on one core: physics, planning of motions, sensing and recording.
+"""Where the CPU time of a run goes, on one core: physics, motion planning, sensing and recording.
 
-Run it as `python -m experiments.sweep.speed`, on a machine that does nothing else; it prints a page for
+Run it as `python -m experiments.sweep.speed`, on an otherwise idle machine; it prints a page for
 `experiments/results/speed.md`.
 """
 
@@ -38,7 +38,7 @@ PARTS: dict[str, Sequence[tuple[Any, str]]] = {
     "contact monitoring": [(ContactMonitor, "update")],
     "log": [(Recorder, name) for name in ("begin_period", "feel", "record", "end_period")],
 }
-"""Functions by the part of a run that they are, each as its owner and its name."""
+"""The functions that make up each part of a run, as pairs of an owner and an attribute name."""
 
 REST = "execution, control and the rest"
 
@@ -55,9 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def measure(name: str, *, repeats: int) -> dict[str, str]:
-    """Return the rows of a scenario's column, each in words; times are CPU times, the least of some repeats.
+    """Return a scenario's column of the table as text, by row; times are CPU times, the least of the repeats.
 
-    The ratio of a run to its bare steps is the median of those of the repeats.
+    The ratio of a run to its bare steps is the median over the repeats.
     """
     problem = (scenario := scenarios.find(name)).problem()
     scene, plan = scene_of(scenario), Planner(problem).cheapest()
@@ -68,7 +68,7 @@ def measure(name: str, *, repeats: int) -> dict[str, str]:
         return loop.run.rollout()
 
     rollout = carried_out()
-    # In turns, so that what else the machine does slows both down.
+    # In turns, so that other load on the machine slows both down.
     pairs = np.array([(_seconds(carried_out), _seconds(lambda: _step(scene, rollout))) for _ in range(repeats)])
     whole, bare = pairs.min(axis=0)
     spent = dict.fromkeys(PARTS, 0.0)

@@ -1,4 +1,4 @@
-"""Statistics of a sweep: shares with confidence intervals, measures, and classes of failures."""
+"""Statistics of a sweep: success rate with its confidence interval, measures, and classes of failures."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from rich.text import Text
 from experiments.sweep.job import RolloutRecord
 
 SHOWN = 5
-"""Most rollouts of one class of failures that a summary names."""
+"""Greatest number of rollouts that a summary names for one class of failures."""
 
 
 def wilson(count: int, total: int) -> list[float] | None:
-    """Return Wilson's score interval of a share, [low, high] at 95 %; None of nothing."""
+    """Return Wilson's score interval of a share, [low, high] at 95 %; None if the total is 0."""
     if not total:
         return None
     from scipy.stats import binomtest  # takes a second to load
@@ -30,7 +30,7 @@ def wilson(count: int, total: int) -> list[float] | None:
 
 
 def summarise(header: Mapping[str, Any], records: Sequence[RolloutRecord], *, rollouts: int) -> dict[str, Any]:
-    """Return the statistics of a sweep, of the rollouts asked for, as the documented JSON object."""
+    """Return the statistics of a sweep as the documented JSON object; `rollouts` is the number requested."""
     done, completed = len(records), sum(record["completed"] for record in records)
     ran = [record for record in records if "sim_seconds" in record]
     cpu, simulated = sum(record["cpu_seconds"] for record in ran), sum(record["sim_seconds"] for record in ran)
@@ -55,7 +55,7 @@ def summarise(header: Mapping[str, Any], records: Sequence[RolloutRecord], *, ro
 
 
 def _happened(records: Sequence[RolloutRecord]) -> dict[str, dict[str, int]]:
-    """Return for each kind of fault the number of rollouts in which it happened, and of those that were completed."""
+    """Return for each kind of fault the number of rollouts in which it happened, and how many were completed."""
     found: dict[str, dict[str, int]] = {}
     for record in records:
         for kind in {re.split("[:@]", fault)[0] for fault in record["happened"]}:
@@ -66,7 +66,7 @@ def _happened(records: Sequence[RolloutRecord]) -> dict[str, dict[str, int]]:
 
 
 def _certificates(records: Sequence[RolloutRecord]) -> dict[str, Any]:
-    """Return how many rollouts were checked from their logs alone, and which of them their logs refute."""
+    """Return how many rollouts have a certificate, and those that it refutes."""
     checked = [record for record in records if record["agrees"] is not None]
     refuted = [record for record in checked if not record["certified"]]
     return {
@@ -84,7 +84,7 @@ def _spread(values: list[float]) -> dict[str, float | None]:
 
 
 def failed_by_class(records: Sequence[RolloutRecord]) -> dict[str, list[RolloutRecord]]:
-    """Return the rollouts that were not completed by their class, the most frequent one first."""
+    """Return the rollouts that were not completed, by class of failure, the most frequent class first."""
     found = defaultdict[str, list[RolloutRecord]](list)
     for record in records:
         if not record["completed"]:
@@ -93,7 +93,7 @@ def failed_by_class(records: Sequence[RolloutRecord]) -> dict[str, list[RolloutR
 
 
 def _failures(records: Sequence[RolloutRecord]) -> list[dict[str, Any]]:
-    """Return the classes of failures, with the first rollouts of each."""
+    """Return the classes of failures, each with its first `SHOWN` rollouts."""
     told = ("rollout", "seed", "reason", "replay")
     return [
         {

@@ -16,13 +16,13 @@ from experiments.sweep.job import RolloutRecord, Sweep, failure, roll_out
 from prefplan.errors import PrefplanError
 
 CRASHED = "crashed"
-"""Class of a rollout whose process ended without an answer, twice."""
+"""Class of a rollout whose process ended without a result, twice."""
 
 CLUSTER_TIMEOUT_S = 30
-"""Limit for a cluster to answer and to have a worker."""
+"""How long to wait for a cluster's scheduler, and then for its first worker."""
 
 IDLE_TIMEOUT_S = 20
-"""A process of this machine ends after this time without work, also when its parent was killed."""
+"""A process on this machine ends after this time without work, even if its parent was killed."""
 
 
 def on_this_machine(
@@ -30,12 +30,10 @@ def on_this_machine(
 ) -> Generator[RolloutRecord, None, None]:
     """Yield the record of every rollout, in the order in which they finish.
 
-    When a process is killed, the rollouts under way are tried again one at a time, so that the one that kills its
-    process is known: it is recorded as crashed.
-
-    No more are begun once there are `enough`.
+    When a process is killed, the unfinished rollouts are tried again one at a time, to find the one that kills its
+    process, which is recorded as crashed. No rollout is begun after `enough` returns True.
     """
-    # joblib warns of a process that it replaces because it has grown, and of rollouts that are given up.
+    # joblib warns when it replaces a process that has grown, and when pending rollouts are cancelled.
     warnings.filterwarnings("ignore", category=UserWarning, module="joblib")
     waiting = list(numbers)
     while waiting and not enough():
@@ -51,17 +49,17 @@ def on_this_machine(
 
 
 def _alone(sweep: Sweep, number: int) -> RolloutRecord:
-    # Whether it had begun when a process was killed is not known: only what happens to it alone counts.
+    # It may have been another rollout that killed the process: only crashes of this one alone count.
     for _ in range(2):
         with suppress(TerminatedWorkerError):
             (record,) = _in_processes(sweep, [number], 1)
             return record
-    return failure(sweep, number, CRASHED, "the process that carried it out ended without an answer, twice")
+    return failure(sweep, number, CRASHED, "the process that carried it out ended without a result, twice")
 
 
 def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[RolloutRecord]:
-    # With n_jobs=1 joblib would use this process, which must survive a crash: there are two at least, but no more
-    # than `jobs` rollouts under way.
+    # With n_jobs=1 joblib would use this process, which must survive a crash: so there are at least two processes,
+    # but at most `jobs` rollouts at a time.
     with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE_TIMEOUT_S), _no_ctrl_c():
         pool = Parallel(n_jobs=max(2, jobs), pre_dispatch=jobs, batch_size=1, return_as="generator_unordered")
         results = pool(delayed(_ignore_ctrl_c)(roll_out, sweep, number) for number in numbers)
@@ -69,14 +67,14 @@ def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[R
 
 
 def _ignore_ctrl_c(function: Callable[[Sweep, int], RolloutRecord], sweep: Sweep, number: int) -> RolloutRecord:
-    """Call a function in a process that leaves Ctrl-C to its parent: libraries may have unblocked the signal."""
+    """Call a function with Ctrl-C ignored, which the parent handles; libraries may have unblocked the signal."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     return function(sweep, number)
 
 
 @contextmanager
 def _no_ctrl_c() -> Iterator[None]:
-    """Block Ctrl-C in processes that are started meanwhile: this process ends them in order."""
+    """Block Ctrl-C in processes that are started in this context: this process shuts them down."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -87,11 +85,11 @@ def _no_ctrl_c() -> Iterator[None]:
 def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generator[RolloutRecord, None, None]:
     """Yield the record of every rollout, in the order in which the workers of a running Dask cluster finish them.
 
-    The scheduler gives a rollout whose worker is lost to another worker, up to `allowed-failures` times. (joblib's own
+    If a worker is lost, the scheduler gives its rollout to another one, up to `allowed-failures` times. (joblib's own
     Dask backend waits forever for such a rollout.)
 
     Raises:
-        PrefplanError: Dask is not installed, no cluster with a worker answers, or it went away.
+        PrefplanError: Dask is not installed, no cluster with a worker answers, or its scheduler was lost.
     """
     try:
         from distributed import Client, as_completed
@@ -115,5 +113,5 @@ def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generat
             elif future.status == "error" and isinstance(future.exception(), KilledWorker):
                 yield failure(sweep, futures[future], CRASHED, "the workers that carried it out were lost")
             else:
-                why = future.exception() if future.status == "error" else "the scheduler went away"
-                raise PrefplanError(f"--cluster {address}: {why}; finished rollouts are kept, start again to go on")
+                why = future.exception() if future.status == "error" else "the scheduler was lost"
+                raise PrefplanError(f"--cluster {address}: {why}; the same command continues the sweep")

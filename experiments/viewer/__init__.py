@@ -1,1 +1,1 @@
-"""A plan carried out in simulation and played in the browser."""
+"""Plans carried out in simulation and shown live in the browser."""

@@ -1,4 +1,4 @@
-"""A plan carried out in a thread of its own, in step with what is shown of it, where a user may meddle."""
+"""A plan carried out in a separate thread, in step with the viewer, while a user may disturb it."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from sim.execution.faults import Fault
 from sim.simulation.rollout import FRAME_RATE_HZ
 
 STOP_TIMEOUT_S = 2.0
-"""Longest wait for the thread's end: planning after a surprise is not interrupted."""
+"""Longest wait for the thread's end: planning after a mismatch is not interrupted."""
 
 WHY_REFUSED = {"slip": "nothing hangs in the hand", "knock": "the hand holds it", "move": "the hand holds it"}
 """Why a fault cannot happen, by its kind."""
 
 Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
-"""Returns the pursuit of a plan at its start, given what to call before each action."""
+"""Returns the closed loop of a plan at its start, given a function to call before each action."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Frame:
     Attributes:
         time: simulated time, s.
         qpos: (nq,) positions of the scene's MuJoCo model.
-        glow: index of the marking location at work, -1 for none.
+        glow: index of the location that marks an object now, -1 for none.
     """
 
     time: float
@@ -46,15 +46,15 @@ class Frame:
 
 @dataclass(frozen=True)
 class Status:
-    """The status of a run at the start of an action, or when something happened.
+    """The status of a run at the start of an action, or at an event.
 
     Attributes:
         time: simulated time, s.
-        plan: the plan followed now; it begins with the actions done.
+        plan: the current plan; it begins with the actions done.
         done: number of actions done.
-        costs: what they cost, and what the preference makes of it.
-        news: a line for each fault, new plan, new attempt and freed or turned object so far.
-        ended: `completed`, or why the run ended before; None while it goes on.
+        costs: the ledger's entry after them.
+        news: a line for each fault, new plan, retry and freed or turned object so far.
+        ended: `completed`, or why the run ended early; None while it is running.
     """
 
     time: float
@@ -66,22 +66,22 @@ class Status:
 
 
 class _Stopped(Exception):
-    """The run is not wanted any more."""
+    """The run was cancelled."""
 
 
 class LiveRun(threading.Thread):
-    """One run of a plan, simulated as fast as it may be.
+    """One run of a plan, simulated as fast as possible up to the time allowed.
 
     Attributes:
         problem: what was planned.
-        frames: so far, `FRAME_RATE_HZ` a second.
-        statuses: at the start, before each action, at each piece of news and at the end.
-        waiting: what a user did that has not happened yet, because the simulation waits.
+        frames: recorded so far, `FRAME_RATE_HZ` per simulated second.
+        statuses: at the start, before each action, at each event of a kind in `NEWS` and at the end.
+        waiting: the user's faults that have not happened yet, because the simulation waits.
         failure: the error that ended the thread, or None.
     """
 
     def __init__(self, problem: Problem, begin: Begin, *, until: float = np.inf) -> None:
-        """Prepare the thread, which calls `begin`, and from the simulated time `until` on, s, waits for `allow`."""
+        """Prepare the thread, which calls `begin`, simulates up to the time `until`, s, and then waits for `allow`."""
         super().__init__(daemon=True)
         self.problem = problem
         self.frames: list[Frame] = []
@@ -113,17 +113,17 @@ class LiveRun(threading.Thread):
         except _Stopped:
             pass
         except Exception as failure:
-            # A thread has no caller to raise to: the session looks here.
+            # A thread has no caller to raise to: the session checks this attribute.
             self.failure = failure
 
     def allow(self, time: float) -> None:
-        """Let the simulation go on to a time, s, at least."""
+        """Let the simulation continue at least to a time, s."""
         with self._changed:
             self._until = max(self._until, time)
             self._changed.notify()
 
     def meddle(self, kind: str, *, target: str = "", amount: float = 0.0) -> None:
-        """Let a `Fault` happen as soon as the simulation goes on; if it cannot, the news say so. The end is the end."""
+        """Let a `Fault` happen as soon as the simulation continues, or log why it cannot; no effect after the end."""
         if not (self.statuses and self.statuses[-1].ended):
             self.waiting.append(Fault(kind, 1, target, amount))
 
@@ -132,7 +132,7 @@ class LiveRun(threading.Thread):
         self._pulled = obj, target
 
     def let_go(self) -> None:
-        """Leave the object that was pulled."""
+        """Stop pulling."""
         self._pulled = None
 
     def cancel(self) -> None:
@@ -142,7 +142,7 @@ class LiveRun(threading.Thread):
             self._changed.notify()
 
     def stop(self) -> None:
-        """End the simulation, and wait for that."""
+        """End the simulation, and wait up to `STOP_TIMEOUT_S` for its thread."""
         self.cancel()
         if self.is_alive():
             self.join(STOP_TIMEOUT_S)
@@ -161,7 +161,7 @@ class LiveRun(threading.Thread):
         return self.statuses[max(bisect.bisect_right(self.statuses, time, key=lambda status: status.time) - 1, 0)]
 
     def _before_period(self, loop: ClosedLoop) -> None:
-        """Wait for leave to go on, record what is shown, and do what the user did meanwhile."""
+        """Wait until more time is allowed, record a frame when one is due, and apply the user's faults and pulls."""
         run = loop.run
         now = float(run.cell.data.time)
         with self._changed:

@@ -1,4 +1,4 @@
-"""The controls beside the scene: playback, the front, meddling, and the status of the runs."""
+"""The controls beside the scene: playback, the front, the user's faults, and the status of the runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from prefplan.front import Plan
 from prefplan.problem import Task
 
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0, "8": 8.0}
-"""Simulated seconds in a second."""
+"""Simulated seconds per second."""
 
 BLIND_S = 2.0
 """How long one click blinds the camera: shorter than the robot waits."""
@@ -28,21 +28,21 @@ TO_ARM = {"Drop what it holds": "slip", f"Blind {BLIND_S:g} s": "blind"}
 """Kinds of faults that happen to the arm, by their buttons."""
 
 COLOURS = {"blue": "#228be6", "orange": "#fd7e14"}
-"""Of the plan on the left and of the one on the right: viser's names, and the same on a web page."""
+"""Colours of the left and the right plan, as viser's names and for HTML."""
 
 HINT = "<div style='padding: 0 1em; font-size: 0.8em'>Drag an object, or Shift-click it to knock it over.</div>"
 
 ALONE = "no other plan"
-"""The choice of a single arm."""
+"""The choice of `beside` that shows a single arm."""
 
 
 @dataclass(frozen=True)
 class Actions:
-    """What the panel can do.
+    """What the panel calls.
 
     Attributes:
         choose: carries out a plan of the front, by index.
-        beside: carries out another one beside it, by index; None for none.
+        beside: carries out another plan beside it, by index; None for none.
         restart: carries out the same plans again from the start.
         meddle: lets a fault happen: its kind, target and amount.
     """
@@ -54,7 +54,7 @@ class Actions:
 
 
 class Panel:
-    """Buttons and text on one server; what is clicked in any browser counts for all."""
+    """Buttons and text on one server, shared by all browsers."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class Panel:
         objects: Sequence[str],
         actions: Actions,
     ) -> None:
-        """Put it up."""
+        """Add the controls to the page."""
         self._playback, self._plans = playback, plans
         gui = self._gui = server.gui
         # Sharing would publish the page through another server.
@@ -81,12 +81,12 @@ class Panel:
         self._text = gui.add_html("")
 
     def update(self, shown: Sequence[int]) -> None:
-        """Show the present time and status of the plans shown, by index."""
+        """Show the current time, and the status of the plans with these indices."""
         playback = self._playback
         _set(self._play, visible=not playback.playing)
         _set(self._pause, visible=playback.playing)
         self._time.max = max(round(max(run.frames[-1].time for run in playback.runs), 2), 0.01)
-        # While somebody drags the slider, it is ahead of the time they asked for.
+        # While a user drags the slider, its value is newer than the time shown.
         if not playback.sought:
             self._time.value = round(playback.time, 2)  # type: ignore[misc]  # mypy misses the setter
         colours = dict(zip(reversed(shown), [*COLOURS][len(shown) - 1 :: -1], strict=True))
@@ -113,7 +113,7 @@ class Panel:
         self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
         more = gui.add_button_group("", ("Step", "Restart"), hint="one action, then pause; once more from the start")
-        speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1", hint="simulated seconds in a second")
+        speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1", hint="simulated seconds per second")
         self._time = gui.add_slider("Time", min=0.0, max=0.01, step=0.01, initial_value=0.0, hint="simulated seconds")
         self._play.on_click(lambda event: playback.play())
         self._pause.on_click(lambda event: playback.pause())
@@ -144,25 +144,25 @@ class Panel:
         to_arm.on_click(lambda event: actions.meddle(TO_ARM[to_arm.value], "", BLIND_S))
 
     def _seek(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-        """Show the time to which somebody drags the slider; the program itself moves it without a client."""
+        """Show the time to which a user drags the slider; when the program moves it, there is no client."""
         if event.client is not None:
             self._playback.seek(self._time.value)
 
 
 def _set(handle: Any, **properties: Any) -> None:
-    """Set properties that differ: each one that is set is sent to every browser."""
+    """Set only the properties that differ: each one that is set is sent to every browser."""
     for name, value in properties.items():
         if getattr(handle, name) != value:
             setattr(handle, name, value)
 
 
 def plan_label(index: int, plan: Plan) -> str:
-    """Return a plan of the front in a few words."""
+    """Return the label of a plan: its index, cost and penalty."""
     return f"{index}: {worth(plan)}"
 
 
 def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:
-    """Return a drawing of the front, in which some plans have a colour, by index; a click on one clicks its row."""
+    """Return a drawing of the front with the given colours by plan index; a click on a point clicks the plan's row."""
     costs, preferences = [float(plan.cost) for plan in plans], [float(plan.preference) for plan in plans]
     points = [
         {"x": _share(x, costs), "y": _share(y, preferences), "colour": colours.get(i), "label": plan_label(i, plans[i])}
@@ -188,8 +188,8 @@ def status_html(
 ) -> str:
     """Return the status of a run as HTML.
 
-    `state` is whether it plays or is paused; at the end, why the run ended is shown instead. `waiting` are kinds of
-    faults that happen as soon as the run goes on.
+    `state` is `playing` or `paused`; once the run has ended, the reason is shown instead. `waiting` are the kinds of
+    faults that happen as soon as the run continues.
     """
     return template(__package__, "panel.html").render(
         tasks=tasks,

@@ -1,4 +1,4 @@
-"""The playhead of the runs shown: play, pause, one action at a time, faster or slower, another time."""
+"""The playhead of the runs shown: play, pause, step by one action, set the speed, seek."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from collections.abc import Sequence
 from experiments.viewer.live_run import LiveRun
 
 LEAD_S = 0.1
-"""Simulated time that runs may be ahead of what is shown: meddling is seen at once, and a slow period is not."""
+"""Simulated time that runs may be ahead of the playhead: little enough that a user's fault shows at once, and enough to
+hide a slow control period."""
 
 
 class Playback:
-    """The time that is shown of one run, or of several in step. It never passes what is simulated of any.
+    """The time shown of one run, or of several in step; it never exceeds what is simulated of a run that has not ended.
 
-    Runs are simulated as it goes on. Buttons may move it from any thread.
+    Runs are simulated as it advances. All methods may be called from any thread.
 
     Attributes:
-        runs: what is played; each has a frame at least.
-        time: shown now, simulated, s.
-        speed: simulated seconds in a second.
-        playing: whether the time goes on.
-        sought: whether the time is one that the user asked for.
+        runs: the runs shown; each has at least one frame.
+        time: simulated time shown, s.
+        speed: simulated seconds per second.
+        playing: whether the time advances.
+        sought: whether the user chose the time.
     """
 
     def __init__(self, runs: Sequence[LiveRun] = ()) -> None:
@@ -35,7 +36,7 @@ class Playback:
 
     @property
     def latest(self) -> float:
-        """The latest time that can be shown, s: that of the run that is behind, of those that go on."""
+        """The latest time that can be shown, s: that of the slowest run that has not ended."""
         going = [run.frames[-1].time for run in self.runs if not run.ended]
         return min(going) if going else max(run.frames[-1].time for run in self.runs)
 
@@ -50,34 +51,34 @@ class Playback:
             self.runs, self.time, self.playing, self.sought, self._stop_after = tuple(runs), 0.0, playing, False, {}
 
     def play(self) -> None:
-        """Play on; from the end, play from the start again."""
+        """Play; from the end, play again from the start."""
         with self._lock:
             if self.ended and self.time >= self.latest:
                 self.time = 0.0
             self.playing, self.sought, self._stop_after = True, False, {}
 
     def pause(self) -> None:
-        """Hold still."""
+        """Pause."""
         self.playing = False
 
     def step(self) -> None:
-        """Play to the next end of an action of any run."""
+        """Play to the next end of an action in any run."""
         self.play()
         with self._lock:
             self._stop_after = {run: run.status_at(self.time).done + 1 for run in self.runs}
 
     def seek(self, time: float) -> None:
-        """Hold still at another time, s."""
+        """Pause at another time, s."""
         with self._lock:
             self.time, self.playing, self.sought = time, False, True
 
     def catch_up(self) -> None:
-        """Show the present of the simulation, where a user can meddle."""
+        """Show the current state of the simulation, the only one that a user can disturb."""
         with self._lock:
             self.time, self.sought = max(self.time, self.latest), False
 
     def advance(self, seconds: float) -> None:
-        """Let some real time pass, s."""
+        """Advance by some real time, s."""
         with self._lock:
             if not self.playing:
                 return

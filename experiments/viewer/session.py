@@ -28,7 +28,7 @@ from sim.rendering.cameras import AZIMUTH_DEG
 from sim.world.scene import Scene
 
 HOST = "127.0.0.1"
-"""Other machines have no access."""
+"""Only this machine has access."""
 
 DEFAULT_PORT = 8080
 
@@ -36,10 +36,10 @@ REFRESH_S = 1 / 30
 """Time between two updates of the picture."""
 
 GAP_M = 0.1
-"""Distance of two tables beside each other, seen from in front."""
+"""Gap between two tables beside each other, m."""
 
 StartRun = Callable[[int], Begin]
-"""Returns how to begin a plan of the front, by index."""
+"""Returns the function that begins a plan of the front, by index."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class Show:
 
     Attributes:
         problem: what was planned.
-        scene: what the plans are carried out in.
+        scene: the scene in which the plans are carried out.
         plans: the front.
-        start: returns how to begin one of them.
-        title: what is carried out.
+        start: see `StartRun`.
+        title: of the page.
         chosen: index of the plan to begin with.
-        camera: where browsers look from at first, as for `sim.rendering.cameras.Camera`.
+        camera: first view of the browsers, as for `sim.rendering.cameras.Camera`.
     """
 
     problem: Problem
@@ -66,16 +66,16 @@ class Show:
 
 
 class Session:
-    """One page: a plan that is carried out, or two in step, and what a user does with them.
+    """One page: one plan, or two in step, and the user's commands.
 
     Attributes:
-        playback: what is shown when.
+        playback: the playhead.
         shown: indices of the plans that are carried out, from left to right.
-        stages: the scenes, from left to right; the second one exists once it was asked for.
+        stages: the scenes, from left to right; the second one is made when two plans are first shown.
     """
 
     def __init__(self, server: viser.ViserServer, show: Show) -> None:
-        """Put up the page on a server, and begin a plan."""
+        """Add the page to a server, and begin a plan."""
         self.playback = Playback()
         self.shown: tuple[int, ...] = ()
         self._server, self._show = server, show
@@ -96,7 +96,7 @@ class Session:
         self._begin((index, *self.shown[1:]), playing=True)
 
     def beside(self, index: int | None) -> None:
-        """Carry out both from the start: the plan on the left, and another beside it; None for none."""
+        """Carry out the left plan and another one beside it, both from the start; None for the left one alone."""
         with self._changing:
             both = index is not None
             if both and len(self.stages) == 1:
@@ -120,10 +120,10 @@ class Session:
             run.meddle(kind, target=target, amount=amount)
 
     def advance(self, seconds: float) -> None:
-        """Let some real time pass, s, and show what there is.
+        """Advance by some real time, s, and show the new state.
 
         Raises:
-            Exception: a run ended by it.
+            Exception: the error that ended a run.
         """
         with self._changing:
             for run in self.playback.runs:
@@ -152,7 +152,7 @@ class Session:
                 run.start()
 
     def _attend(self, side: int) -> None:
-        """Listen to what a user does with the mouse in one of the scenes."""
+        """Connect the mouse events of a scene to its run."""
 
         def run() -> LiveRun:
             self.playback.catch_up()
@@ -165,7 +165,7 @@ class Session:
 
 
 def beside(scene: Scene) -> tuple[float, float, float]:
-    """Return the offset, m, of a scene that is on the right of another as `fixed` sees them, both equally near."""
+    """Return the offset, m, of a scene to the right of another and as near to the camera `fixed`."""
     heading = np.radians(AZIMUTH_DEG)
     right = np.array([np.sin(heading), -np.cos(heading)])
     x, y = right * (2 * float(np.abs(scene.table.axes @ right) @ scene.table.half) + GAP_M)
@@ -173,12 +173,12 @@ def beside(scene: Scene) -> tuple[float, float, float]:
 
 
 def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] = lambda address: None) -> None:
-    """Carry plans out and show that in browsers, until Ctrl-C.
+    """Carry plans out and show them in browsers, until Ctrl-C.
 
     Args:
-        show: what is carried out.
+        show: what the page shows.
         port: of the page, 0 for any free one; None for `DEFAULT_PORT` or the next free one.
-        ready: called with the address as soon as browsers find it.
+        ready: called with the address once the server is up.
 
     Raises:
         PrefplanError: the port is not free.
@@ -187,9 +187,9 @@ def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] =
         server = viser.ViserServer(HOST, DEFAULT_PORT if port is None else port, verbose=False)
     session = None
     try:
-        # Where a port is taken, viser uses the next one.
+        # If a port is in use, viser uses the next one.
         if port and server.get_port() != port:
-            raise PrefplanError(f"--port {port}: it is not free; --port 0 takes any free port")
+            raise PrefplanError(f"--port {port}: it is in use; --port 0 takes any free port")
         session = Session(server, show)
         ready(f"http://{HOST}:{server.get_port()}")
         before = time.monotonic()
@@ -209,13 +209,13 @@ def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] =
 
 
 def dress(server: viser.ViserServer, title: str) -> None:
-    """Give the page its title and icon, in place of viser's, and points to click in the front."""
+    """Replace viser's title and icon, and make the points of the front clickable."""
     icon = base64.b64encode(files(__package__).joinpath("icon.svg").read_bytes()).decode()
     link = json.dumps(f"data:image/svg+xml;base64,{icon}")
     source = f"document.title = {json.dumps(f'{title} - prefplan')};"
     source += f"document.querySelector('link[rel=icon]').href = {link};"
     source += files(__package__).joinpath("page.js").read_text("utf-8")
-    # viser has no call of its own for them; this is the message by which it loads its figures' scripts.
+    # viser has no call for this; this is the message by which it loads the scripts of its figures.
     server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))
 
 

@@ -1,4 +1,4 @@
-"""The scene in the browser: MuJoCo's geoms as viser's meshes, by mjviser, the glowing lamps, and the user's mouse."""
+"""The scene in the browser: MuJoCo's geoms as viser's meshes (by mjviser), the lamps, and mouse events."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from sim.world.materials import Glow, glow_of
 from sim.world.scene import Scene
 
 LIGHT_CD = 0.6
-"""Strength of the light of a location at work: visible beside the scene's own lights."""
+"""Intensity of the lamp of a location that marks an object: visible beside the scene's other lights."""
 
 PULL_COLOUR, PULL_THICKNESS_M = (230, 60, 30), 0.004
-"""Of the line from an object to the pointer that pulls it."""
+"""Colour and thickness of the line from an object to the pointer that pulls it."""
 
 
 class Subtree:
-    """Stands for a server to whoever adds to its scene: every node that is added goes below one.
+    """Wraps a server so that every node that is added to its scene goes below one root node.
 
     Attributes:
-        scene: itself; a server has its scene there.
-        nodes: what was added, by the name that was asked for.
+        scene: this object, in place of the server's scene.
+        nodes: the added nodes, by the name given.
     """
 
     def __init__(self, server: viser.ViserServer, root: str, offset: np.ndarray) -> None:
-        """Add the node above all others, such as `/left`; `offset` (3,) is where it is on the page, m."""
+        """Add the root node, such as `/left`, at a (3,) `offset`, m."""
         self.scene = self
         self.nodes: dict[str, Any] = {}
         self._server, self._root = server, root
         self._frame = server.scene.add_frame(root, show_axes=False, position=offset)
 
     def show(self, visible: bool) -> None:
-        """Show or hide all of it."""
+        """Show or hide all nodes."""
         self._frame.visible = visible
 
     def __getattr__(self, name: str) -> Any:
-        """Return what the server or its scene has, with new nodes put where they belong."""
+        """Return an attribute of the scene or the server; methods `add_...` add below the root."""
         found = getattr(self._server.scene, name, None) or getattr(self._server, name)
         return self._below(found) if name.startswith("add_") else found
 
@@ -57,19 +57,19 @@ class Subtree:
 
 
 class Stage:
-    """One scene on one server, for every browser that looks at it.
+    """One scene on one server, for all browsers.
 
     Attributes:
-        offset: (3,) where its origin is on the page, m.
+        offset: (3,) of its origin, m.
         on_knock: called with an object that a user clicks with the Shift key down.
-        on_pull: called with an object and the (3,) point, m, to which a user drags its middle.
-        on_let_go: called when the user lets it go.
+        on_pull: called with an object and the (3,) point, m, to which a user drags its centre.
+        on_let_go: called when the user lets the object go.
     """
 
     def __init__(
         self, server: viser.ViserServer, scene: Scene, *, root: str = "/left", offset: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> None:
-        """Set it up below the node `root` of the page."""
+        """Add the scene below the node `root`."""
         self.on_knock: Callable[[str], None] = lambda obj: None
         self.on_pull: Callable[[str, np.ndarray], None] = lambda obj, target: None
         self.on_let_go: Callable[[], None] = lambda: None
@@ -97,7 +97,7 @@ class Stage:
                 node.on_click(modifier="shift")(self._click)
 
     def show(self, frame: Frame) -> None:
-        """Show a frame, unless it is shown already."""
+        """Show a frame."""
         if frame is self._shown:
             return
         self._shown = frame
@@ -151,10 +151,10 @@ class Stage:
 
 
 class _Lamp:
-    """What glows at one location: meshes that change their colour, and a light."""
+    """The lamp of a location that marks objects: meshes that change their colour, and a light."""
 
     def __init__(self, server: viser.ViserServer, model: mujoco.MjModel, name: str, material: int, glow: Glow) -> None:
-        """Hide what glows in the model, and add it to the server instead, switched off."""
+        """Hide the geoms of the lamp in the model and add them to the server instead, switched off."""
         geoms = [int(geom) for geom in np.flatnonzero(model.geom_matid == material)]
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
@@ -192,7 +192,7 @@ class _Lamp:
 
 
 def _add_lamps(server: viser.ViserServer, model: mujoco.MjModel, scene: Scene) -> dict[str, _Lamp]:
-    """Add what glows at each location that marks."""
+    """Add the lamp of each location that marks objects."""
     lamps = {}
     for place in scene.model.locations:
         material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")

@@ -1,4 +1,4 @@
-"""Where a browser looks from: the page's start is a camera of the videos."""
+"""The view of a browser; the first one is that of a camera of the videos."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from sim.rendering.cameras import Camera, axes_of
 from sim.world.scene import Scene, initial_state
 
 PICTURE_PX = (900, 720)
-"""Width and height of the picture that a viewpoint is chosen for: a usual window without the panel."""
+"""Width and height of the picture that a viewpoint is chosen for: a common window size without the panel."""
 
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where to look from.
+    """A camera pose and its field of view.
 
     Attributes:
         eye: (3,) m.
@@ -33,7 +33,7 @@ class Viewpoint:
 
     @classmethod
     def of(cls, scene: Scene, camera: str) -> Viewpoint:
-        """Return that of a camera, as for `sim.rendering.cameras.Camera`, at the start of a run.
+        """Return the viewpoint of a camera, as for `sim.rendering.cameras.Camera`, at the start of a run.
 
         Raises:
             RenderingError: there is no such camera.
@@ -50,13 +50,13 @@ class Viewpoint:
         return cls(view.lookat - view.distance * ahead, view.lookat.copy(), upright, float(field))
 
     def beside(self, offset: np.ndarray) -> Viewpoint:
-        """Return one that has two scenes in the picture, of which the other is at a (3,) offset, m."""
+        """Return a viewpoint with two scenes in the picture, the second at a (3,) offset, m."""
         back = float(np.linalg.norm(offset)) / 2 / np.tan(self.field / 2) * PICTURE_PX[1] / PICTURE_PX[0]
         ahead = (self.target - self.eye) / np.linalg.norm(self.target - self.eye)
         return replace(self, eye=self.eye + offset / 2 - back * ahead, target=self.target + offset / 2)
 
     def take(self, server: viser.ViserServer) -> None:
-        """Look from there, in every browser that looks and in those to come."""
+        """Use this viewpoint in all open browsers and in those that connect later."""
         first = server.initial_camera
         first.up, first.position, first.look_at, first.fov = self.up, self.eye, self.target, self.field
         for client in server.get_clients().values():

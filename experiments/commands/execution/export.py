@@ -1,4 +1,4 @@
-"""`prefplan export`: a run, or the scene of a scenario, as files for other programs."""
+"""`prefplan export`: a run or a scenario's scene as files for other programs."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="glb: log that `prefplan run` wrote, an .npz file; mjcf: a scenario's name or file",
     )
     complete(source, shtab.FILE)
-    parser.add_argument("--to", choices=FORMATS, required=True, help="format of what is written")
+    parser.add_argument("--to", choices=FORMATS, required=True, help="format to write")
     out = parser.add_argument(
         "--out", type=Path, metavar="PATH", help="file, or folder for mjcf (default: beside the log, out/NAME/mjcf)"
     )
     complete(out, shtab.FILE)
     add_options(parser, "--robot")
-    parser.add_argument("--force", action="store_true", help="replace what is there already")
+    parser.add_argument("--force", action="store_true", help="replace a file or folder that exists")
 
 
 def export(options: argparse.Namespace) -> int:
@@ -52,7 +52,7 @@ def export(options: argparse.Namespace) -> int:
     if options.to == "mjcf":
         return _export_scene(options)
     if options.robot is not None:
-        raise PrefplanError("--robot: goes with --to mjcf; the log of a run tells its robot")
+        raise PrefplanError("--robot: only with --to mjcf; the log of a run names its robot")
     run = Path(options.source)
     if run.suffix != ".npz":
         raise PrefplanError(f"{run}: --to glb takes the log of a run, an .npz file that `prefplan run` wrote")

@@ -15,7 +15,7 @@ FPS = {".mp4": 30, ".gif": 12, ".webp": 15}
 """Frames per second by the ending of the file."""
 
 SPEED = {".mp4": 1.0, ".gif": 4.0, ".webp": 4.0}
-"""Default of `--speed` by the ending of the file: moving pictures on a page should take seconds."""
+"""Default of `--speed` by the ending of the file: an animated picture on a page should last only seconds."""
 
 HEIGHT = {".mp4": 540, ".gif": 270, ".webp": 270}
 """Default of `--height` by the ending of the file, pixels."""

@@ -54,7 +54,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def measure(options: argparse.Namespace) -> int:
     """Measure time, travel and energy of each action in simulation, for scenarios with measured costs.
 
-    Measurements of an earlier run of the same scene and skills are kept.
+    Earlier measurements of the same model and robot by the same sources are kept.
     """
     with loading():
         from joblib import cpu_count
@@ -68,7 +68,7 @@ def measure(options: argparse.Namespace) -> int:
     interrupted = False
     with Bars(quiet=options.quiet) as bars:
         scene = scene_of(scenario, measuring=True)
-        # That of the scene may have been completed from a file of the user's.
+        # The scene's model may have been completed from the user's MJCF.
         model = scenario.model
         assert isinstance(model, ManipulationModel)
         file = options.out or measurements_file(scenario.path)

@@ -51,7 +51,7 @@ def report(options: argparse.Namespace) -> int:
     with limits:
         scenario = scenarios.find(options.scenario)
     if isinstance(scenario.model, ManipulationModel):
-        # Other models need no MuJoCo, which takes a second to load or is not installed.
+        # Other models need no MuJoCo, which takes a second to load and may not be installed.
         with loading():
             from experiments.cli.simulation_options import look_of, robot_of
             from experiments.report.recordings import record_all

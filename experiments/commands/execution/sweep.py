@@ -67,7 +67,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--replay",
         type=whole,
         metavar="K",
-        help="carry out the K-th finished rollout of the sweep in that folder again, from 0, with its recorded seed, "
+        help="carry out rollout K, counted from 0, of the sweep in that folder again, with its recorded seed, "
         "differences, faults and robot, and render a video into DIR/rollout_K",
     )
     add_options(replay, *VIDEO)
@@ -148,7 +148,7 @@ def _roll_out(scenario: Scenario, job: Sweep, bars: Bars) -> Shown:
             work(job, records, tell=bars)
         except KeyboardInterrupt:
             interrupted = True
-    # Ctrl-C may have come between writing a record and counting it: the file decides.
+    # Ctrl-C may have come after a record was written and before it was counted: the file decides.
     with Journal(path, header, key="rollout") as records:
         finished = [records.done[i] for i in sorted(records.done) if i < job.rollouts]
     result = summarise(header, finished, rollouts=job.rollouts)
@@ -208,7 +208,7 @@ def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int
     if differing:
         made = f"prefplan {header['prefplan']} and MuJoCo {header['mujoco']}"
         told = ", ".join(f"{key} {outcome[key]}, recorded {record[key]}" for key in differing)
-        print(f"prefplan: rollout {wanted} ended otherwise than recorded with {made}: {told}", file=sys.stderr)
+        print(f"prefplan: rollout {wanted} differs from its record, made with {made}: {told}", file=sys.stderr)
     elif not options.json:
         print(f"rollout {wanted} ended as recorded: {'completed' if record['completed'] else record['reason']}")
     return status

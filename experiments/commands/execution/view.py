@@ -27,7 +27,7 @@ INSTALL = "pip install '.[sim,viewer]', in a clone of prefplan"
 """Installs the libraries of this command."""
 
 FRONT_TIMEOUT_S = 20.0
-"""Longest search for the other plans of the front."""
+"""Time limit of the search for the other plans of the front."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -86,11 +86,11 @@ def view(options: argparse.Namespace) -> int:
 
 
 def front_with(plan: Plan, planner: Planner, *, max_cost: Number | None) -> list[Plan]:
-    """Return the front as far as it is found soon, with a plan of it that is known already."""
+    """Return the part of the front found within `FRONT_TIMEOUT_S`, and in it a plan that is known already."""
     try:
         front = [*planner.front(max_cost=max_cost, max_seconds=FRONT_TIMEOUT_S)]
     except PreferenceError:
-        # A general preference needs a bound on the cost, and the user gave none.
+        # The front under a general preference needs a bound on the cost, and the user gave none.
         front = []
     points = [(other.cost, other.preference) for other in front]
     point = plan.cost, plan.preference
@@ -101,7 +101,7 @@ def front_with(plan: Plan, planner: Planner, *, max_cost: Number | None) -> list
 
 
 def port(text: str) -> int:
-    """Return the number of a port."""
+    """Return a port, 0 to 65535."""
     if text.isascii() and text.isdigit() and int(text) < 1 << 16:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0 to 65535")

@@ -1,4 +1,4 @@
-"""What works on this machine: each check tries one part for real and names the command that repairs it."""
+"""What works on this machine: each check really uses one part, and names the command that repairs it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ENOUGH_MEMORY_BYTES = 2**30
 """With less free memory, searches of usual size end early."""
 
 ENCODING = ["-f", "lavfi", "-i", "testsrc=size=64x64:rate=5:duration=1", "-c:v", "libx264", "-f", "null", "-"]
-"""Arguments of ffmpeg that encode one second of video, with the codec of all videos, to nowhere."""
+"""Arguments of ffmpeg that encode one second of video with the codec of all videos, and discard it."""
 
 INSTALL_GL = "sudo apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 """Installs a software renderer on Debian and Ubuntu."""
@@ -33,13 +33,13 @@ INSTALL_GL = "sudo apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What a check found.
+    """Result of a check.
 
     Attributes:
         name: the part that was checked.
         status: `ok`, `warning` (an optional part is missing) or `problem` (a needed part does not work).
-        found: the version or place of the part, or what is wrong.
-        mend: the command that mends it; None if all is well or no command is known.
+        found: the version or path of the part, or what is wrong.
+        mend: the command that repairs it; None if nothing is wrong or no command is known.
     """
 
     name: str
@@ -71,7 +71,7 @@ def packages() -> Diagnosis:
 
 
 def planner() -> Diagnosis:
-    """Whether the search is compiled, and its machine code can be kept."""
+    """Whether the search is compiled, and its machine code can be cached."""
     from prefplan.search import boa_star
     from prefplan.warm_up import is_compiled
 
@@ -87,7 +87,7 @@ def planner() -> Diagnosis:
 
 
 def memory() -> Diagnosis:
-    """How much memory is free."""
+    """Whether enough memory is free."""
     free = available_memory()
     text = f"{free / 2**30:.1f} GiB free"
     if free < ENOUGH_MEMORY_BYTES:
@@ -109,7 +109,7 @@ def simulation() -> Diagnosis:
 
 
 def rendering() -> Diagnosis:
-    """Whether OpenGL renders."""
+    """Whether OpenGL can render."""
     from sim.errors import RenderingError
     from sim.rendering.opengl import check_rendering
 
@@ -158,7 +158,7 @@ SIMULATION_CHECKS: tuple[Callable[[], Diagnosis], ...] = (rendering, ffmpeg, mes
 
 
 def _needs() -> list[Requirement]:
-    """Return the packages that prefplan needs here, without extras."""
+    """Return the packages that prefplan requires on this machine, without extras."""
     try:
         needs = [Requirement(line) for line in requires("prefplan") or ()]
     except PackageNotFoundError:

@@ -23,7 +23,7 @@ GAP = "  "
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    more = "The exit status is 4 if something needed does not work. What is optional and missing is a warning."
+    more = "The exit status is 4 if a needed part does not work. A missing optional part is a warning."
     parser = add_command(commands, doctor, "prefplan doctor", "prefplan doctor --json", more=more)
     add_options(parser, "--json")
 

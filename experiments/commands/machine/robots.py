@@ -33,8 +33,8 @@ def robots(options: argparse.Namespace) -> int:
     reasons: dict[Any, str | None] = {}
     with Bars(quiet=options.quiet) as bars:
         for number, robot in enumerate(ROBOTS.values()):
-            bars("asking for", number, len(ROBOTS), robot.name)
-            if robot.hindrance not in reasons:  # Menagerie is asked for once
+            bars("checking", number, len(ROBOTS), robot.name)
+            if robot.hindrance not in reasons:  # several robots share the check for Menagerie
                 reasons[robot.hindrance] = robot.hindrance()
             found.append(_entry(robot, reasons[robot.hindrance]))
     if options.json:
@@ -55,7 +55,7 @@ def robots(options: argparse.Namespace) -> int:
 
 
 def _entry(robot: Robot, reason: str | None) -> dict[str, Any]:
-    """Return the entry of a robot in the list, and why the robot is not available."""
+    """Return the entry of a robot; `reason` is why it is not available, or None."""
     return {
         "name": robot.name,
         "title": robot.title,

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck
 
 Achievable = Callable[[TransitionSystem, Task], bool]
-"""Tells whether a task alone can be satisfied in a system, or else relaxed or skipped.
+"""Returns whether a task alone can be satisfied in a system, or else relaxed or skipped.
 
-Raises `UnfinishedError` or `LimitError` if a limit was reached before that is known.
+Raises `UnfinishedError` or `LimitError` if a limit was reached first.
 """
 
 
@@ -33,9 +33,9 @@ class SceneCheck:
     """What the arm can do in a scene.
 
     Attributes:
-        faults: why it cannot work there at all, each a sentence that begins with the key; None if that is not known.
+        faults: why the arm cannot work there at all, each a sentence that begins with the key; None if unknown.
         warnings: likely mistakes, each a sentence that begins with the key.
-        places: what it can do with each object at each location; None if that was not looked at.
+        places: what the arm can do with each object at each location; None if that was not checked.
         complete: whether no limit ended the checks.
     """
 
@@ -46,7 +46,7 @@ class SceneCheck:
 
 
 def load_simulation(scenario: Scenario) -> None:
-    """Load what `check_arm` needs: Ctrl-C during that second ends the process, when nothing is known yet."""
+    """Load what `check_arm` needs, before any result is known: Ctrl-C during that second ends the process."""
     if _arm_model(scenario) is not None:
         with loading():
             import sim.execution.feasibility  # noqa: F401
@@ -61,7 +61,7 @@ def _arm_model(scenario: Scenario) -> ManipulationModel | None:
 def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: bool, tell: Tell) -> SceneCheck:
     """Check what the arm can do in a scenario's scene.
 
-    Arguments are those of `checkup.check`; what is unknown after the limits is left unknown.
+    Arguments are those of `checkup.check`; what is not known when a limit is reached stays unknown.
 
     Raises:
         RobotError: the robot is unknown or cannot be loaded.
@@ -107,9 +107,9 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
 def tasks_out_of_reach(
     problem: Problem, wanted: Sequence[bool], places: Sequence[PlaceCheck], achievable: Achievable
 ) -> Iterator[str]:
-    """Yield a fault, which begins with the key, for each task that needs what the arm cannot do.
+    """Yield a fault, which begins with the key, for each task that is impossible because of what the arm cannot do.
 
-    `wanted` tells for each task whether it could be achieved by an arm that can do everything.
+    `wanted` says for each task whether it could be achieved by an arm that can do everything.
     """
     unusable = [found for found in places if not (found.take and found.put)]
     if not unusable:
@@ -129,7 +129,7 @@ def tasks_out_of_reach(
 
 
 def _achievable_without(problem: Problem, task: Task, unusable: Sequence[PlaceCheck], achievable: Achievable) -> bool:
-    """Return whether a task can be achieved without some objects at some locations; True if a limit leaves it open."""
+    """Return whether a task can be achieved without the actions that the arm cannot do; True if a limit was reached."""
     barred: Barred = [
         entry
         for found in unusable

@@ -25,7 +25,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--format",
         choices=["table", *automaton_text.WRITERS],
         default="table",
-        help="table for people, HOA for other tools, dot for Graphviz (default: table)",
+        help="table to read, HOA for other tools, dot for Graphviz (default: table)",
     )
     add_options(parser, "--plot")
 

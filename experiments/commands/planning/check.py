@@ -1,4 +1,4 @@
-"""`prefplan check`: a scenario validated and summarized, without planning."""
+"""`prefplan check`: validates and summarizes a scenario without planning."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
     more = (
         "Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults "
-        "are listed) or a task needs what it cannot do, and 3 if a task cannot be satisfied even alone."
+        "are listed) or a task needs what the arm cannot do, and 3 if a task cannot be satisfied even alone."
     )
     parser = add_command(
         commands,
@@ -74,7 +74,7 @@ def check(options: argparse.Namespace) -> int:
 
 
 def _robot(name: str | None) -> str | None:
-    """Return the value of `--robot`; what checks it takes a second to load."""
+    """Return the value of `--robot`; the libraries that check it take a second to load."""
     if name is None:
         return None
     with loading():
@@ -102,7 +102,7 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     console.print(f"  {size}, {len(found.propositions)} propositions")
     if found.dropped:
         edges = "1 edge" if found.dropped == 1 else f"{found.dropped} edges"
-        console.print(f"  {edges} of the file left out: no cost is less than that of another between the same states")
+        console.print(f"  {edges} of the file left out: dominated by another edge between the same states")
     if len(found.costs) == len(found.preferences) == 1:
         console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
     else:
@@ -131,7 +131,7 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
 
 
 def _show_objectives(console: Console, found: checkup.Checkup) -> None:
-    """Print the costs and the preferences, where they are more than one of each."""
+    """Print the costs and the preferences of a scenario that does not have one of each."""
     console.print(f"  costs: {', '.join(found.costs)}", markup=False)
     for one in found.preferences:
         needs = f"; a front needs --at-most {one.of}=VALUE" if one.contract == "general" else ""
@@ -147,7 +147,7 @@ def _show_places(console: Console, places: Sequence[PlaceCheck], *, complete: bo
     if not reasons:
         count = f"{len(places)} pairs tried"
         what = f"every object at every place ({count})" if complete else f"the object of each of the {count}"
-        console.print(f"  it can take and put {what}")
+        console.print(f"  it can grasp and put down {what}")
         return
     impossible = sum(one.reason is not None for one in places)
     table = Table(title=f"What the arm cannot do: {impossible} of {len(places)} pairs", title_justify="left")

@@ -44,7 +44,7 @@ SEARCHES = {
 
 
 LIST_TIMEOUT_S = 10.0
-"""Time for listing all states, which planning does not need."""
+"""Time limit for listing all states, which planning does not need."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class TaskCheck:
     """One task alone, without the other tasks.
 
     Attributes:
-        name: the task's.
-        formula: the task.
-        automaton_states: states of its minimal automaton.
-        cost: least cost of satisfying it without relaxations, the first of several; None if that cannot be done.
-        costs: the least of each cost, by name; None as there.
-        achievable: whether it can be satisfied, or else relaxed or skipped; None if a limit left that unknown.
+        name: of the task.
+        formula: of the task.
+        automaton_states: number of states of its minimal automaton.
+        cost: least first cost of satisfying it without relaxations; None if that is impossible or unknown.
+        costs: the same for each cost, by name; None as above.
+        achievable: whether it can be satisfied, or else relaxed or skipped; None if a limit was reached first.
         relaxations: number of its `relax` entries.
         skip: price of dropping it, or None.
     """
@@ -74,7 +74,7 @@ class TaskCheck:
 
 @dataclass(frozen=True)
 class PreferenceCheck:
-    """Name and contract of a preference, and of which cost what tasks cost is counted in it."""
+    """Name and contract of a preference, and the cost in which it counts task costs."""
 
     name: str
     contract: str
@@ -88,21 +88,21 @@ class Checkup:
     Attributes:
         kind: of the model.
         interrupted: whether Ctrl-C ended the checks.
-        complete: whether nothing ended the checks; then the four numbers that follow are known.
+        complete: whether nothing ended the checks; then the sizes below are known.
         states: of the transition system.
-        reachable: how many of them can be reached.
-        edges: actions in all states.
-        dropped: edges of a file left out because another between the same states beats them.
+        reachable: number of reachable states.
+        edges: number of actions in all states.
+        dropped: number of edges of a file left out because another edge between the same states dominates them.
         propositions: for each, how many reachable states carry it.
         tasks: in the order of the file.
-        contract: of the preference, the first of several.
+        contract: of the first preference.
         preferences: in the order of the file.
         costs: the names of the costs.
-        scene: whether the arm can work in the scene; None for other models than manipulation, without a
-            simulator or time.
-        faults: why it cannot, or which task needs what it cannot do, each a sentence that begins with the key.
+        scene: whether the arm can work in the scene; None if the model is no manipulation model, MuJoCo is not
+            installed or a limit was reached first.
+        faults: why the arm cannot work there, or which task needs what it cannot do; each begins with the key.
         warnings: likely mistakes, each a sentence that begins with the key.
-        places: what the arm can do with each object at each location; None if that was not looked at.
+        places: what the arm can do with each object at each location; None if that was not checked.
     """
 
     kind: str
@@ -142,14 +142,14 @@ def check(
     Args:
         scenario: what to check.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        quick: leave out what the arm can do with each object at each location.
-        max_seconds: time after which what is still unknown is left unknown.
-        max_memory: bytes of memory for it.
-        tell: shows progress.
+        quick: whether to leave out what the arm can do with each object at each location.
+        max_seconds: time limit; what is not known then stays unknown.
+        max_memory: limit of memory, bytes.
+        tell: called with the progress.
 
     Raises:
-        ScenarioError: it has a mistake.
-        LimitError: a limit was reached before that is known.
+        ScenarioError: the scenario has a mistake.
+        LimitError: a limit was reached before the scenario's problem was built.
         RobotError: the robot is unknown or cannot be loaded.
     """
     limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
@@ -182,7 +182,7 @@ def check(
 
 
 def _size(system: TransitionSystem, limits: Limits) -> dict[str, Any]:
-    """Return what a `Checkup` says of a system's size; it is known if all states can be listed within limits."""
+    """Return the entries of a `Checkup` about a system's size, None unless all states can be listed within limits."""
     try:
         with interruptible(limits), Limits(LIST_TIMEOUT_S):
             check_limits()
@@ -195,8 +195,8 @@ def _size(system: TransitionSystem, limits: Limits) -> dict[str, Any]:
 
 
 def reachable(system: TransitionSystem) -> np.ndarray:
-    """Return the indices of the states that can be reached, the start's first."""
-    # Loading it takes a third of the time in which a command starts, and only `check` needs it.
+    """Return the indices of the reachable states, the start's first."""
+    # Importing scipy.sparse takes a third of a command's start-up time, and only `check` needs it.
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order
 
@@ -236,7 +236,7 @@ def is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
     """Return whether a task alone can be satisfied, or else relaxed or skipped.
 
     Raises:
-        UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
+        UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, first.
     """
     return _least_costs(system, task, limits, system.cost_names[:1]) is not None
 
@@ -244,12 +244,12 @@ def is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
 def _least_costs(
     system: TransitionSystem, task: Task, limits: Limits, names: Sequence[str]
 ) -> dict[str, Number] | None:
-    """Return the least of some costs of a task alone, however it is relaxed; None if it is impossible.
+    """Return the least value of each named cost for a task alone, relaxed if need be; None if it is impossible.
 
     Raises:
         UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
     """
-    # Its name is no cost's.
+    # A name that differs from those of all costs.
     name = f"unmet_{'_'.join(system.cost_names)}"
     unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
     planner = Planner(Problem(system, [task], [unmet]))
@@ -286,7 +286,7 @@ def _ambiguities(problem: Problem) -> Iterator[str]:
             operators, rest = split(word, None) or ("", "")
             if word in problem.system.propositions and rest in problem.system.propositions:
                 other = " ".join([*operators, rest])
-                yield f"tasks[{i}].formula: {word!r} is taken for the proposition; for the operator write {other!r}"
+                yield f"tasks[{i}].formula: {word!r} is read as the proposition; for the operator write {other!r}"
 
 
 def _mentions(i: int, task: Task) -> Iterator[tuple[str, str]]:

@@ -21,7 +21,7 @@ from prefplan.scenario.decode import Scenario
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command to the program."""
-    more = "Every other command takes these names. `prefplan init` starts a scenario of your own."
+    more = "Other commands accept these names as SCENARIO. `prefplan init` starts a scenario of your own."
     parser = add_command(commands, list_, "prefplan list", "prefplan list --json", more=more)
     add_options(parser, "--json")
 
@@ -45,7 +45,7 @@ def list_(options: argparse.Namespace) -> int:
 
 
 def _entry(scenario: Scenario) -> dict[str, Any]:
-    """Return what the list says of a scenario, without building its transition system."""
+    """Return the entry of a scenario, without building its transition system."""
     names = [task.name for task in scenario.tasks]
     return {
         "name": scenario.name,

@@ -65,7 +65,7 @@ def plan(options: argparse.Namespace) -> int:
 
 
 def _unfinished(options: argparse.Namespace, scenario: Scenario, planner: Planner, error: UnfinishedError) -> int:
-    """Print what is known when a limit or Ctrl-C ends the search."""
+    """Print the result of a search that a limit or Ctrl-C ended, and return the exit status."""
     if options.json:
         output.print_json(output.unfinished_json(scenario, error, planner.stats))
     elif error.best:

@@ -11,7 +11,7 @@ from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
 from prefplan.logic.dfa import Automaton
 
 MOST_STATES = 40
-"""Most states of an automaton that can be read."""
+"""Greatest number of states of an automaton that is drawn: larger ones are illegible."""
 
 
 def diagram(automaton: Automaton) -> NodeLinkDiagram:
@@ -36,7 +36,7 @@ def diagram(automaton: Automaton) -> NodeLinkDiagram:
 
 
 def svg(automaton: Automaton) -> str:
-    """Return an automaton as inline SVG in the colour of the text around it.
+    """Return an automaton as inline SVG in the colour of the surrounding text.
 
     State i has the class `q<i>`, and the edge from i to j `q<i>-q<j>`; self-loops of absorbing states are left out.
 

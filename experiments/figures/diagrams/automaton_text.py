@@ -1,4 +1,4 @@
-"""A task's automaton as text: a table for people, HOA for other tools, DOT for drawings."""
+"""An automaton as text: a table to read, HOA for other tools, DOT for Graphviz."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from prefplan.logic.normal_form import parse
 
 
 def show_table(console: Console, automaton: Automaton) -> None:
-    """Print a row for each state and guard."""
+    """Print a table with a row for each state and term of a guard."""
     count = "1 state" if automaton.size == 1 else f"{automaton.size} states"
     text, read = _one_line(automaton.text), str(parse(automaton.text))
     same = re.sub(r"[\s()]", "", text) == re.sub(r"[\s()]", "", read)
@@ -92,7 +92,7 @@ def _roles(automaton: Automaton, state: int) -> list[str]:
 
 
 def _one_line(text: str) -> str:
-    """Return a formula on one line; it has neither quotes nor backslashes."""
+    """Return a formula on one line; a formula has neither quotes nor backslashes to escape."""
     return " ".join(text.split())
 
 

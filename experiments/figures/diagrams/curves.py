@@ -21,9 +21,9 @@ def curve_between(
     other: np.ndarray,
     clear: Sequence[float],
 ) -> np.ndarray:
-    """Return a smooth curve from node to node that is level in given points between them.
+    """Return a smooth curve from node to node that is horizontal at given points between them.
 
-    It is level within the distances `clear` from the middles of both nodes too, where it would cross their labels.
+    It is also horizontal within the distances `clear` of the centres of both nodes, where it would cross their labels.
     """
     first, last = _border(source, half, route[0]), _border(target, other, route[-1])
     side, far_side = (np.sign(end[0] - middle[0]) for end, middle in ((first, source), (last, target)))
@@ -44,7 +44,7 @@ def curve_between(
 
 
 def _border(middle: np.ndarray, half: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    """Return where a curve that comes from some point meets a node: on its side, less steeply than it comes."""
+    """Return where a curve from a point meets the border of a node: on its left or right side."""
     apart = towards - middle
     up = half[1] * np.sin(np.clip(np.arctan2(apart[1], abs(apart[0])), -1.0, 1.0))
     round_part = max(0.0, abs(up) - (half[1] - RADIUS_PT))

@@ -1,4 +1,4 @@
-"""Labels of edges in lines; one that needs too many is a number on its edge, and a note below the diagram."""
+"""Labels of edges, broken into lines; one with too many lines becomes a number, and a note below the diagram."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import textwrap
 from collections.abc import Iterable
 
 WIDEST, WIDEST_LOOP = 36, 9
-"""Most letters in a line of a label that can be broken: of an edge, of a self-loop (edges leave the node beside it)."""
+"""Greatest number of letters in a line of a label: of an edge, and of a self-loop, beside which edges leave."""
 
 MOST_LINES = 6
-"""Most lines of a label beside its edge."""
+"""Greatest number of lines of a label beside its edge."""
 
 
 def edge_labels(labels: Iterable[tuple[str, bool]]) -> tuple[list[tuple[str, ...]], list[str]]:
-    """Return labels, each with whether its edge is a loop, in lines, and the notes; equal labels share a note."""
+    """Return labels, given with whether their edge is a self-loop, as lines, and the notes, one per long label."""
     notes: dict[str, str] = {}
     found = []
     for label, loop in labels:
@@ -25,14 +25,14 @@ def edge_labels(labels: Iterable[tuple[str, bool]]) -> tuple[list[tuple[str, ...
 
 
 def wrapped(note: str, letters: int) -> list[str]:
-    """Return a note in lines, broken before `|` and `&`."""
+    """Return the lines of a note, broken before `|` and `&`."""
     bound = note.replace(" | ", " |\N{NO-BREAK SPACE}").replace(" & ", " &\N{NO-BREAK SPACE}")
     lines = textwrap.wrap(bound, letters, subsequent_indent=4 * "\N{NO-BREAK SPACE}", break_long_words=False)
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 
 
 def _lines(label: str, widest: int) -> tuple[str, ...]:
-    """Return a label in lines, one for each term of a sum if it is too long for one, broken before `&` if need be."""
+    """Return the lines of a label: one, or if that is too long one per term of a sum, broken before `&` if need be."""
     lines: list[str] = []
     for term in [label] if len(label) <= widest else label.replace(" | ", "\n| ").split("\n"):
         lines.append("")

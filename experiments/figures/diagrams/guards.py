@@ -16,22 +16,22 @@ Cube = dict[str, bool]
 """A term: the propositions that it fixes, and their values."""
 
 LONG = 22
-"""The longest guard of a state is said as `otherwise` if it has more letters than this."""
+"""The longest guard of a state is written as `otherwise` if it has more letters than this."""
 
 OTHERWISE = "otherwise"
 
 MOST_PROPOSITIONS = 500
-"""Guards of more are not put into words: nobody could read them."""
+"""Guards of automata with more propositions are not written as terms: they would be illegible."""
 
 
 class AutomatonSizeError(PrefplanError):
-    """An automaton is larger than can be shown to people."""
+    """An automaton is too large to be shown legibly."""
 
 
 def labels(automaton: Automaton, state: int) -> dict[int, str]:
     """Return the guard of each successor of a state, in their order of first appearance.
 
-    The automaton is complete, so that one guard may be said as `otherwise`: that of the dead state, or the longest.
+    The automaton is complete, so that one guard may be written as `otherwise`: that of the dead state, or the longest.
     """
     found = {target: " | ".join(map(product, cover(automaton, state, target))) for target in targets(automaton, state)}
     longest = max(found, key=lambda target: len(found[target]))
@@ -43,7 +43,7 @@ def labels(automaton: Automaton, state: int) -> dict[int, str]:
 
 
 def cover(automaton: Automaton, state: int, target: int) -> list[Cube]:
-    """Return the guard from a state to a target as terms, none of which can be left out.
+    """Return the guard from a state to a target as terms, none of them redundant.
 
     Raises:
         AutomatonSizeError: the automaton has more than `MOST_PROPOSITIONS`.
@@ -51,7 +51,7 @@ def cover(automaton: Automaton, state: int, target: int) -> list[Cube]:
     if len(automaton.propositions) > MOST_PROPOSITIONS:
         raise AutomatonSizeError(
             f"the automaton has {len(automaton.propositions)} propositions, and guards of only up to "
-            f"{MOST_PROPOSITIONS} are put into words; --format hoa writes it"
+            f"{MOST_PROPOSITIONS} are written as terms; --format hoa writes it"
         )
     family = _Guards()
     when = family.map(automaton.transitions[state], lambda end: end == target)
@@ -64,7 +64,7 @@ def targets(automaton: Automaton, state: int) -> list[int]:
 
 
 class _Guards(Diagrams):
-    """Diagrams of what is true or false."""
+    """Decision diagrams of Boolean functions."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ class _Guards(Diagrams):
         self._both = self.lift(lambda a, b: a and b)
 
     def cover(self, least: Diagram, most: Diagram) -> tuple[list[Cube], Diagram]:
-        """Return terms whose sum lies between two functions, and that sum."""
+        """Return terms whose sum lies between two Boolean functions, and that sum."""
         if least is False:
             return [], False
         if most is True:

@@ -19,7 +19,7 @@ from fast_sugiyama import from_edges
 
 @dataclass(frozen=True)
 class Box:
-    """Extent of a node or a label about the line through it.
+    """Extent of a node or a label about its line of the layout.
 
     Attributes:
         width: half to the left, half to the right.
@@ -34,13 +34,13 @@ class Box:
 
 @dataclass(frozen=True)
 class LayeredDrawing:
-    """Positions; x to the right, y downwards, all coordinates positive.
+    """Positions in a layout; x to the right, y downwards, all coordinates positive.
 
     Attributes:
         nodes: (N, 2) centre of every node.
-        routes: for every edge, (P, 2) points from source to target, without both ends; the edge is level there.
+        routes: for every edge, (P, 2) points from source to target without the ends, at which the edge is horizontal.
         labels: (E, 2) centre of the line below the label of every edge.
-        size: width and height of the whole.
+        size: width and height of the drawing.
     """
 
     nodes: np.ndarray
@@ -96,7 +96,7 @@ def place(
 
 
 def _forward(count: int, edges: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int]]:
-    """Yield every edge from left to right: edges that close a cycle, back towards node 0, are turned round."""
+    """Yield every edge from left to right: edges that lead back towards node 0 and so close a cycle are reversed."""
     graph = nx.DiGraph(edges)
     distance = nx.single_source_shortest_path_length(graph, 0)
     component = {node: i for i, part in enumerate(nx.strongly_connected_components(graph)) for node in part}
@@ -108,7 +108,7 @@ def _forward(count: int, edges: Sequence[tuple[int, int]]) -> Iterator[tuple[int
 def _heights(
     column: Mapping[int, int], lines: Mapping[int, float], boxes: Mapping[int, Box], gap: float
 ) -> dict[int, float]:
-    """Return the height of every vertex: equal on equal lines, and far enough apart in every column."""
+    """Return the y coordinate of every vertex: equal on equal lines, and far enough apart in every column."""
     point = Box(0, 0, 0)
     on_line = defaultdict(list)
     for vertex, line in lines.items():

@@ -21,13 +21,13 @@ LETTER_PT = 13.0
 """Font size."""
 
 ADVANCE_PT = 0.602 * LETTER_PT
-"""Width of a letter; the same for all letters, so that the width of a label is known."""
+"""Width of a letter of the monospaced font, so that the width of a label is known, points."""
 
 LINE_PT = 1.25 * LETTER_PT
 """Distance between two lines of text."""
 
 SPACING = 1.3
-"""The same as matplotlib counts it, from the top of a line to its base line."""
+"""The same in matplotlib's unit, the height from the top of a line to its baseline."""
 
 INK = "#222222"
 
@@ -38,13 +38,13 @@ FONT: dict[str, Any] = {"family": "monospace", "fontsize": LETTER_PT, "color": I
 
 PLAIN: dict[str, Any] = {"color": INK}
 TAKEN: dict[str, Any] = {"color": "#0072b2", "linewidth": 2.4}
-"""Styles of edges: of any, and of those of a plan."""
+"""Styles of edges: plain, and taken by a plan."""
 
 HEAD_PT = (9.0, 3.6)
 """Length and half the width of an arrow head, points."""
 
 NOTE_LETTERS = 48
-"""Letters in a line below a narrow diagram."""
+"""Letters in a line of the notes below a narrow diagram."""
 
 GAP_PT = (32.0, 12.0)
 """Least distance between columns and within them, points."""
@@ -82,7 +82,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """An edge between two nodes, given by number, with its label; `kind` is `plain` or `taken`, by a plan."""
+    """An edge between two nodes, given by index, with its label; `kind` is `plain` or `taken` (by a plan)."""
 
     source: int
     target: int
@@ -98,7 +98,7 @@ class Arrow:
         edge: the edge.
         curve: (1 + 3 n, 2) control points of n joined cubic Bezier curves.
         lines: the lines of the label.
-        at: (2,) middle of the lower edge of the label.
+        at: (2,) midpoint of the label's lower edge.
     """
 
     edge: Edge
@@ -133,7 +133,7 @@ class NodeLinkDiagram:
 def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | None = None) -> NodeLinkDiagram:
     """Lay out a diagram in which every node can be reached from the first.
 
-    From the width `widest` on it goes downwards, if that is narrower and no edge is a loop.
+    If it would be wider than `widest`, it is laid out downwards, if that is narrower and no edge is a self-loop.
     """
     diagram = _arranged(nodes, edges, down=False)
     if widest is None or diagram.size[0] <= widest or any(edge.source == edge.target for edge in edges):
@@ -142,7 +142,7 @@ def arrange(nodes: Sequence[Node], edges: Sequence[Edge], *, widest: float | Non
 
 
 def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> NodeLinkDiagram:
-    """Lay out a diagram to the right or downwards; lengths are along the layers' axis and across it until the end."""
+    """Lay out a diagram to the right or downwards; until the end x is the axis of the layers in both cases."""
     texts = [(max(map(len, node.text)), len(node.text)) for node in nodes]
     sizes = (np.array(texts) * (ADVANCE_PT, LINE_PT) + np.array((1.2, 0.8)) * RADIUS_PT).clip(min=2 * RADIUS_PT)
     turn = slice(None, None, -1 if down else 1)
@@ -173,20 +173,20 @@ def _arranged(nodes: Sequence[Node], edges: Sequence[Edge], *, down: bool) -> No
 
 
 def _node_box(size: np.ndarray, loop: Sequence[str]) -> Box:
-    """Return the space of a node of a (2,) size and of the label of its loop, if it has one."""
+    """Return the space for a node of a (2,) size and for the label of its self-loop, if it has one."""
     width, height = size
     above = height / 2 + (LOOP_PT + LINE_PT * len(loop) + 4 if loop else 0)
     return Box(max([width, *(ADVANCE_PT * len(line) for line in loop)]), above, height / 2)
 
 
 def _label_box(lines: Sequence[str], *, down: bool) -> Box:
-    """Return the space of the label of an edge: above it, or on the right of one that goes down."""
+    """Return the space for the label of an edge: above the edge, or to the right of one that goes down."""
     width, height = ADVANCE_PT * max(map(len, lines)) + 8, LINE_PT * len(lines) + 4
     return Box(height, 4, width) if down else Box(width, height, 4)
 
 
 def _with_notes(diagram: NodeLinkDiagram, notes: Sequence[str]) -> NodeLinkDiagram:
-    """Return a diagram with long labels below it."""
+    """Return a diagram with notes below it."""
     if not notes:
         return diagram
     width, height = diagram.size
@@ -197,11 +197,11 @@ def _with_notes(diagram: NodeLinkDiagram, notes: Sequence[str]) -> NodeLinkDiagr
 
 
 def svg(diagram: NodeLinkDiagram, *, title: str) -> str:
-    """Return a diagram as inline SVG in the colour of the text around it.
+    """Return a diagram as inline SVG in the colour of the surrounding text.
 
     A node has the classes `node`, its kind and its name; an edge has `edge` and its nodes' names with a hyphen between.
 
-    The title says what it shows, for those who cannot see it.
+    The title describes the diagram for screen readers.
     """
     with drawing(size=(diagram.size[0] / POINTS_PER_INCH, diagram.size[1] / POINTS_PER_INCH)) as figure:
         _draw(figure.add_axes((0, 0, 1, 1)), diagram)

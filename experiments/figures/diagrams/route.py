@@ -1,4 +1,4 @@
-"""A plan on the graph of its model: the edges that it takes, numbered in their order."""
+"""A plan on the graph of its model: the edges that it takes, numbered in order."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from prefplan.front import Front, Plan
 from prefplan.models.transition_system import TransitionSystem
 
 MOST_EDGES = 90
-"""Most edges of a graph that is drawn whole."""
+"""Greatest number of edges of a graph that is drawn whole."""
 
 WIDEST_PT = 600.0
-"""Width from which on a graph on a page goes downwards, points: what half a page of 1280 pixels can show legibly."""
+"""Greatest width of a left-to-right graph on a page, points: what half a page of 1280 pixels can show legibly."""
 
 
 @dataclass(frozen=True)
 class Route:
-    """What is drawn of a graph with a plan on it.
+    """The drawn part of a graph with a plan on it.
 
     Attributes:
         nodes: the states that are drawn; the first is the start.
         edges: between them; those of the plan are of the kind `taken`.
-        at: for each state of the plan, the node that it is, or the one before it if it is not drawn.
-        note: what is left out of the graph; None if it is drawn whole.
+        at: for each state of the plan, the index of its node, or of the last node before it if it is not drawn.
+        note: which part of the graph is drawn; None if it is drawn whole.
     """
 
     nodes: tuple[Node, ...]
@@ -40,7 +40,7 @@ class Route:
 
 
 def route(system: TransitionSystem, plan: Plan) -> Route:
-    """Return a small graph with a plan on it; of a large graph, what the plan visits.
+    """Return a small graph with a plan on it; of a large graph, only states that the plan visits.
 
     Raises:
         SystemSizeError: the plan visits too many states with labels.
@@ -94,7 +94,7 @@ def draw(system: TransitionSystem, front: Front, path: Path) -> None:
 
 
 def _shown(system: TransitionSystem, visited: Sequence[int]) -> tuple[list[int], str | None]:
-    """Return the states to draw, the start first, and what is left out."""
+    """Return the states to draw, the start first, and a note on what is drawn, None if the graph is drawn whole."""
     whole = reachable(system)
     if whole is not None and sum(len(system.edges(state)) for state in whole) <= MOST_EDGES:
         return whole, None

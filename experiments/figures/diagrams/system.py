@@ -11,10 +11,10 @@ from prefplan.errors import PrefplanError
 from prefplan.models.transition_system import TransitionSystem
 
 MOST_STATES = 40
-"""Most states of a transition system that can be read."""
+"""Greatest number of states of a transition system that is drawn: larger ones are illegible."""
 
 MOST_NAMES = 3
-"""Most propositions shown in a state."""
+"""Greatest number of propositions shown in a state."""
 
 
 class SystemSizeError(PrefplanError):

@@ -39,7 +39,7 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(
         (["text.npz", "--to", "mjcf"], "text.npz: --to mjcf takes a scenario's name or file, not the log of a run"),
         (
             ["text.npz", "--to", "glb", "--robot", "fetch"],
-            "--robot: goes with --to mjcf; the log of a run tells its robot",
+            "--robot: only with --to mjcf; the log of a run names its robot",
         ),
         (["case_study_3", "--to", "mjcf", "--robot", "sofa"], "--robot: unknown name 'sofa' (valid: panda, "),
         (["text.npz"], "the following arguments are required: --to"),

@@ -121,7 +121,7 @@ def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> N
     result = run("run", *arguments)
     assert (result.status, result.err) == (0, "")
     assert "fault miss:1@2" in result.out and "without a firm grip on cup): tried again" in result.out
-    assert "fault slip@40 never happened: the run ended before" in result.out
+    assert "fault slip@40 did not happen: the run ended first" in result.out
     assert "seed of the faults 3" in result.out
     printed = json.loads((cup / "out" / "cup" / "cost.json").read_text())
     assert printed["executed"] == printed["plan"]["plan"] == [*PLAN[:2], *PLAN[1:]]

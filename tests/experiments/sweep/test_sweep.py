@@ -171,7 +171,7 @@ def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
     assert sorted(record["rollout"] for record in records) == [3, 5, 6] and once.exists()
     (crashed,) = (record for record in records if not record["completed"])
     assert (crashed["rollout"], crashed["class"]) == (3, "crashed")
-    assert crashed["reason"] == "the process that carried it out ended without an answer, twice"
+    assert crashed["reason"] == "the process that carried it out ended without a result, twice"
 
 
 def test_rollouts_differ_and_are_certified_and_timed(job: Sweep, undisturbed: Records) -> None:
@@ -261,7 +261,7 @@ def test_replay_repeats_a_recorded_rollout_with_a_video(
     (sweep / "rollouts.jsonl").write_text(told.replace(f'"sim_seconds": {record["sim_seconds"]}', '"sim_seconds": 1'))
     status, out, err = call("--replay", "1", "--no-video")
     assert (status, len(videos), "video:" in out) == (0, 1, False)
-    assert "rollout 1 ended otherwise than recorded" in err and "recorded 1\n" in err
+    assert "rollout 1 differs from its record" in err and "recorded 1\n" in err
     status, out, err = call("--replay", "2")
     assert (status, out) == (2, "")
     assert err.endswith("--replay 2: no such rollout in out/cup/sweep_cost/rollouts.jsonl (valid: 0, 1)\n")

@@ -113,7 +113,7 @@ def test_a_cup_that_is_knocked_over_is_seen_and_the_new_plan_is_told(session: Se
     session.playback.play()
     play(session, lambda: session.playback.ended)
     told = news(session)
-    assert "not now: slip@1: nothing hangs in the hand" in told and "fault knock:cup@1" in told
+    assert "fault slip@1 is not possible now: nothing hangs in the hand" in told and "fault knock:cup@1" in told
     assert re.search(r"after `.*expected .*: (planned|tried) again", told), told
     assert run.statuses[-1].ended == "completed" and not run.waiting
     session.meddle("knock", "cup")

@@ -165,7 +165,7 @@ def test_a_port_that_is_taken_is_reported(cup: Path, capsys: pytest.CaptureFixtu
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
         told = refuse(capsys, str(cup), "--port", port, "--no-open")
-    assert told == f"prefplan: --port {port}: it is not free; --port 0 takes any free port\n"
+    assert told == f"prefplan: --port {port}: it is in use; --port 0 takes any free port\n"
 
 
 def test_without_its_libraries_it_names_the_command_that_installs_them(

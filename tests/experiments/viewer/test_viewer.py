@@ -148,8 +148,8 @@ def test_a_run_that_is_stopped_ends_early() -> None:
 def test_what_the_arm_does_to_reach_an_object_is_told() -> None:
     kinds = ("drawn free", "grasped", "turned over")
     told = news_of([Event(1.0, kind, {"object": "cup"}) for kind in kinds])
-    assert [line.partition(": no")[0].partition(": beside")[0] for line in told] == [
-        "   1.0 s  cup drawn free",
+    assert [line.partition(": no")[0].partition(": the fingers")[0] for line in told] == [
+        "   1.0 s  cup dragged free",
         "   1.0 s  cup turned over",
     ]
 
